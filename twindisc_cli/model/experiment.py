@@ -1,0 +1,179 @@
+"""What a twin-disc test is, in SI units: the rig, the history, and what was measured.
+
+These frozen records carry a test from the files' edge to the physics. Lengths in m, loads in N,
+speeds in m/s, times in s, temperatures in K, creepages and friction coefficients as ratios.
+A quantity that is not known is NaN.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Contact = Literal["hertz", "half_space"]
+Traction = Literal["fastsim", "fastrip", "exact"]
+Provenance = Literal["measured", "digitised", "reconstructed", "synthetic"]
+
+
+@dataclass(frozen=True)
+class Disc:
+    """One disc. A radius of inf is straight; a negative transverse radius is concave."""
+
+    rolling_radius: float
+    transverse_radius: float
+    youngs_modulus: float
+    poisson_ratio: float
+    hardness: float
+
+    @property
+    def shear_modulus(self) -> float:
+        """G = E / (2 (1 + nu)) [Pa]."""
+        return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Two discs pressed together; disc 2 is the one whose profile wears unless said otherwise."""
+
+    disc1: Disc
+    disc2: Disc
+    normal_load: float
+    rolling_speed: float
+
+    @property
+    def curvature_x(self) -> float:
+        """Relative curvature along rolling, 1/R1 + 1/R2 [1/m]."""
+        return 1.0 / self.disc1.rolling_radius + 1.0 / self.disc2.rolling_radius
+
+    @property
+    def curvature_y(self) -> float:
+        """Relative transverse curvature of the unworn discs [1/m]."""
+        return 1.0 / self.disc1.transverse_radius + 1.0 / self.disc2.transverse_radius
+
+    @property
+    def shear_modulus(self) -> float:
+        """Combined shear modulus of Eq. 7, 1/G = 1/(2 G1) + 1/(2 G2) [Pa]."""
+        return 2.0 / (1.0 / self.disc1.shear_modulus + 1.0 / self.disc2.shear_modulus)
+
+    @property
+    def poisson_ratio(self) -> float:
+        """Combined Poisson ratio of Eq. 7, nu/G = nu1/(2 G1) + nu2/(2 G2)."""
+        return 0.5 * self.shear_modulus * (
+            self.disc1.poisson_ratio / self.disc1.shear_modulus
+            + self.disc2.poisson_ratio / self.disc2.shear_modulus
+        )
+
+    @property
+    def effective_modulus(self) -> float:
+        """E*, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa]."""
+        return 1.0 / sum(
+            (1.0 - disc.poisson_ratio**2) / disc.youngs_modulus for disc in (self.disc1, self.disc2)
+        )
+
+
+@dataclass(frozen=True)
+class Thermal:
+    """The disc as one heat capacity (Eq. 19). convection is h S [W/K], NaN where it is to be found."""
+
+    environment_temperature: float
+    heat_capacity: float
+    initial_temperature: float
+    convection: float = np.nan
+
+
+@dataclass(frozen=True)
+class History:
+    """The load history, one entry an iteration (a block of revolutions at constant creepage).
+
+    step [index from 0], creepage [1], duration [s], revolutions, given_mu [1] (NaN: not given); each (iteration,).
+    """
+
+    step: Ints
+    creepage: Floats
+    duration: Floats
+    revolutions: Floats
+    given_mu: Floats
+
+    @property
+    def end_time(self) -> Floats:
+        """Time at the end of each iteration [s], (iteration,)."""
+        return np.cumsum(self.duration)
+
+    @property
+    def step_creepage(self) -> Floats:
+        """Creepage of each step [1], (step,)."""
+        first = np.unique(self.step, return_index=True)[1]
+        return self.creepage[first]
+
+
+@dataclass(frozen=True)
+class Options:
+    """How the contact is computed, and the base parameters that are given (NaN: to be found)."""
+
+    contact: Contact = "hertz"
+    traction: Traction = "fastsim"
+    wear_coefficient: float = np.nan
+    friction_coefficient: float = np.nan
+
+
+@dataclass(frozen=True)
+class TractionSamples:
+    """Measured T/N, each (sample,). time [s] and uncertainty [1] are NaN where not recorded; step from 0."""
+
+    time: Floats
+    step: Ints
+    creepage: Floats
+    ratio: Floats
+    uncertainty: Floats
+
+
+@dataclass(frozen=True)
+class ProfileSamples:
+    """Height change of a worn disc [m] at y [m], negative where material is gone, each (sample,).
+
+    disc is 1 or 2; iteration counts the iterations completed when the profile was taken (1 ... all).
+    """
+
+    y: Floats
+    height: Floats
+    disc: Ints
+    iteration: Ints
+
+
+@dataclass(frozen=True)
+class TemperatureSamples:
+    """Measured disc temperature [K] at time [s], each (sample,)."""
+
+    time: Floats
+    temperature: Floats
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The measured channels of a test; None where a channel was not measured."""
+
+    traction: TractionSamples | None = None
+    profile: ProfileSamples | None = None
+    temperature: TemperatureSamples | None = None
+    provenance: Provenance = "measured"
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One twin-disc test: rig, history, options, declared effects and measured channels."""
+
+    name: str
+    description: str
+    rig: Rig
+    history: History
+    options: Options
+    thermal: Thermal | None = None
+    effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    measured: Measured = field(default_factory=Measured)
+    hold_out_steps: tuple[int, ...] = ()

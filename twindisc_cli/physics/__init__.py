@@ -1,0 +1,1 @@
+"""The theory: pure functions of arrays, SI units, no files and no state."""
