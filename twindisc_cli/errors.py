@@ -1,0 +1,76 @@
+"""The failures a user can cure: one exception class per exit code, the cure in its text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One mistake in a file: where it is, and what to do about it. Line 0: the file as a whole."""
+
+    what: str
+    file: Path | str = ""
+    line: int = 0
+    key: str = ""
+
+    def __str__(self) -> str:
+        """`file:line: key: what`, leaving out what is not known."""
+        place = f"{self.file}:{self.line}" if self.file and self.line else str(self.file)
+        return ": ".join(part for part in (place, self.key, self.what) if part)
+
+
+class TwindiscError(Exception):
+    """A failure with an exit code and one line per problem."""
+
+    exit_code = 1
+
+    def __init__(self, problems: str | Problem | Iterable[str | Problem]) -> None:
+        """Take one problem or several."""
+        several = [problems] if isinstance(problems, (str, Problem)) else list(problems)
+        self.problems = tuple(p if isinstance(p, Problem) else Problem(p) for p in several)
+        super().__init__("\n".join(str(p) for p in self.problems))
+
+
+class DefinitionError(TwindiscError):
+    """The command line or the test definition is wrong."""
+
+    exit_code = 2
+
+
+class MeasurementError(TwindiscError):
+    """The measured data cannot be used as they are."""
+
+    exit_code = 3
+
+
+class ValidityError(TwindiscError):
+    """A computation did not converge, or the case lies outside what the theory covers."""
+
+    exit_code = 4
+
+
+class OutputError(TwindiscError):
+    """A result could not be written; what was there before is kept."""
+
+    exit_code = 2
+
+
+NEGATIVE_FINDING = 5
+"""Exit code of a run that worked and whose answer is no: a failed check, an unexplained residual."""
+
+
+def nearest(name: str, choices: Iterable[str]) -> str | None:
+    """The choice that a mistyped name most probably meant, or None where nothing is near."""
+    by_folded = {choice.casefold(): choice for choice in choices}
+    close = get_close_matches(name.casefold(), by_folded, n=1, cutoff=0.6)
+    return by_folded[close[0]] if close else None
+
+
+def did_you_mean(name: str, choices: Iterable[str]) -> str:
+    """`, did you mean X?` or an empty text."""
+    choice = nearest(name, choices)
+    return f", did you mean {choice}?" if choice else ""
