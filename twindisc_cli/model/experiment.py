@@ -79,12 +79,19 @@ class Rig:
 
 @dataclass(frozen=True)
 class Thermal:
-    """The disc as one heat capacity (Eq. 19). convection is h S [W/K], NaN where it is to be found."""
+    """The disc as one heat capacity (Eq. 19). convection is h S [W/K], NaN where it is to be found.
+
+    conductivity [W/(m K)], density [kg/m3] and specific_heat [J/(kg K)] are the disc material's, for the flash
+    temperature; they default to hardened AISI 440C.
+    """
 
     environment_temperature: float
     heat_capacity: float
     initial_temperature: float
     convection: float = np.nan
+    conductivity: float = 24.2
+    density: float = 7650.0
+    specific_heat: float = 460.0
 
 
 @dataclass(frozen=True)
@@ -166,7 +173,11 @@ class Measured:
 
 @dataclass(frozen=True)
 class Experiment:
-    """One twin-disc test: rig, history, options, declared effects and measured channels."""
+    """One twin-disc test: rig, history, options, declared effects and measured channels.
+
+    reported holds numbers stated elsewhere (a paper, a report) that `check` compares with the physics: depth [m],
+    width [m], wear_coefficient [1], temperature_rise [K], each only where stated. hold_out_steps count from 0.
+    """
 
     name: str
     description: str
@@ -177,3 +188,4 @@ class Experiment:
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     measured: Measured = field(default_factory=Measured)
     hold_out_steps: tuple[int, ...] = ()
+    reported: Mapping[str, float] = field(default_factory=dict)
