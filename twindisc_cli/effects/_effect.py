@@ -4,23 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
 if TYPE_CHECKING:
     from twindisc_cli.effects._state import State
 
 Channel = Literal["traction", "profile", "temperature"]
+CHANNELS: tuple[Channel, ...] = get_args(Channel)
 Stage = Literal["operation", "friction", "traction", "contact", "wear", "heat", "sensor"]
-STAGES: tuple[Stage, ...] = ("operation", "friction", "traction", "contact", "wear", "heat", "sensor")
+STAGES: tuple[Stage, ...] = get_args(Stage)
 
 
 @dataclass(frozen=True)
 class Param:
     """One parameter of an effect.
 
-    `name` is the key in the test definition (its unit at the end of the name, where it has one); `unit` is the
-    unit of the value given there. With the value `off` the effect does nothing, whatever the others are; None
-    marks a parameter that only shapes the effect. `start` is a typical size.
+    `name` is its key in the test definition and the keyword of the effect's function; `unit` is the unit of that
+    value. With the value `off` the effect does nothing; None marks a parameter that only shapes it. `start` is a
+    typical size. A `log` parameter is positive and spans decades.
     """
 
     name: str
@@ -29,14 +30,16 @@ class Param:
     start: float
     lower: float
     upper: float
-    meaning: str = ""
+    meaning: str
+    log: bool = False
 
 
 @dataclass(frozen=True)
 class Effect:
     """A physical effect the base model lacks.
 
-    `channel` is where it shows first; `seen_in` every channel that changes when it is switched on.
+    `channel` is where it shows first; `seen_in` every channel that may change when it is switched on. The module's
+    docstring is its explanation: formula, symbols, what it leaves behind, validity.
     """
 
     stage: Stage
@@ -45,6 +48,18 @@ class Effect:
     params: tuple[Param, ...]
     apply: Callable[..., State]
     source: str
-    summary: str
-    valid: str
-    leaves_behind: str
+
+    @property
+    def size(self) -> Param:
+        """The parameter that switches the effect off: its size."""
+        return next(p for p in self.params if p.off is not None)
+
+    @property
+    def explanation(self) -> str:
+        """Formula, symbols, what the effect leaves behind when it is missing, and where it is valid."""
+        return (self.apply.__globals__["__doc__"] or "").strip()
+
+
+def seen(*channels: Channel) -> frozenset[Channel]:
+    """Return the set of channels in which an effect is seen."""
+    return frozenset(channels)

@@ -1,0 +1,39 @@
+"""Heat partition: only a part of the dissipated power enters the disc whose temperature is recorded.
+
+    rho C v dT/dt = q P_d - h S (T - T_env)
+
+    q    part of the dissipated power [1]; q = 1 switches the effect off
+
+Leaves behind, when it is missing: the disc predicted to warm too fast (the convection makes up for the level).
+Valid for: q = 1/2 for equal discs; less where debris or coolant takes heat away.
+"""
+
+from __future__ import annotations
+
+from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._state import Floats, State
+
+
+def apply(s: State, *, share: Floats) -> State:
+    """Scale the dissipated power that enters the disc."""
+    return s.replace(heat=s.heat - (1.0 - share) * s.power)
+
+
+EFFECT = Effect(
+    stage="heat",
+    channel="temperature",
+    seen_in=seen("temperature"),
+    params=(
+        Param(
+            "share",
+            "1",
+            off=1.0,
+            start=0.7,
+            lower=0.05,
+            upper=1.5,
+            meaning="part of the dissipated power that enters the disc",
+        ),
+    ),
+    apply=apply,
+    source="H. Blok, Proc. General Discussion on Lubrication, IMechE 2 (1937) 222-235",
+)

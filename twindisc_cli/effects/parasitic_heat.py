@@ -1,0 +1,31 @@
+"""Parasitic heat: bearings and drag warm the disc whatever the traction.
+
+    rho C v dT/dt = P_d + P_0 - h S (T - T_env)
+
+    P_0  constant power [W]; P_0 = 0 switches the effect off
+
+Leaves behind, when it is missing: the disc predicted too cold even where hardly any power is dissipated.
+Valid for: constant speed.
+"""
+
+from __future__ import annotations
+
+from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._state import Floats, State
+
+
+def apply(s: State, *, power_W: Floats) -> State:
+    """Add a constant power to what warms the disc."""
+    return s.replace(heat=s.heat + power_W)
+
+
+EFFECT = Effect(
+    stage="heat",
+    channel="temperature",
+    seen_in=seen("temperature"),
+    params=(
+        Param("power_W", "W", off=0.0, start=2.0, lower=-20.0, upper=100.0, meaning="constant power into the disc"),
+    ),
+    apply=apply,
+    source="T. A. Harris, M. N. Kotzalas, Rolling Bearing Analysis, chapter 10",
+)
