@@ -15,9 +15,16 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
-def _always(value: float) -> Any:
-    """Return a field of one value for every set and point."""
-    return field(default_factory=lambda: np.full((1, 1), value))
+def _not_yet() -> Floats:
+    return np.full((1, 1), np.nan)
+
+
+def _zero() -> Floats:
+    return np.zeros((1, 1))
+
+
+def _one() -> Floats:
+    return np.ones((1, 1))
 
 
 @dataclass(frozen=True)
@@ -46,14 +53,13 @@ class State:
                to 1 (the exact theory)
     contact    half_space, from 0 (the updated Hertz ellipse) to 1 (the half-space patch); wander, standard deviation
                of the contact's lateral position [m]
-    wear       wear_factor, K over its base value [1]; disc1_share, part of the worn depth that disc 1 bears [1];
-               transition_ratio, K over its base value where T gamma / A of a strip exceeds transition_at [N/m2];
-               threshold [N/m2], the T gamma / A that must be exceeded before a strip wears
+    wear       wear_factor, K over its base value [1]; disc1_share, part of the worn depth that disc 1 bears [1]
     heat       heat [W] into the disc, convection h S [W/K], environment [K], shaft_conductance [W/K] to a shaft of
                heat capacity shaft_capacity [J/K]
     sensor     traction_ratio [1] and disc_temperature [K] as recorded, surface as recorded
 
-    From the pass before, since the stages feed each other: temperature [K] of the disc, energy [J] dissipated so far.
+    From the pass before, since the stages feed each other: temperature [K] of the disc, energy [J] dissipated so far,
+    wear_index = T gamma / A, the energy dissipated per length rolled and area of the patch [N/m2].
     """
 
     time: Floats
@@ -67,27 +73,25 @@ class State:
     rolling_speed: Floats
     temperature: Floats
     energy: Floats
+    wear_index: Floats
     environment: Floats
 
-    mu: Floats = _always(np.nan)
-    lateral_creepage: Floats = _always(0.0)
-    spin: Floats = _always(0.0)
-    slope: Floats = _always(1.0)
-    exactness: Floats = _always(0.0)
-    half_space: Floats = _always(0.0)
-    wander: Floats = _always(0.0)
-    wear_factor: Floats = _always(1.0)
-    disc1_share: Floats = _always(0.0)
-    transition_ratio: Floats = _always(1.0)
-    transition_at: Floats = _always(1.0)
-    threshold: Floats = _always(0.0)
-    power: Floats = _always(np.nan)
-    heat: Floats = _always(np.nan)
-    convection: Floats = _always(np.nan)
-    shaft_conductance: Floats = _always(0.0)
-    shaft_capacity: Floats = _always(1.0)
-    traction_ratio: Floats = _always(np.nan)
-    disc_temperature: Floats = _always(np.nan)
+    mu: Floats = field(default_factory=_not_yet)
+    lateral_creepage: Floats = field(default_factory=_zero)
+    spin: Floats = field(default_factory=_zero)
+    slope: Floats = field(default_factory=_one)
+    exactness: Floats = field(default_factory=_zero)
+    half_space: Floats = field(default_factory=_zero)
+    wander: Floats = field(default_factory=_zero)
+    wear_factor: Floats = field(default_factory=_one)
+    disc1_share: Floats = field(default_factory=_zero)
+    power: Floats = field(default_factory=_not_yet)
+    heat: Floats = field(default_factory=_not_yet)
+    convection: Floats = field(default_factory=_not_yet)
+    shaft_conductance: Floats = field(default_factory=_zero)
+    shaft_capacity: Floats = field(default_factory=_one)
+    traction_ratio: Floats = field(default_factory=_not_yet)
+    disc_temperature: Floats = field(default_factory=_not_yet)
     surface: Surface | None = None
 
     @property

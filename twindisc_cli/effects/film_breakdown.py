@@ -55,5 +55,5 @@ EFFECT = Effect(
         ),
     ),
     apply=apply,
-    source="S. C. Lim, M. F. Ashby, Acta Metall. 35 (1987) 1-24; L. Chevalier et al., Tribology Int. 39 (2006) 1376-1387",
+    source="S. C. Lim, M. F. Ashby, Acta Metall. 35 (1987) 1-24; L. Chevalier et al., Tribol. Int. 39 (2006) 1376",
 )

@@ -32,5 +32,5 @@ EFFECT = Effect(
         ),
     ),
     apply=apply,
-    source="S. W. Churchill, H. H. S. Chu, Int. J. Heat Mass Transf. 18 (1975) 1323; R. F. Barron, Cryogenic Heat Transfer",
+    source="S. W. Churchill, H. H. S. Chu, Int. J. Heat Mass Transf. 18 (1975); R. F. Barron, Cryogenic Heat Transfer",
 )

@@ -1,8 +1,11 @@
-"""Severe wear transition: K jumps where the wear index of a strip exceeds a critical value.
+"""Severe wear transition: K jumps where the wear index exceeds a critical value.
 
-    K(y) = K r   where T gamma / A (y) > c,   K elsewhere
+    K_eff = K [1 + (r - 1) phi],   phi = (3 e - e^3) / 2,   e^2 = 1 - (c / i_max)^2,   i_max = (3 pi / 8) T gamma / A
 
-    T gamma / A  energy dissipated per length rolled and area of the strip (given in N/mm2)
+    T gamma / A  energy dissipated per length rolled and area of the patch, (set, point)
+    i_max        its value in the middle strip of an elliptic patch; the strips |y| < e b exceed c
+    phi          share of the energy dissipated in those strips
+    c            critical T gamma / A of a strip (given in N/mm2)
     r            K above over K below [1]; r = 1 switches the effect off
 
 Leaves behind, when it is missing: too little wear predicted in the severe part of the history, too much before.
@@ -11,13 +14,17 @@ Valid for: dry steels passing from mild to severe wear.
 
 from __future__ import annotations
 
+import numpy as np
+
 from twindisc_cli.effects._effect import Effect, Param, seen
 from twindisc_cli.effects._state import Floats, State
 
 
 def apply(s: State, *, ratio: Floats, critical_N_mm2: Floats) -> State:
-    """Set the transition of the wear coefficient."""
-    return s.replace(transition_ratio=s.transition_ratio * ratio, transition_at=1e6 * critical_N_mm2)
+    """Scale the wear coefficient by the share of the energy that is dissipated above the transition."""
+    middle = 3.0 * np.pi / 8.0 * s.wear_index
+    severe = np.sqrt(np.clip(1.0 - (1e6 * critical_N_mm2 / np.maximum(middle, 1e-30)) ** 2, 0.0, 1.0))
+    return s.replace(wear_factor=s.wear_factor * (1.0 + (ratio - 1.0) * (3.0 * severe - severe**3) / 2.0))
 
 
 EFFECT = Effect(

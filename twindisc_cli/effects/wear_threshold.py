@@ -1,23 +1,26 @@
-"""Wear threshold: a strip wears only by what its wear index exceeds a threshold.
+"""Wear threshold: only what the wear index exceeds a threshold wears the surface.
 
-    du/dn = K/H max(0, P_l/V - c 2 a(y))
+    K_eff = K max(0, 1 - c / (T gamma / A))
 
-    P_l/V  energy dissipated per length rolled and length of contact [N/m]
-    c      threshold of T gamma / A (given in N/mm2); c = 0 switches the effect off
+    T gamma / A  energy dissipated per length rolled and area of the patch, (set, point)
+    c            threshold of T gamma / A (given in N/mm2); c = 0 switches the effect off
 
-Leaves behind, when it is missing: wear predicted, but not recorded, at small creepage and at the edges.
+Leaves behind, when it is missing: wear predicted, but not recorded, where the creepage is small.
 Valid for: surfaces with a protective layer or an endurance limit.
 """
 
 from __future__ import annotations
+
+import numpy as np
 
 from twindisc_cli.effects._effect import Effect, Param, seen
 from twindisc_cli.effects._state import Floats, State
 
 
 def apply(s: State, *, threshold_N_mm2: Floats) -> State:
-    """Set the threshold of wear."""
-    return s.replace(threshold=s.threshold + 1e6 * threshold_N_mm2)
+    """Scale the wear coefficient by the excess of the wear index."""
+    excess = 1.0 - 1e6 * threshold_N_mm2 / np.maximum(s.wear_index, 1e-30)
+    return s.replace(wear_factor=s.wear_factor * np.maximum(excess, 0.0))
 
 
 EFFECT = Effect(
