@@ -1,0 +1,180 @@
+"""The definition in SI units: units are converted here and nowhere behind."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from twindisc_cli import measurement
+from twindisc_cli.definition.parse import parse
+from twindisc_cli.definition.record import Test
+from twindisc_cli.definition.schema import DefinitionBase, MaterialTable, RigTable, ThermalTable
+from twindisc_cli.errors import DefinitionError, Problem
+from twindisc_cli.model.experiment import Disc, Experiment, History, Options, Rig, Thermal
+
+CELSIUS = 273.15
+VICKERS = 9.80665e6
+"""Pa in one HV: kilogram-force per square millimetre."""
+
+
+def load(path: Path | str) -> Test:
+    """Read a test definition and the measured data it names.
+
+    DefinitionError lists every mistake of the definition, MeasurementError every mistake of the data.
+    """
+    path = Path(path)
+    definition = parse(_text(path), str(path))
+    rig = _rig(definition.rig, definition.material)
+    history = _history(definition, rig)
+    table = definition.measured
+    measured, inputs = measurement.read(
+        measurement.Sources(path.parent, table.traction, table.rig_log, table.profile, table.temperature),
+        rig=rig,
+        history=history,
+        provenance=table.provenance,
+        torque_disc=table.torque_disc,
+    )
+    resolved = _resolved(definition)
+    experiment = Experiment(
+        name=definition.test.name,
+        description=definition.test.description,
+        rig=rig,
+        history=history,
+        options=_options(definition),
+        thermal=_thermal(definition.thermal) if definition.thermal else None,
+        effects=resolved.get("effects", {}),
+        measured=measured,
+        hold_out_steps=tuple(step - 1 for step in definition.loop.hold_out_steps or ()),
+        reported=_reported(definition),
+    )
+    return Test(path=path, experiment=experiment, resolved=resolved, inputs=inputs)
+
+
+def _text(path: Path) -> str:
+    """The text of a definition file, or a clear reason why there is none."""
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError:
+        near = ", ".join(sorted(p.name for p in path.parent.glob("*.toml"))[:5]) if path.parent.is_dir() else ""
+        raise DefinitionError(Problem(f"no such file{f'; here are {near}' if near else ''}", path)) from None
+    except IsADirectoryError:
+        raise DefinitionError(Problem("is a folder; name a test definition in it", path)) from None
+    except UnicodeDecodeError as error:
+        line = error.object[: error.start].count(b"\n") + 1
+        raise DefinitionError(Problem("is not UTF-8 text; save it as UTF-8", path, line)) from None
+    except OSError as error:
+        raise DefinitionError(Problem(f"cannot be read: {error.strerror}", path)) from None
+    if not text.strip():
+        raise DefinitionError(Problem("is empty; `twindisc init` writes a commented definition", path))
+    return text
+
+
+def _resolved(definition: DefinitionBase) -> dict[str, Any]:
+    """The definition as plain tables, defaults included, empty tables left out."""
+    plain = definition.model_dump(by_alias=True, exclude_none=True)
+    return {key: value for key, value in plain.items() if value != {}}
+
+
+def _rig(rig: RigTable, material: MaterialTable) -> Rig:
+    discs = []
+    for table, override in ((rig.disc1, material.disc1), (rig.disc2, material.disc2)):
+        own = override.model_dump(exclude_none=True) if override else {}
+        values = {**material.model_dump(exclude={"disc1", "disc2"}), **own}
+        disc = Disc(
+            rolling_radius=table.rolling_radius_mm * 1e-3,
+            transverse_radius=table.transverse_radius_mm * 1e-3,
+            youngs_modulus=values["youngs_modulus_GPa"] * 1e9,
+            poisson_ratio=float(values["poisson_ratio"]),
+            hardness=values["hardness_HV"] * VICKERS,
+        )
+        discs.append(disc)
+    if rig.rolling_speed_m_s is not None:
+        speed = float(rig.rolling_speed_m_s)
+    else:
+        assert rig.mean_speed_rpm is not None  # a rule of the definition
+        speed = _angular_speed(rig.mean_speed_rpm) * _mean_radius(discs)
+    return Rig(disc1=discs[0], disc2=discs[1], normal_load=float(rig.normal_load_N), rolling_speed=speed)
+
+
+def _angular_speed(rpm: float) -> float:
+    return rpm * 2.0 * math.pi / 60.0
+
+
+def _mean_radius(discs: list[Disc]) -> float:
+    """Rolling speed over mean angular speed [m]; of the disc that turns where the other is flat."""
+    finite = [1.0 / d.rolling_radius for d in discs if math.isfinite(d.rolling_radius)]
+    return len(finite) / sum(finite)
+
+
+def _history(definition: DefinitionBase, rig: Rig) -> History:
+    """Every iteration of the history; its duration is that of its revolutions at the mean angular speed."""
+    table = definition.history
+    counts = [step.iterations for step in table.steps]
+    size = sum(counts)
+    turn = 2.0 * math.pi * _mean_radius([rig.disc1, rig.disc2]) / rig.rolling_speed
+    return History(
+        step=np.repeat(np.arange(len(counts)), counts),
+        creepage=np.repeat([step.creepage_percent / 100.0 for step in table.steps], counts),
+        duration=np.full(size, table.revolutions_per_iteration * turn),
+        revolutions=np.full(size, float(table.revolutions_per_iteration)),
+        given_mu=np.repeat([math.nan if step.mu is None else float(step.mu) for step in table.steps], counts),
+    )
+
+
+def _options(definition: DefinitionBase) -> Options:
+    model = definition.model
+    return Options(
+        contact=model.contact,
+        traction=model.traction,
+        wear_coefficient=_or_nan(model.wear_coefficient),
+        friction_coefficient=_or_nan(model.friction_coefficient),
+    )
+
+
+def _or_nan(value: float | None) -> float:
+    return math.nan if value is None else float(value)
+
+
+def _thermal(table: ThermalTable) -> Thermal:
+    """The heat capacity and the conductance, whichever way they are given."""
+    capacity = table.heat_capacity_J_K
+    if capacity is None:
+        assert table.volume_mm3 is not None  # a rule of the definition
+        capacity = table.density_kg_m3 * table.specific_heat_J_kgK * table.volume_mm3 * 1e-9
+    initial = table.initial_temperature_C
+    return Thermal(
+        environment_temperature=table.environment_temperature_C + CELSIUS,
+        heat_capacity=float(capacity),
+        initial_temperature=(table.environment_temperature_C if initial is None else initial) + CELSIUS,
+        convection=_convection(table),
+        conductivity=float(table.conductivity_W_mK),
+        density=float(table.density_kg_m3),
+        specific_heat=float(table.specific_heat_J_kgK),
+    )
+
+
+def _convection(table: ThermalTable) -> float:
+    """Return h S [W/K], NaN where it is not given."""
+    if table.surface_mm2 is None:
+        return _or_nan(table.convection_W_K)
+    coefficient = table.heat_transfer_W_m2K
+    if coefficient is None:
+        assert table.fluid_conductivity_W_mK is not None  # a rule of the definition
+        assert table.nusselt_per_length_1_m is not None
+        coefficient = table.fluid_conductivity_W_mK * table.nusselt_per_length_1_m
+    return coefficient * table.surface_mm2 * 1e-6
+
+
+def _reported(definition: DefinitionBase) -> Mapping[str, float]:
+    table = definition.reported
+    values = {
+        "depth": None if table.depth_um is None else table.depth_um * 1e-6,
+        "width": None if table.width_mm is None else table.width_mm * 1e-3,
+        "wear_coefficient": table.wear_coefficient,
+        "temperature_rise": table.temperature_rise_C,
+    }
+    return {name: float(value) for name, value in values.items() if value is not None}

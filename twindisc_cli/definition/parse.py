@@ -1,0 +1,198 @@
+"""TOML text -> checked definition, or every mistake in it with its line and the nearest valid name."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from twindisc_cli.definition.lines import Key, locate
+from twindisc_cli.definition.rules import broken
+from twindisc_cli.definition.schema import DefinitionBase, definition_model
+from twindisc_cli.errors import DefinitionError, Problem, nearest
+
+_SYNTAX = re.compile(r"(.*) \(at (?:line (\d+), column \d+|end of document)\)")
+_PAIR = re.compile(r"""^\s*[\w.-]+\s*=\s*(?![\[{]|\"{3}|'{3})""")
+_DECIMAL_COMMA = re.compile(r"^(\s*([\w.-]+)\s*=\s*[-+]?\d+),(\d+)(\s*(?:#.*)?)$")
+_UNIT = re.compile(r"_(?:N|rpm|m_s|mm|um|GPa|HV|C|J_K|mm3|mm2|kg_m3|J_kgK|W_mK|W_K|W_m2K|1_m|percent)$")
+_MOST_SYNTAX_ERRORS = 20
+
+
+@dataclass(frozen=True)
+class _Source:
+    """A document that parses: its tables, and where they stand. `mended` keys had a syntax error of their own."""
+
+    file: str
+    raw: Mapping[str, Any]
+    lines: Mapping[Key, int]
+    mended: frozenset[str]
+
+    def problem(self, key: Key, what: str) -> Problem:
+        """A problem at a key, or where the nearest table that holds it begins."""
+        line = next((self.lines[key[:n]] for n in range(len(key), 0, -1) if key[:n] in self.lines), 1)
+        return Problem(what, self.file, line, _dotted(key))
+
+
+def parse(text: str, file: str) -> DefinitionBase:
+    """Check a whole document; DefinitionError lists every mistake, in the order of the lines."""
+    source, problems = _read(text, file)
+    try:
+        definition = definition_model().model_validate(source.raw)
+    except ValidationError as error:
+        problems.extend(_schema_problems(source, error.errors(include_url=False)))
+    problems.extend(source.problem(key, what) for key, what in broken(source.raw))
+    if problems:
+        raise DefinitionError(_in_order(problems))
+    return definition
+
+
+def _in_order(problems: list[Problem]) -> list[Problem]:
+    return sorted(problems, key=lambda problem: problem.line)
+
+
+def _read(text: str, file: str) -> tuple[_Source, list[Problem]]:
+    """Parse; where a plain `key = value` line has a syntax error, note it, leave the line out and go on."""
+    lines = text.replace("\r\n", "\n").split("\n")
+    problems: list[Problem] = []
+    mended: set[str] = set()
+    while True:
+        try:
+            raw = tomllib.loads("\n".join(lines))
+        except tomllib.TOMLDecodeError as error:
+            problem, repaired = _syntax_problem(error, lines, file)
+            problems.append(problem)
+            number = problem.line - 1
+            if repaired is None or len(problems) >= _MOST_SYNTAX_ERRORS:
+                raise DefinitionError(_in_order(problems)) from None
+            mended.add(lines[number].partition("=")[0].strip())
+            lines[number] = repaired
+        else:
+            return _Source(file, raw, locate("\n".join(lines)), frozenset(mended)), problems
+
+
+def _syntax_problem(error: tomllib.TOMLDecodeError, lines: Sequence[str], file: str) -> tuple[Problem, str | None]:
+    """The problem, and a line to put in its place, or None where what follows cannot be trusted."""
+    match = _SYNTAX.fullmatch(str(error))
+    what, at = (match[1], match[2]) if match else (str(error), None)
+    number = int(at) if at else len(lines)
+    line = lines[number - 1]
+    if comma := _DECIMAL_COMMA.match(line):
+        written = comma[1].rpartition("=")[2].strip()
+        what = f"TOML takes a decimal point: write {written}.{comma[3]}"
+        return Problem(what, file, number, comma[2]), f"{comma[1]}.{comma[3]}{comma[4]}"
+    problem = Problem(f"not TOML: {what[:1].lower()}{what[1:]}", file, number)
+    return problem, "" if _PAIR.match(line) and at else None
+
+
+def _schema_problems(source: _Source, errors: Sequence[ErrorDetails]) -> Iterator[Problem]:
+    """One problem per mistake: a misspelt key is not also reported as missing."""
+    meant: set[Key] = set()
+    missing: list[Key] = []
+    for error in errors:
+        key: Key = tuple(error["loc"])
+        if error["type"] == "missing":
+            missing.append(key)
+        elif error["type"] == "extra_forbidden":
+            what, guess = _unknown(key)
+            meant.update([(*key[:-1], guess)] if guess else [])
+            yield source.problem(key, what)
+        else:
+            yield source.problem(key, _wrong(error))
+    for key in missing:
+        if key not in meant and key[-1] not in source.mended:
+            yield source.problem(key, "is missing")
+
+
+def _wrong(error: ErrorDetails) -> str:
+    """What is wrong with a value, in one line."""
+    given = error.get("input")
+    context = error.get("ctx", {})
+    kind = error["type"]
+    kinds = {
+        "float_type": "must be a number",
+        "int_type": "must be a whole number",
+        "string_type": "must be a text in quotes",
+        "list_type": "must be a list in [ ]",
+        "model_type": "must be a table",
+        "finite_number": "must be a finite number",
+        "too_short": "must not be empty",
+        "string_pattern_mismatch": "must be letters, digits, '.', '_' or '-', and begin with a letter or digit",
+    }
+    if kind == "value_error":
+        what = str(context["error"])
+    elif kind == "literal_error":
+        guess = nearest(str(given), re.findall(r"'([^']*)'", context["expected"]))
+        what = f"must be {context['expected']}" + (f", did you mean '{guess}'?" if guess else "")
+    elif kind in ("greater_than", "greater_than_equal", "less_than", "less_than_equal"):
+        (word, bound), *_ = context.items()
+        words = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
+        what = f"must be {words[word]} {bound:g}"
+    else:
+        what = kinds.get(kind, error["msg"])
+    return f"{what}, not {_shown(given)}"
+
+
+def _shown(value: object) -> str:
+    text = f'"{value}"' if isinstance(value, str) else str(value)
+    text = {"True": "true", "False": "false"}.get(text, text)
+    return text if len(text) <= 40 else text[:37] + "..."
+
+
+def _unknown(key: Key) -> tuple[str, str | None]:
+    """The message for an unknown key, and the sibling it most probably meant."""
+    name, siblings = str(key[-1]), _keys(definition_model(), key[:-1])
+    for table, names in _every_table():
+        if name in names and table != key[:-1]:
+            where = f"belongs in [{_dotted(table)}]" if table else "belongs at the top of the file"
+            return f"unknown key here; it {where}", None
+    guess = nearest(name, siblings) or next((s for s in siblings if _same_quantity(name, s)), None)
+    if guess is None:
+        return f"unknown key; known here: {', '.join(siblings)}", None
+    unit = ", with the value in that unit" if _same_quantity(name, guess) else ""
+    return f"unknown key, did you mean {guess}{unit}?", guess
+
+
+def _same_quantity(name: str, guess: str) -> bool:
+    """Whether two keys differ in their unit only, as normal_load_kN and normal_load_N do."""
+    stem = _UNIT.sub("", guess)
+    return stem != guess and name.startswith(stem)
+
+
+def _keys(model: type[BaseModel], path: Key) -> list[str]:
+    """The valid keys of the table at a path."""
+    for part in path:
+        if isinstance(part, int):
+            continue
+        field = next((f for n, f in model.model_fields.items() if part in (n, f.alias)), None)
+        inner = _inner_model(field.annotation) if field else None
+        if inner is None:
+            return []
+        model = inner
+    return [f.alias or name for name, f in model.model_fields.items()]
+
+
+def _inner_model(annotation: object) -> type[BaseModel] | None:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    return next((m for a in get_args(annotation) if (m := _inner_model(a))), None)
+
+
+def _every_table() -> Iterator[tuple[Key, list[str]]]:
+    """The tables of the schema that stand on their own, with their keys."""
+    yield (), _keys(definition_model(), ())
+    for name in _keys(definition_model(), ()):
+        if name != "effects" and (keys := _keys(definition_model(), (name,))):
+            yield (name,), keys
+
+
+def _dotted(key: Key) -> str:
+    """history.steps[2].mu for ("history", "steps", 1, "mu"): items counted from 1, as the user counts steps."""
+    text = ""
+    for part in key:
+        text += f"[{part + 1}]" if isinstance(part, int) else f".{part}" if text else part
+    return text

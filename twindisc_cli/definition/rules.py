@@ -1,0 +1,108 @@
+"""Rules between keys of a test definition, which no single key can break alone.
+
+Each takes the raw tables, which may hold anything, and yields (key, what is wrong). They run even where other keys
+are wrong, so that all mistakes come in one go.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from twindisc_cli.definition.lines import Key
+
+Finding = tuple[Key, str]
+Raw = Mapping[str, Any]
+
+
+def _table(raw: object, name: str) -> Raw:
+    """A table of the raw document, empty where it is missing or not a table."""
+    table = raw.get(name) if isinstance(raw, Mapping) else None
+    return table if isinstance(table, Mapping) else {}
+
+
+def _numbers(raw: Raw, name: str) -> list[float]:
+    """A radius of both discs, NaN where it is missing or not a number."""
+    values = (_table(raw, disc).get(name) for disc in ("disc1", "disc2"))
+    return [float(v) if isinstance(v, (int, float)) and not isinstance(v, bool) else math.nan for v in values]
+
+
+def speed(raw: Raw) -> Iterator[Finding]:
+    """One speed, and one that the discs allow."""
+    rig = _table(raw, "rig")
+    given = [key for key in ("mean_speed_rpm", "rolling_speed_m_s") if key in rig]
+    radii = _numbers(rig, "rolling_radius_mm")
+    if len(given) == 2:
+        yield ("rig", "rolling_speed_m_s"), "mean_speed_rpm is given too; keep one of them"
+    elif not given and rig:
+        yield ("rig",), "no speed: give mean_speed_rpm or rolling_speed_m_s"
+    elif given == ["mean_speed_rpm"] and any(math.isinf(r) for r in radii):
+        yield ("rig", "mean_speed_rpm"), "a disc of radius inf does not turn: give rolling_speed_m_s instead"
+    if all(math.isinf(r) for r in radii):
+        yield ("rig", "disc2", "rolling_radius_mm"), "both rolling radii are inf; at least one disc must roll"
+
+
+def curvature(raw: Raw) -> Iterator[Finding]:
+    """The discs must touch at a point, not along a line or at two edges."""
+    radii = _numbers(_table(raw, "rig"), "transverse_radius_mm")
+    if any(math.isnan(r) or r == 0.0 for r in radii):
+        return
+    total = sum(1.0 / r for r in radii)
+    if total <= 0.0:
+        why = "both are straight: a line contact of no width" if total == 0.0 else "the discs touch at their edges"
+        yield ("rig", "disc2", "transverse_radius_mm"), f"1/R1 + 1/R2 across rolling must be positive ({why})"
+
+
+def heat(raw: Raw) -> Iterator[Finding]:
+    """One way to give the heat capacity, at most one to give the convection, each complete."""
+    thermal = _table(raw, "thermal")
+    if not thermal:
+        return
+    if "heat_capacity_J_K" not in thermal and "volume_mm3" not in thermal:
+        yield ("thermal",), "no heat capacity: give heat_capacity_J_K, or volume_mm3 with density and specific heat"
+    if "heat_capacity_J_K" in thermal and "volume_mm3" in thermal:
+        yield ("thermal", "volume_mm3"), "heat_capacity_J_K is given too; keep one of them"
+    ways = (
+        {"convection_W_K"},
+        {"heat_transfer_W_m2K", "surface_mm2"},
+        {"fluid_conductivity_W_mK", "nusselt_per_length_1_m", "surface_mm2"},
+    )
+    given = set().union(*ways) & set(thermal)
+    if given and given not in ways:
+        text = "; or ".join(" with ".join(sorted(way)) for way in ways)
+        yield ("thermal", min(given)), f"convection is given by {' and '.join(sorted(given))}; it takes {text}"
+
+
+def measured(raw: Raw) -> Iterator[Finding]:
+    """Traction comes from one file; a rig log needs to say whose torque it holds."""
+    table = _table(raw, "measured")
+    if "rig_log" in table and "traction" in table:
+        yield ("measured", "rig_log"), "traction is given too; keep one of them"
+    if "rig_log" in table and "torque_disc" not in table:
+        yield ("measured", "rig_log"), "say with torque_disc = 1 or 2 which disc the torque was measured on"
+    if "torque_disc" in table and "rig_log" not in table:
+        yield ("measured", "torque_disc"), "only a rig_log has a torque; remove it or give rig_log"
+
+
+def hold_out(raw: Raw) -> Iterator[Finding]:
+    """Steps held out must exist, once each, and leave some to fit."""
+    steps = _table(raw, "history").get("steps")
+    held = _table(raw, "loop").get("hold_out_steps")
+    if not isinstance(steps, list) or not isinstance(held, list):
+        return
+    for index, step in enumerate(held):
+        if isinstance(step, int) and step > len(steps):
+            yield ("loop", "hold_out_steps", index), f"there is no step {step}; the history has {len(steps)}"
+        if step in held[:index]:
+            yield ("loop", "hold_out_steps", index), f"step {step} is named twice"
+    if steps and len({s for s in held if isinstance(s, int)}) >= len(steps):
+        yield ("loop", "hold_out_steps"), "all steps are held out; none is left to fit"
+
+
+RULES = (speed, curvature, heat, measured, hold_out)
+
+
+def broken(raw: Raw) -> list[Finding]:
+    """Every rule that the document breaks."""
+    return [finding for rule in RULES for finding in rule(raw)]

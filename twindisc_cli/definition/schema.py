@@ -1,0 +1,201 @@
+"""The test definition as a schema: every key with its unit, its physical range and what it means.
+
+The [effects] tables are built from the catalogue, so that an effect is known here as soon as its file exists.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, create_model
+
+from twindisc_cli.effects import catalogue
+
+SCHEMA_URL = "https://json-schema.org/draft/2020-12/schema"
+
+
+def _radius(value: float) -> float:
+    if value == 0.0 or value != value:
+        raise ValueError("must be a radius: positive convex, negative concave, inf straight")
+    return value
+
+
+Positive = Annotated[float, Field(gt=0.0)]
+Temperature = Annotated[float, Field(ge=-273.15, le=3000.0)]
+Friction = Annotated[float, Field(gt=0.0, le=5.0, description="coefficient of friction")]
+RollingRadius = Annotated[
+    float, Field(gt=0.0, allow_inf_nan=True, description="radius along rolling; inf for a flat rail or plate")
+]
+TransverseRadius = Annotated[
+    float,
+    Field(allow_inf_nan=True, description="radius across rolling; inf: straight, negative: concave"),
+    AfterValidator(_radius),
+]
+Young = Annotated[float, Field(gt=0.0, le=1500.0, description="Young's modulus")]
+Poisson = Annotated[float, Field(ge=0.0, le=0.5, description="Poisson's ratio")]
+Hardness = Annotated[float, Field(gt=0.0, le=12000.0, description="Vickers hardness")]
+
+
+class Table(BaseModel):
+    """A TOML table: unknown keys and wrong types are errors, nothing is coerced."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class TestTable(Table):
+    """What the test is called."""
+
+    __test__ = False
+
+    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", description="names the results; no spaces")
+    description: str = ""
+
+
+class DiscTable(Table):
+    """The two radii of one disc."""
+
+    rolling_radius_mm: RollingRadius
+    transverse_radius_mm: TransverseRadius
+
+
+class RigTable(Table):
+    """The load, the speed and the two discs. Disc 2 is the one whose profile wears."""
+
+    normal_load_N: Positive = Field(le=1e7)
+    mean_speed_rpm: Positive | None = Field(default=None, le=1e6, description="mean of both discs; finite radii only")
+    rolling_speed_m_s: Positive | None = Field(default=None, le=1e3, description="instead of mean_speed_rpm")
+    disc1: DiscTable
+    disc2: DiscTable
+
+
+class MaterialOverride(Table):
+    """What differs on one disc."""
+
+    youngs_modulus_GPa: Young | None = None
+    poisson_ratio: Poisson | None = None
+    hardness_HV: Hardness | None = None
+
+
+class MaterialTable(Table):
+    """The material of both discs."""
+
+    youngs_modulus_GPa: Young
+    poisson_ratio: Poisson
+    hardness_HV: Hardness
+    disc1: MaterialOverride | None = None
+    disc2: MaterialOverride | None = None
+
+
+class ThermalTable(Table):
+    """The disc as one heat capacity, what cools it, and its material for the flash temperature."""
+
+    environment_temperature_C: Temperature
+    initial_temperature_C: Temperature | None = Field(default=None, description="left out: the environment's")
+    heat_capacity_J_K: Positive | None = Field(default=None, description="of the disc; or give volume_mm3")
+    volume_mm3: Positive | None = Field(default=None, description="with density and specific heat: the heat capacity")
+    density_kg_m3: Positive = Field(default=7650.0, description="of the disc; default AISI 440C")
+    specific_heat_J_kgK: Positive = Field(default=460.0, description="of the disc; default AISI 440C")
+    conductivity_W_mK: Positive = Field(default=24.2, description="of the disc; default AISI 440C")
+    convection_W_K: Positive | None = Field(default=None, description="h S; left out: identified from a temperature")
+    heat_transfer_W_m2K: Positive | None = Field(default=None, description="h, with surface_mm2")
+    fluid_conductivity_W_mK: Positive | None = Field(default=None, description="with nusselt_per_length_1_m")
+    nusselt_per_length_1_m: Positive | None = Field(default=None, description="Nu / length, with surface_mm2")
+    surface_mm2: Positive | None = Field(default=None, description="S, the cooled surface")
+
+
+class StepTable(Table):
+    """A step of constant creepage."""
+
+    creepage_percent: float = Field(ge=0.0, le=100.0, description="(R1 w1 - R2 w2) / mean, disc 1 the faster")
+    iterations: int = Field(default=1, ge=1, le=100_000)
+    mu: Friction | None = Field(default=None, description="used instead of an identified coefficient of friction")
+
+
+class HistoryTable(Table):
+    """The load history: steps of constant creepage, each some iterations of equal length."""
+
+    revolutions_per_iteration: Positive
+    steps: list[StepTable] = Field(min_length=1)
+
+
+class ModelTable(Table):
+    """How contact is computed, and the base parameters that are known."""
+
+    contact: Literal["hertz", "half_space"] = "hertz"
+    traction: Literal["fastsim", "fastrip", "exact"] = "fastsim"
+    wear_coefficient: Positive | None = Field(default=None, le=1.0, description="K; left out: identified")
+    friction_coefficient: Friction | None = Field(default=None, description="constant base value; left out: identified")
+
+
+class MeasuredTable(Table):
+    """Measured data: CSV files, with paths relative to this file."""
+
+    traction: str | None = None
+    rig_log: str | None = Field(default=None, description="raw speeds, torque and load, instead of traction")
+    torque_disc: Literal[1, 2] | None = Field(default=None, description="the disc whose torque rig_log holds")
+    profile: str | None = None
+    temperature: str | None = None
+    provenance: Literal["measured", "digitised", "reconstructed", "synthetic"] = "measured"
+
+
+class LoopTable(Table):
+    """Settings of close-loop."""
+
+    hold_out_steps: list[Annotated[int, Field(ge=1)]] | None = Field(
+        default=None, description="steps, counted from 1, that are never used to fit or to choose"
+    )
+
+
+class ReportedTable(Table):
+    """Numbers stated elsewhere, which `check` holds against the physics."""
+
+    depth_um: Positive | None = None
+    width_mm: Positive | None = None
+    wear_coefficient: Positive | None = None
+    temperature_rise_C: float | None = None
+
+
+class DefinitionBase(Table):
+    """One twin-disc test."""
+
+    schema_version: Literal[1] = Field(alias="schema")
+    test: TestTable
+    rig: RigTable
+    material: MaterialTable
+    thermal: ThermalTable | None = None
+    history: HistoryTable
+    model: ModelTable = ModelTable()
+    measured: MeasuredTable = MeasuredTable()
+    loop: LoopTable = LoopTable()
+    reported: ReportedTable = ReportedTable()
+
+
+def _effects_table() -> type[Table]:
+    tables: dict[str, Any] = {}
+    for name, effect in catalogue().items():
+        keys: dict[str, Any] = {}
+        for param in effect.params:
+            limits = (param.lower, param.upper) if param.off is None else (param.lower, param.upper, param.off)
+            text = f"{param.meaning} [{param.unit}]".strip()
+            keys[param.name] = (
+                Annotated[float, Field(ge=min(limits), le=max(limits), description=text)],
+                param.start,
+            )
+        table = create_model(name, __base__=Table, __doc__=effect.explanation.partition("\n")[0], **keys)
+        tables[name] = (table | None, None)
+    return create_model("effects", __base__=Table, __doc__="Declared effects, one table each.", **tables)
+
+
+@cache
+def definition_model() -> type[DefinitionBase]:
+    """The schema of a test definition, with a table for every effect of the catalogue."""
+    effects: Any = _effects_table()
+    return create_model(
+        "Definition", __base__=DefinitionBase, __doc__="A twin-disc test definition.", effects=(effects, effects())
+    )
+
+
+def json_schema() -> dict[str, Any]:
+    """The JSON schema of a test definition, for editors."""
+    return {"$schema": SCHEMA_URL, **definition_model().model_json_schema(by_alias=True)}

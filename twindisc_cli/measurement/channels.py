@@ -1,0 +1,196 @@
+"""The measured channels: traction, profile and temperature, checked against the rig and its history."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from twindisc_cli.measurement.table import Column, Floats, Ints, Table, read_table
+from twindisc_cli.measurement.units import COUNT, LENGTH, PERCENTAGE, RATIO, TEMPERATURE, TIME
+from twindisc_cli.model.experiment import History, ProfileSamples, Rig, TemperatureSamples, TractionSamples
+from twindisc_cli.physics.hertz import contact_ellipse
+
+CREEPAGE_TOLERANCE = (0.25, 2e-4)
+"""How far a creepage may lie from its step's: relative, plus absolute."""
+LARGEST_RATIO = 3.0
+_FEWEST = {"traction": 2, "profile": 8, "temperature": 3}
+
+
+def read_traction(data: bytes, file: str, *, history: History) -> TractionSamples:
+    """T/N against creepage, one row a sample or one a step."""
+    wanted = (
+        Column("creepage", PERCENTAGE),
+        Column("traction ratio", RATIO),
+        Column("time", TIME, required=False),
+        Column("step", COUNT, required=False),
+        Column("uncertainty", RATIO, required=False),
+    )
+    table = read_table(data, file, wanted)
+    columns = table.columns
+    _enough(table, _FEWEST["traction"])
+    if "time" in columns:
+        _check_time(table, history, partner="traction ratio")
+    step = _steps(table, history)
+    if not _swapped(table, history):
+        _check_creepage(table, history, step)
+        wild = np.abs(columns["traction ratio"]) > LARGEST_RATIO
+        ratio = columns["traction ratio"]
+        table.flag(wild, "traction ratio", lambda row: f"T/N of {ratio[row]:g} cannot be; is it in %, or a force?")
+    if "uncertainty" in columns:
+        table.flag(columns["uncertainty"] <= 0.0, "uncertainty", lambda _: "must be greater than 0")
+    table.check()
+    unknown = np.full(len(table), np.nan)
+    return TractionSamples(
+        time=columns.get("time", unknown),
+        step=step,
+        creepage=columns["creepage"],
+        ratio=columns["traction ratio"],
+        uncertainty=columns.get("uncertainty", unknown),
+    )
+
+
+def read_profile(data: bytes, file: str, *, rig: Rig, history: History) -> ProfileSamples:
+    """Height change of the worn disc across the track, for each disc and stop."""
+    wanted = (
+        Column("y", LENGTH),
+        Column("height", LENGTH),
+        Column("disc", COUNT, required=False),
+        Column("iteration", COUNT, required=False),
+    )
+    table = read_table(data, file, wanted)
+    columns, last = table.columns, len(history.step)
+    disc = columns.get("disc", np.full(len(table), 2.0)).astype(np.int64)
+    iteration = columns.get("iteration", np.full(len(table), float(last))).astype(np.int64)
+    table.flag((disc != 1) & (disc != 2), "disc", lambda row: f"there is no disc {disc[row]}; it is 1 or 2")
+    outside = (iteration < 1) | (iteration > last)
+    table.flag(outside, "iteration", lambda row: f"the history has iterations 1 to {last}, not {iteration[row]}")
+    width = 2.0 * float(
+        contact_ellipse(
+            curvature_x=rig.curvature_x,
+            curvature_y=rig.curvature_y,
+            normal_load=rig.normal_load,
+            effective_modulus=rig.effective_modulus,
+        ).b
+    )
+    for which in np.unique(np.stack([disc, iteration]), axis=1).T:
+        _check_profile(table, np.flatnonzero((disc == which[0]) & (iteration == which[1])), width)
+    radii = [d.rolling_radius for d in (rig.disc1, rig.disc2)]
+    deep = np.abs(columns["height"]) > 0.1 * min(radii)
+    table.flag(deep, "height", lambda row: f"{columns['height'][row] * 1e3:g} mm is no wear depth; check the unit")
+    table.check()
+    return ProfileSamples(y=columns["y"], height=columns["height"], disc=disc, iteration=iteration)
+
+
+def read_temperature(data: bytes, file: str, *, history: History) -> TemperatureSamples:
+    """Disc temperature over time."""
+    table = read_table(data, file, (Column("time", TIME), Column("temperature", TEMPERATURE)))
+    _enough(table, _FEWEST["temperature"])
+    _check_time(table, history, partner="temperature")
+    kelvin = table.columns["temperature"]
+    table.flag(kelvin < 0.0, "temperature", lambda row: f"{kelvin[row]:g} K is below absolute zero; check the unit")
+    table.check()
+    return TemperatureSamples(time=table.columns["time"], temperature=kelvin)
+
+
+def step_at(history: History, time: Floats) -> Ints:
+    """The step that runs at each time; the end of a step belongs to it."""
+    iteration = np.searchsorted(history.end_time * (1.0 + 1e-9), time, side="left")
+    return history.step[np.minimum(iteration, len(history.step) - 1)]
+
+
+def tolerance(creepage: Floats) -> Floats:
+    """How far from `creepage` a measured one may lie [1]."""
+    relative, absolute = CREEPAGE_TOLERANCE
+    return relative * creepage + absolute
+
+
+def _enough(table: Table, fewest: int) -> None:
+    if len(table) < fewest and not table.problems:
+        table.note(f"too few points: {len(table)}, at least {fewest} are needed", line=int(table.lines[-1]))
+
+
+def _check_time(table: Table, history: History, *, partner: str) -> None:
+    """Times rise, without doubles, inside the history."""
+    time, end = table.columns["time"], float(history.end_time[-1])
+    rise = np.diff(time, prepend=-np.inf)
+    if np.any(rise <= 0.0) and np.all(np.diff(table.columns[partner]) > 0.0):
+        table.note(f"the times do not rise but the other column does: swapped with {table.headers[partner]}?", "time")
+        return
+    table.flag(rise == 0.0, "time", lambda row: f"time {table.written['time'][row]:g} occurs twice")
+    table.flag(rise < 0.0, "time", lambda row: f"time {table.written['time'][row]:g} is earlier than the row before")
+    outside = (time < 0.0) | (time > end * 1.001)
+    table.flag(outside, "time", lambda row: f"{time[row]:g} s lies outside the history, 0 to {end:g} s; check the unit")
+
+
+def _steps(table: Table, history: History) -> Ints:
+    """The step of each row, from 0: as the file says, else by time, else the one nearest in creepage."""
+    creepage, steps = table.columns["creepage"], history.step_creepage
+    if "step" in table.columns:
+        given = table.columns["step"].astype(np.int64)
+        unknown = (given < 1) | (given > len(steps))
+        table.flag(unknown, "step", lambda row: f"there is no step {given[row]}; the history has 1 to {len(steps)}")
+        return np.clip(given, 1, len(steps)) - 1
+    if "time" in table.columns:
+        return step_at(history, table.columns["time"])
+    if len(creepage) == len(steps) and np.all(np.abs(creepage - steps) <= tolerance(steps)):
+        return np.arange(len(steps))
+    return np.argmin(np.abs(creepage[:, None] - steps), axis=1).astype(np.int64)
+
+
+def _check_creepage(table: Table, history: History, step: Ints) -> None:
+    """Creepages are those of the history."""
+    creepage, steps = table.columns["creepage"], history.step_creepage
+    expected = steps[step]
+
+    def what(row: int) -> str:
+        other = int(np.argmin(np.abs(steps - creepage[row])))
+        text = f"{creepage[row] * 100:g} % is not the history's: step {step[row] + 1} has {expected[row] * 100:g} %"
+        near = abs(steps[other] - creepage[row]) <= tolerance(steps[other])
+        return f"{text}, step {other + 1} has {steps[other] * 100:g} %" if near and other != step[row] else text
+
+    table.flag(np.abs(creepage - expected) > tolerance(expected), "creepage", what)
+
+
+def _swapped(table: Table, history: History) -> bool:
+    """Whether the traction ratios look like the history's creepages, and better than the creepages do."""
+    steps = history.step_creepage
+    creepage, written = table.columns["creepage"], table.written
+    with np.errstate(invalid="ignore"):
+        factor = np.nanmedian(creepage / written["creepage"]) if np.any(written["creepage"]) else 1.0
+    ratio = written["traction ratio"] * factor
+
+    def matched(values: Floats) -> tuple[bool, int]:
+        nearest_step = np.argmin(np.abs(values[:, None] - steps), axis=1)
+        fits = np.abs(values - steps[nearest_step]) <= tolerance(steps[nearest_step])
+        return bool(np.all(fits)), len(np.unique(steps[nearest_step[fits]]))
+
+    (fits, many), (_, few) = matched(ratio), matched(creepage)
+    if len(ratio) and fits and many > max(1, few):
+        table.note(
+            f"these look like the history's creepages: swapped with {table.headers['creepage']}?",
+            "traction ratio",
+            int(table.lines[0]),
+        )
+        return True
+    return False
+
+
+def _check_profile(table: Table, rows: Ints, width: float) -> None:
+    """One profile: enough points, y in order, at least as wide as the contact."""
+    y, height = table.columns["y"][rows], table.columns["height"][rows]
+    first, fewest = int(table.lines[rows[0]]), _FEWEST["profile"]
+    if len(rows) < fewest:
+        if not table.problems:
+            table.note(f"too few points: {len(rows)}, at least {fewest} are needed for a profile", line=first)
+        return
+    forward = np.sign(y[-1] - y[0]) or 1.0
+    rise = np.diff(y) * forward
+    if np.any(rise <= 0.0) and (np.all(np.diff(height) > 0.0) or np.all(np.diff(height) < 0.0)):
+        table.note(f"y does not rise but the height does: swapped with {table.headers['height']}?", "y", first)
+        return
+    bad = np.zeros(len(table), dtype=bool)
+    bad[rows[1:][rise <= 0.0]] = True
+    table.flag(bad, "y", lambda row: f"y = {table.written['y'][row]:g} occurs twice or out of order in this profile")
+    span = float(np.ptp(y))
+    if span < width:
+        what = f"the profile spans {span * 1e3:.4g} mm, the contact is {width * 1e3:.4g} mm wide"
+        table.note(f"{what}: measure across the whole track, or check the unit", "y", first)

@@ -1,0 +1,160 @@
+"""Raw rig logs: creepage and T/N from two speeds, torque and load, and the steps found in them.
+
+    creepage = (R1 w1 - R2 w2) / ((R1 w1 + R2 w2) / 2)          (Eq. 1)
+    T/N = torque / (R N),  R of the disc the torque was measured on
+
+The log is averaged over a twentieth of an iteration. The averages are laid along the history's steps in order, by the
+cheapest monotone path over |creepage - step's creepage|. Those that straddle a change of step, and those that belong to
+no step (running up, idling), are left out. The clock of the log may start anywhere: times are counted from where each
+step is found. The sign of the torque is the sensor's; it is taken so that T/N is positive.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from twindisc_cli.measurement.channels import tolerance
+from twindisc_cli.measurement.table import Column, Floats, Ints, Table, read_table
+from twindisc_cli.measurement.units import FORCE, TIME, TORQUE, TURNING
+from twindisc_cli.model.experiment import History, Rig, TractionSamples
+
+_PER_ITERATION = 20
+_UNLOADED = 0.1
+_LONGEST = 1.05
+_WRONG_LOAD = 0.2
+_WRONG_SPEED = 0.1
+
+
+def read_rig_log(data: bytes, file: str, *, rig: Rig, history: History, torque_disc: int) -> TractionSamples:
+    """T/N samples from a raw log; MeasurementError says which step is missing or does not fit."""
+    wanted = (
+        Column("time", TIME),
+        Column("speed 1", TURNING),
+        Column("speed 2", TURNING),
+        Column("torque", TORQUE),
+        Column("normal load", FORCE),
+    )
+    table = read_table(data, file, wanted)
+    _check_rows(table, rig)
+    table.check()
+    loaded = table.columns["normal load"] > _UNLOADED * rig.normal_load
+    time, creepage, ratio = _averages(table, rig, history, torque_disc, loaded)
+    _check_rig(table, rig, loaded)
+    step = _align(time, creepage, history)
+    kept = _settled(creepage, step, history)
+    _check_steps(table, time, step, kept, history)
+    table.check()
+    return TractionSamples(
+        time=_history_time(time, step, history)[kept],
+        step=step[kept],
+        creepage=creepage[kept],
+        ratio=ratio[kept],
+        uncertainty=np.full(int(kept.sum()), np.nan),
+    )
+
+
+def _check_rows(table: Table, rig: Rig) -> None:
+    """What can be judged row by row."""
+    if not (np.isfinite(rig.disc1.rolling_radius) and np.isfinite(rig.disc2.rolling_radius)):
+        table.note("a rig log needs two discs that turn; one rolling radius is inf")
+    rise = np.diff(table.columns["time"], prepend=-np.inf)
+    table.flag(rise == 0.0, "time", lambda row: f"time {table.written['time'][row]:g} occurs twice")
+    table.flag(rise < 0.0, "time", lambda row: f"time {table.written['time'][row]:g} is earlier than the row before")
+    if not np.any(table.columns["normal load"] > _UNLOADED * rig.normal_load) and not table.problems:
+        table.note(f"the load never comes near the definition's {rig.normal_load:g} N", "normal load")
+
+
+def _averages(
+    table: Table, rig: Rig, history: History, torque_disc: int, loaded: np.ndarray[tuple[int], np.dtype[np.bool_]]
+) -> tuple[Floats, Floats, Floats]:
+    """Return time, creepage and T/N, averaged over a twentieth of an iteration."""
+    columns = {name: values[loaded] for name, values in table.columns.items()}
+    speed1, speed2 = columns["speed 1"] * rig.disc1.rolling_radius, columns["speed 2"] * rig.disc2.rolling_radius
+    radius = (rig.disc1 if torque_disc == 1 else rig.disc2).rolling_radius
+    values = (
+        columns["time"],
+        (speed1 - speed2) / (0.5 * (speed1 + speed2)),
+        columns["torque"] / (radius * columns["normal load"]),
+    )
+    length = float(history.duration[0]) / _PER_ITERATION
+    _, block = np.unique(np.floor((values[0] - values[0][0]) / length), return_inverse=True)
+    count = np.bincount(block)
+    time, creepage, ratio = (np.bincount(block, weights=v) / count for v in values)
+    return time, creepage, ratio * (np.sign(np.median(ratio)) or 1.0)
+
+
+def _check_rig(table: Table, rig: Rig, loaded: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> None:
+    """The log's load and speed are the definition's."""
+    load = float(np.median(table.columns["normal load"][loaded]))
+    if abs(load / rig.normal_load - 1.0) > _WRONG_LOAD:
+        table.note(f"the load is {load:.4g} N, the definition says {rig.normal_load:g} N", "normal load")
+    speeds = [
+        float(np.median(table.columns[name][loaded])) * disc.rolling_radius
+        for name, disc in (("speed 1", rig.disc1), ("speed 2", rig.disc2))
+    ]
+    if abs(np.mean(speeds) / rig.rolling_speed - 1.0) > _WRONG_SPEED:
+        what = f"the mean speed is {np.mean(speeds):.4g} m/s, the definition says {rig.rolling_speed:.4g} m/s"
+        table.note(f"{what}; check the unit", "speed 1")
+    if speeds[0] < speeds[1]:
+        table.note("disc 1 is the slower one, so creepage is negative: swapped with speed 2?", "speed 1")
+
+
+def _align(time: Floats, creepage: Floats, history: History) -> Ints:
+    """The step of each average: the cheapest path that never goes back. Time only decides between equal creepages."""
+    steps = history.step_creepage
+    ends = np.array([history.end_time[history.step == k][-1] for k in range(len(steps))])
+    starts = np.concatenate([[0.0], ends[:-1]])
+    since = (time - time[0])[:, None]
+    late = np.maximum(since - ends, 0.0) + np.maximum(starts - since, 0.0)
+    cost = np.minimum(np.abs(creepage[:, None] - steps) / tolerance(steps), 3.0) ** 2 + 1e-3 * late / ends[-1]
+    came_from = np.empty(cost.shape, dtype=np.int64)
+    total = cost[0]
+    for row in range(1, len(cost)):
+        best = np.minimum.accumulate(total)
+        is_new = total <= best
+        came_from[row] = np.maximum.accumulate(np.where(is_new, np.arange(len(steps)), 0))
+        total = best + cost[row]
+    path = np.empty(len(cost), dtype=np.int64)
+    path[-1] = int(np.argmin(total))
+    for row in range(len(cost) - 1, 0, -1):
+        path[row - 1] = came_from[row, path[row]]
+    return path
+
+
+def _settled(creepage: Floats, step: Ints, history: History) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Averages at their step's creepage that do not straddle a change of step."""
+    steps = history.step_creepage
+    settled = np.abs(creepage - steps[step]) <= tolerance(steps[step])
+    change = np.flatnonzero(np.diff(step))
+    settled[change] = False
+    settled[change + 1] = False
+    return np.asarray(settled)
+
+
+def _check_steps(
+    table: Table,
+    time: Floats,
+    step: Ints,
+    kept: np.ndarray[tuple[int], np.dtype[np.bool_]],
+    history: History,
+) -> None:
+    """Every step is there and as long as the history says."""
+    for index, creepage in enumerate(history.step_creepage):
+        planned = float(history.duration[history.step == index].sum())
+        mine = time[kept & (step == index)]
+        if len(mine) == 0:
+            table.note(f"no stretch of the log runs at the {creepage * 100:g} % of step {index + 1}", "speed 1")
+        elif np.ptp(mine) > _LONGEST * planned:
+            table.note(f"step {index + 1} lasts {np.ptp(mine):.4g} s here, {planned:.4g} s in the history", "time")
+
+
+def _history_time(time: Floats, step: Ints, history: History) -> Floats:
+    """Times on the history's clock: those of each step counted from where the log begins it."""
+    result = np.empty_like(time)
+    for index in np.unique(step):
+        mine = step == index
+        duration = history.duration[history.step == index].sum()
+        end = history.end_time[history.step == index][-1]
+        half = 0.5 * history.duration[0] / _PER_ITERATION
+        result[mine] = np.minimum(end - duration + half + time[mine] - time[mine][0], end)
+    return result
