@@ -1,0 +1,18 @@
+"""What every function of the theory takes and gives: real arrays."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+
+
+def arrays(*values: ArrayLike) -> tuple[Floats, ...]:
+    """Each value as an array of floats."""
+    return tuple(np.asarray(value, dtype=float) for value in values)
+
+
+def together(*values: ArrayLike) -> tuple[Floats, ...]:
+    """The values as arrays of floats of one shape."""
+    return np.broadcast_arrays(*arrays(*values))

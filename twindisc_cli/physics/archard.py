@@ -1,0 +1,45 @@
+"""Archard's law, worn depth and volume from the dissipated power (Eqs. 12-15).
+
+    du/dn (y) = K P_l(y) / (H V)        depth one revolution takes off [m]
+    W = K E / H                         volume worn by the dissipated energy E [m^3]
+
+    K   wear coefficient [1];  H  hardness [Pa];  V  rolling speed [m/s]
+    P_l dissipated power per length across rolling [W/m], integrated along rolling
+
+Eq. 15 follows from Eq. 14 with one pass a revolution; over the track 2 pi R and the time 2 pi R/V it holds W = K E/H.
+Source: J. F. Archard, J. Applied Physics 24 (1953) 981; R. Hill's form with dissipated power: Li and Kalker (1998).
+Valid for: mild sliding wear with one K; a severe regime needs its own.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from twindisc_cli.physics._arrays import Floats, arrays
+
+
+def depth_per_revolution(
+    *, power_per_length: ArrayLike, wear_coefficient: ArrayLike, hardness: ArrayLike, speed: ArrayLike
+) -> Floats:
+    """The depth [m] that one revolution takes off under P_l [W/m] (Eq. 15); all broadcast."""
+    k, power, hardness, speed = arrays(wear_coefficient, power_per_length, hardness, speed)
+    return k * power / (hardness * speed)
+
+
+def worn_volume(*, y: ArrayLike, depth: ArrayLike, rolling_radius: ArrayLike) -> Floats:
+    """The volume [m^3] of a groove of `depth` [m] (..., y), positive downwards, around the rim of a disc; y [m]."""
+    y, depth, radius = arrays(y, depth, rolling_radius)
+    return 2.0 * np.pi * radius * np.trapezoid(depth, y, axis=-1)
+
+
+def energy_volume(*, energy: ArrayLike, wear_coefficient: ArrayLike, hardness: ArrayLike) -> Floats:
+    """The volume [m^3] that the dissipated `energy` [J] wears off (Eq. 13); all broadcast."""
+    k, energy, hardness = arrays(wear_coefficient, energy, hardness)
+    return k * energy / hardness
+
+
+def allowed_coefficient(*, volume: ArrayLike, energy: ArrayLike, hardness: ArrayLike) -> Floats:
+    """The one K [1] that joins a worn `volume` [m^3] and a dissipated `energy` [J], W H / E; all broadcast."""
+    volume, energy, hardness = arrays(volume, energy, hardness)
+    return volume * hardness / energy
