@@ -52,6 +52,9 @@ _SLOPE_DAMPING = 0.5
 _FIRST_STIFFNESS = 1.45
 # Load of a strip that has just entered, over the largest.
 _ENTRY_LOAD = 1e-3
+# A strip right at the edge may pull once loaded and overlap once unloaded. From step 20 on it stays out at an overlap
+# that grows by this much per step, over the largest deflection.
+_FORGIVEN_PER_STEP = 2e-5
 # Strips squared times cases that are solved together: keeps the matrices in the processor's cache.
 _CHUNK = 40_000
 
@@ -230,8 +233,7 @@ def _converge(problem: _Problem, state: _State, accuracy: float) -> _State:
     """Step on the strips that are or may become loaded, until nothing changes and no strip beyond them overlaps."""
     for number in range(_MOST_ITERATIONS):
         part = _window(state.loaded)
-        # Strips that keep entering and leaving between rough neighbours: from step 20 on, a growing overlap is left.
-        forgiven = accuracy * max(0.0, number / 20.0 - 1.0)
+        forgiven = _FORGIVEN_PER_STEP * max(0, number - 20)
         state = _put(_step(problem.window(part), _cut(state, part), forgiven), part, problem.y.size)
         if state.error.max() < accuracy:
             state = _touch_beyond(problem, state, part)
