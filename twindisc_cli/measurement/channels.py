@@ -133,7 +133,8 @@ def _steps(table: Table, history: History) -> Ints:
         return step_at(history, table.columns["time"])
     if len(creepage) == len(steps) and np.all(np.abs(creepage - steps) <= tolerance(steps)):
         return np.arange(len(steps))
-    return np.argmin(np.abs(creepage[:, None] - steps), axis=1).astype(np.int64)
+    closest: Ints = np.argmin(np.abs(creepage[:, None] - steps), axis=1)
+    return closest
 
 
 def _check_creepage(table: Table, history: History, step: Ints) -> None:

@@ -91,10 +91,7 @@ def read_bytes(path: Path) -> bytes:
         return path.read_bytes()
     except FileNotFoundError:
         here = sorted(p.name for p in path.parent.glob("*.csv")) if path.parent.is_dir() else []
-        guess = nearest(path.name, here)
-        raise MeasurementError(
-            Problem(f"no such file{f', did you mean {guess}?' if guess else ''}", str(path))
-        ) from None
+        raise MeasurementError(Problem(f"no such file{did_you_mean(path.name, here)}", str(path))) from None
     except IsADirectoryError:
         raise MeasurementError(Problem("is a folder; name a CSV file in it", str(path))) from None
     except OSError as error:

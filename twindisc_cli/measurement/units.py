@@ -27,7 +27,7 @@ class Quantity:
             unit = self.default
         plain = _plain(unit)
         if plain not in self.units:
-            raise ValueError(f"unknown unit [{unit}] for {self.name}{did_you_mean(plain, self.units)} known: {known}")
+            raise ValueError(f"unknown unit [{unit}] for {self.name}{did_you_mean(plain, self.units)}; known: {known}")
         return self.units[plain]
 
 
