@@ -64,17 +64,19 @@ class Rig:
     @property
     def poisson_ratio(self) -> float:
         """Combined Poisson ratio of Eq. 7, nu/G = nu1/(2 G1) + nu2/(2 G2)."""
-        return 0.5 * self.shear_modulus * (
-            self.disc1.poisson_ratio / self.disc1.shear_modulus
-            + self.disc2.poisson_ratio / self.disc2.shear_modulus
+        return (
+            0.5
+            * self.shear_modulus
+            * (
+                self.disc1.poisson_ratio / self.disc1.shear_modulus
+                + self.disc2.poisson_ratio / self.disc2.shear_modulus
+            )
         )
 
     @property
     def effective_modulus(self) -> float:
         """E*, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa]."""
-        return 1.0 / sum(
-            (1.0 - disc.poisson_ratio**2) / disc.youngs_modulus for disc in (self.disc1, self.disc2)
-        )
+        return 1.0 / sum((1.0 - disc.poisson_ratio**2) / disc.youngs_modulus for disc in (self.disc1, self.disc2))
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,250 @@
+"""The forward model: base parameters and effects give the traction, profile and temperature at the measured points.
+
+    operation -> friction -> traction -> contact -> wear -> heat -> sensor
+
+    xi = k G a b C11 v / (mu N),  T = mu N f(xi),  P = V v T                      traction, power
+    S  = integral of (K/H) P dt / (2 pi R),  profile and patch from the wear path  wear
+    rho C v dT/dt = P - h S (T - T_env)                                            heat (Eq. 18)
+
+The stages feed each other (a worn patch is stiffer, a warm disc may slide more easily), so the chain is passed until
+energy and temperature stand still. Everything is vectorised over parameter sets: arrays are (set, point).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from twindisc_cli.effects import catalogue
+from twindisc_cli.effects._effect import Stage
+from twindisc_cli.effects._state import State
+from twindisc_cli.model.experiment import Contact, Experiment, Floats
+from twindisc_cli.model.patch import WeightedPaths, weighted_paths
+from twindisc_cli.model.points import Points, operating_points
+from twindisc_cli.model.surface import Stops, recorded_sections, worn_surface
+from twindisc_cli.model.warming import warmed
+from twindisc_cli.model.wear import WearPath, first_section, wear_path
+from twindisc_cli.physics import exact, fastrip, fastsim
+
+MOST_PASSES = 40
+SETTLED = 1e-7
+Parameters = Mapping[str, Floats]
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Predicted channels at the measured samples, (set, sample): T/N [1], height change [m], temperature [K].
+
+    `state` holds the operating points after the last pass, `section` the worn section at them [m2], (set, point).
+    """
+
+    traction: Floats
+    profile: Floats
+    temperature: Floats
+    state: State
+    section: Floats
+
+
+@dataclass(frozen=True)
+class ForwardModel:
+    """One test, ready to be predicted many times."""
+
+    experiment: Experiment
+
+    @cached_property
+    def points(self) -> Points:
+        """Where the model is evaluated."""
+        return operating_points(self.experiment)
+
+    @cached_property
+    def circumference_hardness(self) -> float:
+        """2 pi R H: worn section per K E [N/m]; R is disc 2's, or disc 1's where disc 2 is straight."""
+        disc = self.experiment.rig.disc2
+        return 2.0 * np.pi * self.radius * disc.hardness
+
+    @property
+    def radius(self) -> float:
+        """Rolling radius of the disc whose profile wears [m]."""
+        rig = self.experiment.rig
+        return rig.disc2.rolling_radius if np.isfinite(rig.disc2.rolling_radius) else rig.disc1.rolling_radius
+
+    @cached_property
+    def reach(self) -> float:
+        """Largest worn section the paths are made for [m2]: four times the recorded or the declared one."""
+        rig, profile = self.experiment.rig, self.experiment.measured.profile
+        sections = [first_section(rig)]
+        if profile is not None:
+            sections += [4.0 * section for section in recorded_sections(profile)]
+        wear_coefficient = self.experiment.options.wear_coefficient
+        if np.isfinite(wear_coefficient):
+            history = self.experiment.history
+            sliding = float(np.sum(history.duration * np.abs(history.creepage))) * rig.rolling_speed
+            sections.append(1.2 * wear_coefficient * rig.normal_load * sliding / self.circumference_hardness)
+        return max(sections)
+
+    def path(self, contact: Contact, wander: float) -> WearPath:
+        """The wear path of this rig."""
+        return wear_path(self.experiment.rig, contact=contact, section=self.reach, wander=wander)
+
+    def predict(self, base: Parameters, effects: Mapping[str, Parameters] | None = None) -> Prediction:
+        """Predict every channel.
+
+        base     mu (set,) or (set, step), K (set,), convection_W_K (set,)
+        effects  parameters of each effect, (set,), beside those the test declares
+        """
+        sets = max(len(np.atleast_1d(v)) for v in [*base.values(), *_values(effects)])
+        chain = _Chain(self, _columns(base, sets), self._all_effects(effects or {}, sets), sets)
+        state = chain.start()
+        for _ in range(MOST_PASSES):
+            last, state = state, chain.run(state)
+            if _standing(last, state):
+                break
+        return chain.read(state)
+
+    def _all_effects(self, effects: Mapping[str, Parameters], sets: int) -> dict[str, dict[str, Floats]]:
+        declared = {
+            name: {key: np.full((1,), value) for key, value in parameters.items()}
+            for name, parameters in self.experiment.effects.items()
+            if name not in effects
+        }
+        return {name: _columns(parameters, sets) for name, parameters in {**declared, **effects}.items()}
+
+
+def _values(effects: Mapping[str, Parameters] | None) -> list[Floats]:
+    return [value for parameters in (effects or {}).values() for value in parameters.values()]
+
+
+def _columns(parameters: Parameters, sets: int) -> dict[str, Floats]:
+    """Every parameter as (set, 1), or (set, step) where it is given per step."""
+    columns = {}
+    for name, value in parameters.items():
+        array = np.asarray(value, dtype=float)
+        array = array[:, None] if array.ndim == 1 else np.atleast_2d(array)
+        columns[name] = np.broadcast_to(array, (sets, array.shape[1]))
+    return columns
+
+
+def _standing(last: State, state: State) -> bool:
+    """Whether energy and temperature no longer change."""
+    energy = float(np.max(np.abs(state.energy[:, -1] - last.energy[:, -1]) / np.maximum(state.energy[:, -1], 1e-30)))
+    warmth = float(np.max(np.nan_to_num(np.abs(state.temperature - last.temperature))))
+    return energy < SETTLED and warmth < 1e-5
+
+
+@dataclass(frozen=True)
+class _Chain:
+    """The stages, for one list of parameter sets."""
+
+    model: ForwardModel
+    base: dict[str, Floats]
+    effects: dict[str, dict[str, Floats]]
+    sets: int
+
+    def start(self) -> State:
+        """The operating points before anything is known of energy and temperature."""
+        test, points = self.model.experiment, self.model.points
+        shape = (self.sets, len(points.time))
+        environment = test.thermal.environment_temperature if test.thermal else np.nan
+        return State(
+            time=points.time,
+            duration=points.duration,
+            cycles=points.cycles,
+            rolling_radius=self.model.radius,
+            nominal_load=test.rig.normal_load,
+            creepage=np.broadcast_to(points.creepage, shape),
+            normal_load=np.full(shape, test.rig.normal_load),
+            rolling_speed=np.full(shape, test.rig.rolling_speed),
+            environment=np.full(shape, environment),
+            temperature=np.full(shape, test.thermal.initial_temperature if test.thermal else environment),
+            energy=np.zeros(shape),
+            wear_index=np.full(shape, 1e-30),
+        )
+
+    def run(self, before: State) -> State:
+        """One pass through all stages but the sensors."""
+        fresh = self.start().replace(temperature=before.temperature, energy=before.energy, wear_index=before.wear_index)
+        state = self._friction(self._apply("operation", fresh))
+        state = self._apply("contact", self._apply("traction", state))
+        state = self._apply("wear", state)
+        state = self._traction(state)
+        return self._heat(state)
+
+    def _apply(self, stage: Stage, state: State) -> State:
+        for name, parameters in self.effects.items():
+            effect = catalogue()[name]
+            if effect.stage == stage:
+                state = effect.apply(state, **parameters)
+        return state
+
+    def _friction(self, state: State) -> State:
+        mu = self.base["mu"]
+        if mu.shape[1] > 1:
+            mu = mu[:, self.model.experiment.history.step[self.model.points.iteration]]
+        return self._apply("friction", state.replace(mu=np.broadcast_to(mu, state.creepage.shape)))
+
+    def _traction(self, state: State) -> State:
+        """Traction of the patch as worn so far, the power and the energy."""
+        capacity = state.mu * state.normal_load
+        patch = self._paths(state).patch(self.section(state), state.normal_load / state.nominal_load)
+        along = patch.stiffness * state.slope * state.creepage / capacity
+        across = patch.stiffness_y * state.slope * state.lateral_creepage / capacity
+        xi = np.maximum(np.hypot(along, across), 1e-30)
+        saturation = self._law(state, xi, patch.ratio)
+        force = capacity * saturation * along / xi
+        side = capacity * saturation * across / xi
+        power = state.rolling_speed * (force * state.creepage + side * state.lateral_creepage)
+        return state.replace(
+            traction_ratio=force / state.nominal_load,
+            power=power,
+            energy=np.cumsum(power * state.duration, axis=1),
+            wear_index=power / state.rolling_speed / patch.area,
+        )
+
+    def _law(self, state: State, xi: Floats, ratio: Floats) -> Floats:
+        """T/(mu N) of the declared traction law, moved towards the exact theory where an effect says so."""
+        poisson = self.model.experiment.rig.poisson_ratio
+        declared = self.model.experiment.options.traction
+        if declared == "exact":
+            return exact.saturation(xi, ratio, poisson)
+        plain = fastrip.saturation(xi) if declared == "fastrip" else fastsim.saturation(xi)
+        if not np.any(state.exactness):
+            return plain
+        return (1.0 - state.exactness) * plain + state.exactness * exact.saturation(xi, ratio, poisson)
+
+    def section(self, state: State) -> Floats:
+        """Worn section at every point [m2], of both discs together."""
+        worn = np.cumsum(np.diff(state.energy, axis=1, prepend=0.0) * state.wear_factor, axis=1)
+        return worn * self.base["K"] / self.model.circumference_hardness
+
+    def _paths(self, state: State) -> WeightedPaths:
+        return weighted_paths(self.model.path, self.model.experiment.options.contact, state.half_space, state.wander)
+
+    def _heat(self, state: State) -> State:
+        """Disc temperature, exact for a power that is constant within each point."""
+        thermal = self.model.experiment.thermal
+        if thermal is None:
+            return state
+        convection = np.broadcast_to(self.base["convection_W_K"], state.energy.shape)
+        state = self._apply("heat", state.replace(heat=state.power, convection=convection))
+        temperature = warmed(state, thermal)
+        return state.replace(temperature=temperature, disc_temperature=temperature)
+
+    def read(self, state: State) -> Prediction:
+        """What the sensors record."""
+        points, section = self.model.points, self.section(state)
+        profile, stops = self.model.experiment.measured.profile, None
+        if profile is not None:
+            stops = Stops.of(profile, points)
+            state = state.replace(surface=worn_surface(self._paths(state), state, section, stops))
+        state = self._apply("sensor", state)
+        wide = section.shape
+        return Prediction(
+            traction=np.broadcast_to(state.traction_ratio, wide)[:, points.of_traction],
+            profile=stops.sample(state.surface) if stops and state.surface else np.empty((self.sets, 0)),
+            temperature=np.broadcast_to(state.disc_temperature, wide)[:, points.of_temperature],
+            state=state,
+            section=section,
+        )

@@ -1,0 +1,85 @@
+"""The contact at every operating point, read off the wear paths.
+
+A path is computed for one load and one lateral wander. Between wanders it is interpolated (cubic, on a fixed grid in
+units of the unworn half-width b); to another load it is scaled: lengths along and across go with the cube root of the
+load, heights with its square, the worn section with the load itself, which is exact without wander.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from twindisc_cli.model.experiment import Contact, Floats
+from twindisc_cli.model.wear import WearPath
+
+WANDERS = np.array([0.0, 0.15, 0.3, 0.5, 0.75, 1.0, 1.5, 2.2])
+
+
+@dataclass(frozen=True)
+class Patch:
+    """Contact at every point, each (set, point): stiffness G a b C11, stiffness_y G a b C22 [N], area [m2], a/b."""
+
+    stiffness: Floats
+    stiffness_y: Floats
+    area: Floats
+    ratio: Floats
+
+
+@dataclass(frozen=True)
+class WeightedPaths:
+    """Wear paths whose weighted sum is the path of each parameter set; weights (set, 1)."""
+
+    paths: Sequence[WearPath]
+    weights: Sequence[Floats]
+
+    def at(self, values: Callable[[WearPath], Floats], section: Floats) -> Floats:
+        """A quantity (node, ...) of the paths at worn sections (set, point) [m2]: (set, point, ...)."""
+        found = [path.at(values(path), section) for path in self.paths]
+        extra = found[0].ndim - section.ndim
+        parts = [w[(..., *[None] * extra)] * f for w, f in zip(self.weights, found, strict=True)]
+        return np.asarray(sum(parts[1:], parts[0]))
+
+    def patch(self, section: Floats, load_ratio: Floats) -> Patch:
+        """The contact at worn sections (set, point) [m2] under `load_ratio` times the load of the paths."""
+        own, squared = section / load_ratio, np.cbrt(load_ratio) ** 2
+        return Patch(
+            stiffness=self.at(lambda path: path.stiffness, own) * squared,
+            stiffness_y=self.at(lambda path: path.stiffness_y, own) * squared,
+            area=self.at(lambda path: path.area, own) * squared,
+            ratio=self.at(lambda path: path.a / path.b, own),
+        )
+
+
+def weighted_paths(
+    path: Callable[[Contact, float], WearPath], declared: Contact, half_space: Floats, wander: Floats
+) -> WeightedPaths:
+    """The paths needed for a declared contact, a share of half-space contact (set, 1) and a wander (set, 1) [m]."""
+    share = np.ones_like(half_space) if declared == "half_space" else half_space
+    blend: list[tuple[Contact, Floats]] = [("hertz", 1.0 - share), ("half_space", share)]
+    unit = float(path(declared, 0.0).b[0])
+    spread = _lagrange(np.clip(wander / unit, 0.0, WANDERS[-1]))
+    chosen = [
+        (path(contact, float(node * unit)), part * spread[..., i])
+        for contact, part in blend
+        if np.any(part)
+        for i, node in enumerate(WANDERS)
+        if np.any(spread[..., i])
+    ]
+    return WeightedPaths([p for p, _ in chosen], [w for _, w in chosen])
+
+
+def _lagrange(at: Floats) -> Floats:
+    """Weights (..., node) of cubic interpolation on WANDERS; a node itself gets weight one."""
+    first = np.clip(np.searchsorted(WANDERS, at) - 2, 0, len(WANDERS) - 4)
+    weights = np.zeros((*at.shape, len(WANDERS)))
+    for i in range(4):
+        product = np.ones_like(at)
+        for j in range(4):
+            if j != i:
+                product *= (at - WANDERS[first + j]) / (WANDERS[first + i] - WANDERS[first + j])
+        np.put_along_axis(weights, (first + i)[..., None], product[..., None], axis=-1)
+    weights[np.abs(weights) < 1e-14] = 0.0
+    return weights

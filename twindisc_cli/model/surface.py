@@ -1,0 +1,80 @@
+"""The worn surfaces at the stops where profiles were recorded, and the samples taken from them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from twindisc_cli.effects._state import State, Surface
+from twindisc_cli.model.experiment import Floats, Ints, ProfileSamples
+from twindisc_cli.model.patch import WeightedPaths
+from twindisc_cli.model.points import Points
+from twindisc_cli.model.wear import WearPath
+
+
+@dataclass(frozen=True)
+class Stops:
+    """Recorded profiles: disc and operating point, each (stop,); stop and y [m] of every sample, each (sample,)."""
+
+    disc: Ints
+    point: Ints
+    stop: Ints
+    y: Floats
+
+    @staticmethod
+    def of(profile: ProfileSamples, points: Points) -> Stops:
+        """Find the stops of a recorded profile."""
+        stops, stop = np.unique(np.stack([profile.disc, profile.iteration]), axis=1, return_inverse=True)
+        last = np.clip(stops[1] - 1, 0, len(points.of_iteration) - 1)
+        return Stops(disc=stops[0], point=points.of_iteration[last], stop=stop.ravel(), y=profile.y)
+
+    def sample(self, surface: Surface) -> Floats:
+        """Heights (set, sample) [m] of a surface at the recorded samples; beyond its grid it is as at its ends."""
+        grid = surface.y
+        position = np.clip((self.y - grid[0]) / (grid[1] - grid[0]), 0.0, len(grid) - 1.0)
+        left = np.minimum(position.astype(np.int64), len(grid) - 2)
+        part = position - left
+        height = surface.height
+        return np.asarray((1.0 - part) * height[:, self.stop, left] + part * height[:, self.stop, left + 1])
+
+
+def recorded_sections(profile: ProfileSamples) -> list[float]:
+    """Section [m2] missing in each recorded profile."""
+    sections = []
+    for disc, iteration in np.unique(np.stack([profile.disc, profile.iteration]), axis=1).T:
+        here = (profile.disc == disc) & (profile.iteration == iteration)
+        order = np.argsort(profile.y[here])
+        sections.append(-float(np.trapezoid(profile.height[here][order], profile.y[here][order])))
+    return sections
+
+
+def worn_surface(paths: WeightedPaths, state: State, section: Floats, stops: Stops) -> Surface:
+    """Surfaces (set, stop, strip) of the recorded discs; `section` (set, point) is what both discs lost [m2]."""
+    ratio = np.broadcast_to(state.normal_load / state.nominal_load, section.shape)[:, stops.point]
+    scale = np.cbrt(ratio)
+    own = section[:, stops.point] / ratio
+    reach = 1.15 * max(max(float(path.y[-1]) for path in paths.paths), float(np.abs(stops.y).max()))
+    grid = np.linspace(-reach, reach, 2 * int(np.ceil(reach / (paths.paths[0].y[1] - paths.paths[0].y[0]))) + 1)
+    depth = paths.at(lambda path: _on(grid, path), own) * scale[..., None] ** 2
+    if np.any(np.abs(scale - 1.0) > 1e-12):
+        depth = _stretched(grid, depth, scale[..., None])
+    edge = paths.at(lambda path: path.edge, own) * scale
+    depth = depth * np.where(stops.disc == 1, state.disc1_share, 1.0 - state.disc1_share)[..., None]
+    return Surface(y=grid, height=-depth, edge=edge[..., None], depth=depth.max(axis=-1, keepdims=True))
+
+
+def _on(grid: Floats, path: WearPath) -> Floats:
+    """Depth of a path (node, grid), zero beyond its strips."""
+    return np.array([np.interp(grid, path.y, row, left=0.0, right=0.0) for row in path.depth])
+
+
+def _stretched(grid: Floats, depth: Floats, scale: Floats) -> Floats:
+    """depth(y / scale) on the same uniform grid; scale (set, stop, 1)."""
+    step = grid[1] - grid[0]
+    position = np.clip((grid / scale - grid[0]) / step, 0.0, len(grid) - 1.0)
+    left = np.minimum(position.astype(np.int64), len(grid) - 2)
+    part = position - left
+    return np.asarray(
+        (1.0 - part) * np.take_along_axis(depth, left, -1) + part * np.take_along_axis(depth, left + 1, -1)
+    )

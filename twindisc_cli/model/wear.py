@@ -1,0 +1,258 @@
+"""The wear path: how profile and contact change together as material goes (Eqs. 12-15).
+
+    du/dS (y) = g(y) / N        S = K E / (2 pi R H)
+
+    u    worn depth of both discs together [m], (node, strip);   y across the track [m], (strip,)
+    S    worn section: worn volume over the circumference [m2], (node,)
+    g    load of the strip per width [N/m]; in full sliding the energy a strip dissipates is proportional to it
+    E    dissipated energy [J], K wear coefficient [1], H hardness [Pa], R mean rolling radius [m]
+
+Where K is uniform over y the profile depends on K and the history only through S, so one path serves every K and
+every history. Contact "hertz" refits the best circle inside the patch and keeps the ellipse; contact "half_space"
+lets the patch follow the worn profile. Partial slip moves the wear towards the trailing strips' edges; it is left out,
+since what is dissipated there is a small part of any test that wears.
+
+Steps: the half-space path is implicit (two-stage, L-stable, order 2), since sharp features of a profile die out much
+faster than it grows; the Hertz path is an explicit midpoint rule with small steps. `error` is the difference to a path
+of twice the step, over three.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache, partial
+
+import numpy as np
+from scipy.optimize import brentq
+
+from twindisc_cli.model.experiment import Contact, Floats, Rig
+from twindisc_cli.physics import hertz, kalker
+from twindisc_cli.physics.half_space.strips import solve_strips
+
+STRIPS = 121
+GROWTH = 0.06
+FLATTEST = 1e-4
+GAMMA = 1.0 - np.sqrt(0.5)
+
+
+@dataclass(frozen=True)
+class WearPath:
+    """Profile and contact at every node of the path.
+
+    section S [m2], a, b [m] semi-axes (of the ellipse, or of the one with the patch's area and width), p0 [Pa] peak
+    pressure, area of the patch [m2], stiffness G a b C11 and stiffness_y G a b C22 [N], edge [m] half-width of the
+    worn zone: each (node,); y [m] (strip,); depth [m], line_load [N/m]: (node, strip); error: relative error of the
+    greatest depth.
+    """
+
+    section: Floats
+    y: Floats
+    depth: Floats
+    line_load: Floats
+    a: Floats
+    b: Floats
+    p0: Floats
+    area: Floats
+    stiffness: Floats
+    stiffness_y: Floats
+    edge: Floats
+    error: float
+
+    def at(self, values: Floats, section: Floats) -> Floats:
+        """Values (node, ...) at worn sections (...) [m2], linear between the nodes: (section..., ...)."""
+        if values.ndim == 1:
+            return np.interp(section, self.section, values)
+        right = np.clip(np.searchsorted(self.section, section), 1, len(self.section) - 1)
+        start, end = self.section[right - 1], self.section[right]
+        part = np.clip((section - start) / (end - start), 0.0, 1.0)[..., None]
+        return np.asarray((1.0 - part) * values[right - 1] + part * values[right])
+
+
+@dataclass(frozen=True)
+class _Patch:
+    """The contact at one node: line load (strip,), semi-axes, peak pressure and area."""
+
+    line_load: Floats
+    a: float
+    b: float
+    p0: float
+    area: float
+
+
+def wear_path(rig: Rig, *, contact: Contact, section: float, wander: float = 0.0) -> WearPath:
+    """Return the path from the unworn discs to at least `section` [m2]; paths are remembered."""
+    tier = 2.0 ** np.ceil(np.log2(max(section, first_section(rig))))
+    return _path(rig, contact, float(tier), float(wander))
+
+
+def first_section(rig: Rig) -> float:
+    """Section [m2] of a facet as wide as the unworn patch: the scale on which the contact begins to change."""
+    return float(12.0**-1 * rig.curvature_y * (2.0 * _unworn(rig).b) ** 3)
+
+
+@lru_cache(maxsize=64)
+def _path(rig: Rig, contact: Contact, section: float, wander: float) -> WearPath:
+    march = _march_half_space if contact == "half_space" else _march_hertz
+    y = _grid(rig, section, wander)
+    fine = march(rig, y, section, wander, GROWTH)
+    coarse = march(rig, y, section, wander, 2.0 * GROWTH)
+    nodes, depth, patches = fine
+    error = abs(depth[-1].max() / coarse[1][-1].max() - 1.0) / 3.0
+    a, b, p0, area = (np.array([getattr(p, name) for p in patches]) for name in ("a", "b", "p0", "area"))
+    creepage = kalker.coefficients(np.clip(a / b, *kalker.RATIO_RANGE), rig.poisson_ratio)
+    return WearPath(
+        section=nodes,
+        y=y,
+        depth=depth,
+        line_load=np.array([p.line_load for p in patches]),
+        a=a,
+        b=b,
+        p0=p0,
+        area=area,
+        stiffness=rig.shear_modulus * a * b * creepage.c11,
+        stiffness_y=rig.shear_modulus * a * b * creepage.c22,
+        edge=_edges(y, depth, b),
+        error=float(error),
+    )
+
+
+def _unworn(rig: Rig) -> hertz.Ellipse:
+    return hertz.contact_ellipse(
+        curvature_x=rig.curvature_x,
+        curvature_y=rig.curvature_y,
+        normal_load=rig.normal_load,
+        effective_modulus=rig.effective_modulus,
+    )
+
+
+def _grid(rig: Rig, section: float, wander: float) -> Floats:
+    """Strips that hold the facet of this section (width^3 = 12 S / curvature) and the patch around it."""
+    facet = 0.5 * np.cbrt(12.0 * section / rig.curvature_y)
+    half = 1.1 * facet + 1.3 * float(_unworn(rig).b) + 3.0 * wander
+    return np.linspace(-half, half, STRIPS)
+
+
+def _spreading(y: Floats, wander: float) -> Floats:
+    """Matrix (strip, strip) that spreads a line load over a normal distribution of the lateral position."""
+    if wander <= 0.0:
+        return np.eye(len(y))
+    kernel = np.exp(-0.5 * ((y[:, None] - y) / wander) ** 2)
+    return np.asarray(kernel / kernel.sum(axis=0))
+
+
+def _nodes(rig: Rig, section: float, growth: float) -> Floats:
+    """Nodes from 0 to `section` [m2] whose steps grow with the section."""
+    first = 0.3 * first_section(rig)
+    count = int(np.ceil(np.log1p(section / first) / np.log1p(growth)))
+    return np.asarray(first * np.expm1(np.linspace(0.0, np.log1p(section / first), count + 1)))
+
+
+def _march_half_space(
+    rig: Rig, y: Floats, section: float, wander: float, growth: float
+) -> tuple[Floats, Floats, list[_Patch]]:
+    nodes, spread = _nodes(rig, section, growth), _spreading(y, wander) / rig.normal_load
+    gap = 0.5 * rig.curvature_y * y**2
+    press = partial(
+        solve_strips,
+        y=y,
+        curvature_x=rig.curvature_x,
+        normal_load=rig.normal_load,
+        effective_modulus=rig.effective_modulus,
+    )
+    found = press(gap=gap)
+    worn = np.zeros_like(y)
+    depths, contacts = [worn], [found]
+    for step in np.diff(nodes):
+        compliance = GAMMA * step * spread
+        first = press(gap=gap + worn, compliance=compliance, start=found)
+        worn = worn + (1.0 - GAMMA) * step * spread @ first.line_load
+        found = press(gap=gap + worn, compliance=compliance, start=first)
+        worn = worn + compliance @ found.line_load
+        depths.append(worn)
+        contacts.append(found)
+    patches = [
+        _Patch(
+            line_load=c.line_load,
+            a=float(c.area / (np.pi * c.semi_width)),
+            b=float(c.semi_width),
+            p0=float(c.peak_pressure),
+            area=float(c.area),
+        )
+        for c in contacts
+    ]
+    return nodes, np.array(depths), patches
+
+
+def _march_hertz(
+    rig: Rig, y: Floats, section: float, wander: float, growth: float
+) -> tuple[Floats, Floats, list[_Patch]]:
+    nodes, spread = _nodes(rig, section, growth / 3.0), _spreading(y, wander) / rig.normal_load
+    worn, patch = np.zeros_like(y), _ellipse_on(rig, y, rig.curvature_y)
+    depths, patches = [worn], [patch]
+    for step in np.diff(nodes):
+        middle = _best_ellipse(rig, y, worn + 0.5 * step * spread @ patch.line_load, patch)
+        worn = worn + step * spread @ middle.line_load
+        patch = _best_ellipse(rig, y, worn, middle)
+        depths.append(worn)
+        patches.append(patch)
+    return nodes, np.array(depths), patches
+
+
+def _best_ellipse(rig: Rig, y: Floats, worn: Floats, patch: _Patch) -> _Patch:
+    """Refit the best circle inside the patch, whose own half-width must follow from that circle.
+
+    A wider patch sees more of the unworn flanks and a sharper circle, so that the half-width is unique.
+    """
+    widths, curvatures = _hertz_table(rig)
+    width = brentq(
+        lambda b: np.log(np.interp(np.log(_fitted(rig, y, worn, b)), curvatures, widths)) - np.log(b),
+        0.3 * patch.b,
+        y[-1],
+        rtol=1e-5,
+    )
+    return _ellipse_on(rig, y, _fitted(rig, y, worn, width))
+
+
+def _fitted(rig: Rig, y: Floats, worn: Floats, half_width: float) -> float:
+    """Relative transverse curvature [1/m] of the best circle through the worn gap within `half_width` [m]."""
+    inside = np.clip((half_width - np.abs(y)) / (y[1] - y[0]) + 0.5, 0.0, 1.0)
+    square = y * y
+    square = square - inside @ square / inside.sum()
+    change = 2.0 * float(inside @ (square * worn)) / float(inside @ (square * square))
+    return max(rig.curvature_y + change, FLATTEST * rig.curvature_y)
+
+
+@lru_cache(maxsize=8)
+def _hertz_table(rig: Rig) -> tuple[Floats, Floats]:
+    """Half-width b [m] over the logarithm of the relative transverse curvature."""
+    curvatures = rig.curvature_y * np.geomspace(FLATTEST, 10.0, 400)
+    ellipse = hertz.contact_ellipse(
+        curvature_x=rig.curvature_x,
+        curvature_y=curvatures,
+        normal_load=rig.normal_load,
+        effective_modulus=rig.effective_modulus,
+    )
+    return np.asarray(ellipse.b), np.log(curvatures)
+
+
+def _ellipse_on(rig: Rig, y: Floats, curvature_y: float) -> _Patch:
+    """Hertz ellipse for a transverse curvature [1/m], its line load integrated over each strip."""
+    ellipse = hertz.contact_ellipse(
+        curvature_x=rig.curvature_x,
+        curvature_y=curvature_y,
+        normal_load=rig.normal_load,
+        effective_modulus=rig.effective_modulus,
+    )
+    a, b = float(ellipse.a), float(ellipse.b)
+    half_strip = 0.5 * (y[1] - y[0])
+    outer, inner = (np.clip((y + side) / b, -1.0, 1.0) for side in (half_strip, -half_strip))
+    integral = 0.75 * rig.normal_load * ((outer - outer**3 / 3.0) - (inner - inner**3 / 3.0))
+    return _Patch(line_load=integral / (2.0 * half_strip), a=a, b=b, p0=float(ellipse.p0), area=np.pi * a * b)
+
+
+def _edges(y: Floats, depth: Floats, b: Floats) -> Floats:
+    """Half-width of the worn zone [m], (node,): where the depth falls below 2 % of its greatest value."""
+    deepest = depth.max(axis=1)
+    worn = depth > 0.02 * deepest[:, None]
+    half = np.where(worn, np.abs(y), 0.0).max(axis=1)
+    return np.where(deepest > 0.0, half, b)
