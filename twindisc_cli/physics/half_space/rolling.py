@@ -1,0 +1,302 @@
+"""Exact steady rolling with friction of half-spaces (Eqs. 4-6): tractions, slip, stick and slip zones, forces.
+
+    s = w - (u(x) - u(x + dx)) / dx,       w_x = vx - phi y + w'_x,       w_y = vy + phi x + w'_y
+    stick:  s = 0, |t| <= mu p             slip:  t = mu p s / |s|
+
+    t        traction [Pa], s slip velocity over rolling speed [1], u elastic displacement by the tractions [m]
+    vx, vy   longitudinal and lateral creepage [1];     phi   spin [rad/m]
+    mu p     traction bound [Pa];     w'   slip that the pressure itself makes in bodies of unequal stiffness [1]
+
+Signs: tractions and forces are positive where creepage is, so on body 1 they act the other way; the leading edge is at
++x; the moment is the integral of x t_y - y t_x. Dissipation is the integral of t . s, with s averaged over both ends of
+an element, for then it balances the work of the forces, vx Fx + vy Fy + phi Mz, to rounding.
+
+Method: Newton's steps in the tractions of the sticking elements and in the directions of the slipping ones, the sets
+updated after each; every step is solved by GMRES with the operator's inverse on an endless surface as preconditioner,
+weighted down where slip is fast against the bound; grids of half the fineness give the first guess. The result is
+first order in the size of the elements.
+
+Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact (1990); E. A. H. Vollebregt, User guide for
+CONTACT (the same discretisation). Valid for: patches small against the bodies, steady rolling, one mu at each point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from twindisc_cli.physics.half_space import NoConvergenceError, ProfileError
+from twindisc_cli.physics.half_space.influence_tangential import strain_by_pressure, straining
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+_COARSEST = 10  # elements along the shorter side of the first grid
+_MOST_STEPS = 60
+_KRYLOV = 40  # largest subspace of an inner solve
+_INNER = 0.05  # its relative accuracy
+_COARSE_TOLERANCE = 1e-3
+_PRACTICALLY_SLIPPING = 0.98  # of the bound, on a guess from a coarser grid
+_SLIP_WEIGHT = 0.3  # normalised |s| G / (mu p) from which slip outweighs elasticity in the preconditioner
+
+
+@dataclass(frozen=True)
+class Rolling:
+    """A solved case on its grid; fields have shape (y, x) or (2, y, x).
+
+    x, y          centres of the elements [m]
+    bound         mu p [Pa]
+    traction      [Pa];     slip  relative slip velocity over the rolling speed [1], at the centres
+    slipping      where the traction is at its bound
+    creepage      vx [1], vy [1], phi [rad/m]
+    residual      of the last step: root mean square of the violated slip condition over the largest rigid slip [1]
+    """
+
+    x: Floats
+    y: Floats
+    bound: Floats
+    traction: Floats
+    slip: Floats
+    slipping: Mask
+    creepage: tuple[float, float, float]
+    residual: float
+
+    @property
+    def contact(self) -> Mask:
+        """Where the bodies touch."""
+        return self.bound > 0.0
+
+    @property
+    def element_area(self) -> float:
+        """Area of one element [m2]."""
+        return float((self.x[1] - self.x[0]) * (self.y[1] - self.y[0]))
+
+    @cached_property
+    def force_x(self) -> float:
+        """Longitudinal force [N]."""
+        return float(self.traction[0].sum()) * self.element_area
+
+    @cached_property
+    def force_y(self) -> float:
+        """Lateral force [N]."""
+        return float(self.traction[1].sum()) * self.element_area
+
+    @cached_property
+    def moment(self) -> float:
+        """Spin moment about the origin [N m]."""
+        return float((self.x * self.traction[1] - self.y[:, None] * self.traction[0]).sum()) * self.element_area
+
+    @property
+    def stick_fraction(self) -> float:
+        """Share of the patch that sticks [1]."""
+        return 1.0 - float(self.slipping.sum() / self.contact.sum())
+
+    @property
+    def dissipation(self) -> Floats:
+        """Friction work per rolled length and per width [N/m], (y,); times the rolling speed it is P_l(y) [W/m]."""
+        work: Floats = (self.traction * self.slip).sum(axis=(0, 2)) * (self.x[1] - self.x[0])
+        return work
+
+
+@dataclass(frozen=True)
+class _Case:
+    """One grid: bound over G (ny, nx), rigid slip (2, ny, nx), dx/dy, nu, and the operator on that grid."""
+
+    bound: Floats
+    rigid: Floats
+    aspect: float
+    poisson: float
+
+    @property
+    def strain(self) -> Callable[[Floats], Floats]:
+        return straining(shape=self.contact.shape, aspect=self.aspect, poisson=self.poisson)
+
+    @cached_property
+    def contact(self) -> Mask:
+        return self.bound > 0.0
+
+    def slip(self, tractions: Floats) -> Floats:
+        """Relative slip in the contact, zero outside."""
+        return (self.rigid - self.strain(tractions)) * self.contact
+
+
+def solve(
+    *,
+    x: Floats,
+    y: Floats,
+    pressure: Floats,
+    mu: ArrayLike,
+    shear_modulus: float,
+    poisson: float,
+    creepage_x: float,
+    creepage_y: float = 0.0,
+    spin: float = 0.0,
+    stiffness_difference: float = 0.0,
+    start: Floats | None = None,
+    tolerance: float = 1e-5,
+) -> Rolling:
+    """Solve steady rolling on a grid.
+
+    x, y            centres of the elements [m], uniform, ascending; the leading edge is at the largest x
+    pressure        normal pressure [Pa], (y, x); zero outside the contact
+    mu              coefficient of friction [1], a number or (y, x)
+    shear_modulus   combined G of Eq. 7 [Pa];     poisson  combined nu of Eq. 7
+    creepage_x, creepage_y [1], spin [rad/m] about the origin of the grid
+    stiffness_difference   K = G/4 [(1 - 2 nu_1)/G_1 - (1 - 2 nu_2)/G_2] of unequal bodies [1]
+    start           tractions [Pa] of a similar case on this grid, (2, y, x)
+    tolerance       on the slip condition, root mean square over the largest rigid slip
+    """
+    dx, dy = _spacing(x, pressure.shape[1]), _spacing(y, pressure.shape[0])
+    bound = np.asarray(mu, dtype=float) * pressure
+    if not (np.isfinite(bound).all() and (bound >= 0.0).all() and bound.any()):
+        raise ProfileError("the traction bound mu p must be finite, nowhere negative, and somewhere positive")
+    rigid = np.empty((2, *pressure.shape))
+    rigid[0] = creepage_x - spin * y[:, None]
+    rigid[1] = creepage_y + spin * x
+    if stiffness_difference:
+        rigid -= strain_by_pressure(pressure, aspect=dx / dy) * (stiffness_difference / shear_modulus)
+    case = _Case(bound / shear_modulus, rigid, dx / dy, poisson)
+    guess = _guess(case) if start is None else _onto_bound(case, start / shear_modulus)
+    tractions, slipping, residual = _newton(case, guess, tolerance)
+    if not residual < tolerance:
+        raise NoConvergenceError(f"steady rolling did not converge in {_MOST_STEPS} steps: residual {residual:.1e}")
+    return Rolling(
+        x=x,
+        y=y,
+        bound=bound,
+        traction=tractions * shear_modulus,
+        slip=_centred_slip(case, tractions),
+        slipping=slipping,
+        creepage=(creepage_x, creepage_y, spin),
+        residual=residual,
+    )
+
+
+def _spacing(points: Floats, count: int) -> float:
+    """Distance of the element centres [m]; they must be uniform, ascending and as many as the pressure has."""
+    steps = np.diff(points)
+    if points.shape != (count,) or count < 2 or not (steps > 0.0).all() or np.ptp(steps) > 1e-6 * steps[0]:
+        raise ProfileError("the grid must ascend in equal steps, one for each row or column of the pressure")
+    return float(points[-1] - points[0]) / (count - 1)
+
+
+def _centred_slip(case: _Case, tractions: Floats) -> Floats:
+    """Slip at the centres of the elements: the mean of the backward and the forward difference."""
+    padded = np.pad(tractions, ((0, 0), (0, 0), (1, 0)))
+    strain = straining(shape=padded.shape[1:], aspect=case.aspect, poisson=case.poisson)(padded)
+    return (case.rigid - 0.5 * (strain[:, :, 1:] + strain[:, :, :-1])) * case.contact
+
+
+def _guess(case: _Case) -> Floats:
+    """Tractions over G from the solution on a grid of half the fineness, refined down from the coarsest one."""
+    if min(case.bound.shape) < 2 * _COARSEST:
+        return np.zeros_like(case.rigid)
+    coarse = _Case(_halved(case.bound), _halved(case.rigid), case.aspect, case.poisson)
+    tractions, _, _ = _newton(coarse, _guess(coarse), _COARSE_TOLERANCE)
+    share = tractions / np.where(coarse.contact, coarse.bound, 1.0)
+    ny, nx = case.bound.shape
+    return _onto_bound(case, _doubled(_doubled(share, 1), 2)[:, :ny, :nx] * case.bound)
+
+
+def _halved(field: Floats) -> Floats:
+    """Means over two by two elements of the last two dimensions; an odd row or column is repeated."""
+    ny, nx = field.shape[-2:]
+    even = np.pad(field, [(0, 0)] * (field.ndim - 2) + [(0, ny % 2), (0, nx % 2)], mode="edge")
+    return 0.25 * (even[..., ::2, ::2] + even[..., 1::2, ::2] + even[..., ::2, 1::2] + even[..., 1::2, 1::2])
+
+
+def _doubled(field: Floats, axis: int) -> Floats:
+    """Linear interpolation to elements of half the length along one axis."""
+    values = np.moveaxis(field, axis, -1)
+    padded = np.concatenate([values[..., :1], values, values[..., -1:]], axis=-1)
+    fine = np.empty((*values.shape[:-1], 2 * values.shape[-1]))
+    fine[..., 0::2] = 0.75 * values + 0.25 * padded[..., :-2]
+    fine[..., 1::2] = 0.75 * values + 0.25 * padded[..., 2:]
+    return np.moveaxis(fine, -1, axis)
+
+
+def _onto_bound(case: _Case, tractions: Floats) -> Floats:
+    """Tractions brought to the bound where they exceed or nearly reach it."""
+    size = np.hypot(*tractions)
+    at_bound = size > _PRACTICALLY_SLIPPING * case.bound
+    return np.where(at_bound, tractions * (case.bound / np.where(size > 0.0, size, 1.0)), tractions) * case.contact
+
+
+def _newton(case: _Case, tractions: Floats, tolerance: float) -> tuple[Floats, Mask, float]:
+    """Tractions over G, where they slip, and the residual, from a first guess."""
+    scale = np.abs(case.rigid[:, case.contact]).max() * np.sqrt(2.0 * case.contact.sum())
+    if scale == 0.0:
+        return np.zeros_like(tractions), np.zeros_like(case.contact), 0.0
+    slipping = case.contact & (np.hypot(*tractions) >= case.bound * (1.0 - 1e-9))
+    for count in range(_MOST_STEPS):
+        step = _Step(case, tractions, slipping)
+        residual = float(np.linalg.norm(step.residual)) / scale
+        if residual < tolerance or count == _MOST_STEPS - 1:
+            break
+        tractions = tractions + step.solve()
+        size = np.hypot(*tractions)
+        slipping = step.slipping | (case.contact & (size > case.bound))
+        tractions = np.where(slipping, tractions * (case.bound / np.where(size > 0.0, size, 1.0)), tractions)
+    return tractions, step.slipping, residual
+
+
+class _Step:
+    """One linearised step. A slipping element whose slip would drive its traction is released to stick first.
+
+    Unknowns are both components of the traction where it sticks, and the one along the bound where it slips:
+    there t . s = 0 for the tangent t, which linearises to  (|s| / bound) tau - t . strain(tau) = -t . s.
+    """
+
+    def __init__(self, case: _Case, tractions: Floats, slipping: Mask) -> None:
+        slip = case.slip(tractions)
+        normal = tractions / np.where(slipping, case.bound, 1.0)
+        along = (normal * slip).sum(axis=0)
+        self.slipping = slipping & (along >= 0.0)
+        self._stick = (case.contact & ~self.slipping).astype(float)
+        self._tangent = np.stack([-normal[1], normal[0]]) * self.slipping
+        self._shift = np.where(self.slipping, along / np.where(self.slipping, case.bound, 1.0), 0.0)
+        self._weight = np.sqrt(_SLIP_WEIGHT / (_SLIP_WEIGHT + self._shift)) * case.contact
+        self._rest = self.slipping / (_SLIP_WEIGHT + self._shift)
+        self._operator = straining(shape=case.bound.shape, aspect=case.aspect, poisson=case.poisson)
+        self.residual = self._free(slip)
+
+    def solve(self) -> Floats:
+        """The change of the tractions over G, along the bound where they slip."""
+        return self._precondition(_gmres(lambda v: self._apply(self._precondition(v)), self.residual))
+
+    def _apply(self, change: Floats) -> Floats:
+        return self._free(self._operator(change) + self._shift * change)
+
+    def _precondition(self, residual: Floats) -> Floats:
+        smooth = self._operator.approximate_inverse(self._weight * residual)
+        return self._free(self._weight * smooth + self._rest * residual)
+
+    def _free(self, field: Floats) -> Floats:
+        """The part of a field along the unknowns."""
+        return self._stick * field + self._tangent * (self._tangent * field).sum(axis=0)
+
+
+def _gmres(apply: Callable[[Floats], Floats], right_hand_side: Floats) -> Floats:
+    """Solve apply(v) = right_hand_side to the inner accuracy, or as far as the subspace allows."""
+    shape, size = right_hand_side.shape, float(np.linalg.norm(right_hand_side))
+    basis = np.empty((_KRYLOV + 1, right_hand_side.size))
+    basis[0] = right_hand_side.ravel() / size
+    hessenberg = np.zeros((_KRYLOV + 1, _KRYLOV))
+    goal = np.zeros(_KRYLOV + 1)
+    goal[0] = size
+    for k in range(_KRYLOV):
+        vector = apply(basis[k].reshape(shape)).ravel()
+        hessenberg[: k + 1, k] = basis[: k + 1] @ vector
+        vector = vector - hessenberg[: k + 1, k] @ basis[: k + 1]
+        hessenberg[k + 1, k] = np.linalg.norm(vector)
+        if hessenberg[k + 1, k] > 0.0:
+            basis[k + 1] = vector / hessenberg[k + 1, k]
+        solution, misfit, _, _ = np.linalg.lstsq(hessenberg[: k + 2, : k + 1], goal[: k + 2], rcond=None)
+        if hessenberg[k + 1, k] == 0.0 or (misfit.size and misfit[0] < (_INNER * size) ** 2):
+            break
+    combined: Floats = solution @ basis[: solution.size]
+    return combined.reshape(shape)
