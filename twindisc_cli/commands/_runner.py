@@ -1,0 +1,161 @@
+"""What every command shares: read the tests, skip what is up to date, run, write, tell.
+
+The command modules are imported only when they are called, so that a command pays for nothing but itself.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from twindisc_cli.definition import Test, dump, load, relocate
+from twindisc_cli.errors import DefinitionError, MeasurementError, Problem
+from twindisc_cli.results import Result
+from twindisc_cli.results.store import Origin, plain, up_to_date, write
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Output:
+    """Where results go, and how they are told."""
+
+    folder: Path
+    as_json: bool = False
+    force: bool = False
+
+
+def run_command(command: str, path: Path, output: Output) -> int:
+    """Run a command on one test. The exit code."""
+    test = load(path)
+    return _deliver(command, [test], {}, output, lambda: _module(command).run(test))
+
+
+def run_close_loop(paths: Sequence[Path], validate: Path | None, output: Output) -> int:
+    """Run close-loop on several tests, and predict one that is not fitted. The exit code."""
+    *tests, last = load_all([*paths, *([validate] if validate else [])])
+    unseen = last if validate else None
+    fitted = tests if validate else [*tests, last]
+    _refuse_equal_names([*tests, last])
+
+    def compute() -> Result:
+        with progress_bar() as progress:
+            result: Result = _module("close-loop").run(fitted, unseen, progress)
+            return result
+
+    options = {"validate": validate is not None, "fitted": len(fitted)}
+    return _deliver("close-loop", [*tests, last], options, output, compute)
+
+
+def load_all(paths: Sequence[Path]) -> list[Test]:
+    """Load several tests; the mistakes of all of them come in one go."""
+    tests: list[Test] = []
+    errors: list[DefinitionError | MeasurementError] = []
+    for path in paths:
+        try:
+            tests.append(load(path))
+        except (DefinitionError, MeasurementError) as error:
+            errors.append(error)
+    if errors:
+        first = min(errors, key=lambda error: error.exit_code)
+        raise type(first)([problem for error in errors for problem in error.problems])
+    return tests
+
+
+def run_effects(name: str | None, as_json: bool) -> int:
+    """Tell the catalogue of effects, or one of them. The exit code."""
+    result: Result = _module("effects").run(name)
+    if as_json:
+        tell_json(result.json)
+    else:
+        sys.stdout.write("".join(f"{line}\n" for line in result.summary))
+    return result.exit_code
+
+
+def tell_json(value: Mapping[str, Any]) -> None:
+    """Print the one JSON object of a run."""
+    sys.stdout.write(json.dumps(plain(value), indent=2, ensure_ascii=False) + "\n")
+
+
+def _module(command: str) -> Any:
+    return import_module(f"twindisc_cli.commands.{command.replace('-', '_')}")
+
+
+def _refuse_equal_names(tests: Sequence[Test]) -> None:
+    names = [test.experiment.name for test in tests]
+    for place, name in enumerate(names):
+        if name in names[:place]:
+            raise DefinitionError(Problem(f"two tests are called {name}; give each its own", str(tests[place].path)))
+
+
+def _origin(tests: Sequence[Test], options: Mapping[str, Any]) -> Origin:
+    several = len(tests) > 1
+    return Origin(
+        name=tests[0].experiment.name,
+        configs=tuple(dump(test.resolved) for test in tests),
+        inputs={
+            f"{test.experiment.name}: {name}" if several else name: digest
+            for test in tests
+            for name, digest in test.inputs.items()
+        },
+        provenance=tests[0].experiment.measured.provenance,
+        options=options,
+    )
+
+
+def _deliver(
+    command: str, tests: Sequence[Test], options: Mapping[str, Any], output: Output, compute: Callable[[], Result]
+) -> int:
+    """Tell the stored outcome where it is up to date; else compute, write and tell."""
+    origin = _origin(tests, options)
+    folder = output.folder / origin.name
+    stored = None if output.force else up_to_date(folder / f"{command}.h5", origin.run_key(command))
+    if stored:
+        _tell(stored.summary, stored.json, stored.files, folder, output, "up to date")
+        return stored.exit_code
+    result = compute()
+    extra = {name: _content(name, text, tests[0], folder) for name, text in result.extra_files.items()}
+    files = write(folder, result, origin, extra)
+    _tell(result.summary, result.json, files, folder, output, "written")
+    return result.exit_code
+
+
+def _content(name: str, content: str | bytes, test: Test, folder: Path) -> bytes:
+    """The bytes of an extra file; a definition is made to find its data from its new folder."""
+    if isinstance(content, bytes):
+        return content
+    if name.endswith(".toml"):
+        content = relocate(content, source=test.path.parent, target=folder)
+    return content.encode()
+
+
+def _tell(
+    summary: Sequence[str], outcome: Mapping[str, Any], files: Sequence[Path], folder: Path, output: Output, state: str
+) -> None:
+    """Summary and paths to the terminal; with --json the object to stdout and the rest to stderr."""
+    told = sys.stderr if output.as_json else sys.stdout
+    lines = [*summary, *(f"{state}: {path}" for path in files)]
+    told.write("".join(f"{line}\n" for line in lines))
+    if output.as_json:
+        revised = outcome.get("revised")
+        tell_json({**outcome, "revised": str(folder / revised)} if isinstance(revised, str) else outcome)
+
+
+@contextmanager
+def progress_bar() -> Iterator[Progress]:
+    """Return progress(what, fraction): a bar on stderr where that is a terminal, nothing elsewhere."""
+    if not sys.stderr.isatty():
+        yield lambda _what, _fraction: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress as Bars
+
+    with Bars(console=Console(stderr=True), transient=True) as bars:
+        task = bars.add_task("", total=1.0)
+        yield lambda what, fraction: bars.update(task, description=what, completed=fraction)
