@@ -201,6 +201,17 @@ def test_slip_of_the_fields_is_the_rigid_slip_less_the_elastic():
     flexibility = 8 * RIG.a / (3 * 3.9388 * 79.3e9)
     elastic = -flexibility * np.gradient(field.traction_x[:, 5], field.x[:, 5])
     assert field.slip_x[5:-5, 5] == pytest.approx(SPEED * (0.02 - elastic[5:-5]), rel=2e-3)
+    assert field.slip_x[0, 5] == pytest.approx(2 * field.slip_x[1, 5] - field.slip_x[2, 5], rel=2e-3)
+
+
+def test_forces_and_moment_are_the_sums_of_the_fields():
+    case = {"creepage_x": 0.002, "creepage_y": -0.001, "spin": 12.0, "speed": SPEED, "nx": 12, "ny": 14}
+    field, found = fastsim.fields(RIG, **case), fastsim.solve(RIG, **case)
+    cell = 4.0 * RIG.a * RIG.b * np.sqrt(1 - (field.y / RIG.b) ** 2) / (12 * 14)
+    assert float(found.force_x) == pytest.approx((field.traction_x * cell).sum(), rel=1e-12)
+    assert float(found.force_y) == pytest.approx((field.traction_y * cell).sum(), rel=1e-12)
+    moment = field.x * field.traction_y - field.y * field.traction_x
+    assert float(found.moment) == pytest.approx((moment * cell).sum(), rel=1e-12)
 
 
 def test_stick_fraction_of_the_closed_form():

@@ -82,3 +82,10 @@ def test_no_power_is_no_rise_and_arrays_broadcast():
     assert found.maximum.shape == (2, 2)
     assert np.all(found.maximum[:, 0] == 0.0)
     assert np.all(found.maximum[:, 1] > found.mean[:, 1])
+
+
+def test_the_faster_surface_carries_more_heat_away():
+    # at 100 % creepage the surfaces move at half the speed and at one and a half; both meet at one temperature
+    slow, fast = (flash_temperature(power=2.0, a=1.0, b=2.0, speed=v, **UNIT).maximum for v in (3.5, 10.5))
+    both = flash_temperature(power=1.0, a=1.0, b=2.0, speed=7.0, **{**UNIT, "creepage": 1.0}).maximum
+    assert float(both) == pytest.approx(1.0 / (1.0 / slow + 1.0 / fast), rel=1e-9)

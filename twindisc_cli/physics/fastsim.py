@@ -102,7 +102,7 @@ def unsaturation(fraction: ArrayLike) -> Floats:
     target = np.asarray(fraction, dtype=float)
     with np.errstate(divide="ignore"):
         k = -np.expm1(np.log1p(-target) * 2.0 / 7.0)
-    for _ in range(8):
+    for _ in range(5):
         reached = saturation(FULL_SLIP * k)
         room = 1.0 - reached
         root = np.sqrt((1.0 - k) * (1.0 + k))
