@@ -1,0 +1,207 @@
+"""The noise of each channel, estimated from its samples and not from any physical model.
+
+    e_i = rho^(gap_i) e_(i-1) + noise,   white_i = (e_i - rho^(gap_i) e_(i-1)) / (s sqrt(1 - rho^(2 gap_i)))
+
+    rho   correlation of neighbouring samples [1], gap_i distance to the sample before, in median distances
+    s     standard deviation of a sample, in the channel's unit
+
+A smooth trend inside every step (in a profile: inside every unworn flank) is taken out, and rho and s follow from the
+restricted likelihood (REML) of what is left, so that the trend's own parameters are paid for. Outliers beyond five
+robust standard deviations are dropped. Source: D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320-338.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twindisc_cli.model.experiment import Experiment, Floats, Ints, ProfileSamples
+from twindisc_cli.model.points import sample_times
+
+Mask = NDArray[np.bool_]
+
+CORRELATIONS = np.concatenate([[0.0], np.linspace(0.05, 0.9, 18), [0.93, 0.96]])
+FEWEST_FREE = 8
+ASSUMED_SHARE = 0.01
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Noise of one channel.
+
+    std in the channel's unit; correlation of neighbours [1]; kept (sample,): False for outliers; position (sample,) and
+    series (sample,): where a sample stands in which uninterrupted series; estimated: False where it had to be assumed.
+    """
+
+    std: float
+    correlation: float
+    kept: Mask
+    position: Floats
+    series: Ints
+    estimated: bool
+
+    def whiten(self, values: Floats, used: Mask) -> Floats:
+        """White noise of unit variance from values (..., sample) at the used samples: (..., used sample)."""
+        order = np.flatnonzero(used)
+        order = order[np.lexsort((self.position[order], self.series[order]))]
+        part = values[..., order] / self.std
+        if self.correlation == 0.0:
+            return np.asarray(part)
+        link = _links(self.position[order], self.series[order], self.correlation)
+        before = np.concatenate([np.zeros_like(part[..., :1]), part[..., :-1]], axis=-1)
+        return np.asarray((part - link * before) / np.sqrt(1.0 - link**2))
+
+
+def _links(position: Floats, series: Ints, correlation: float) -> Floats:
+    """Correlation of each sample with the one before it; zero at the start of a series."""
+    gap = np.diff(position, prepend=position[0])
+    same = np.diff(series, prepend=series[0] - 1) == 0
+    return np.asarray(np.where(same, correlation ** np.maximum(gap, 1e-6), 0.0))
+
+
+def traction_noise(experiment: Experiment) -> Noise:
+    """Noise of the traction ratio, from the scatter inside the steps."""
+    samples = experiment.measured.traction
+    assert samples is not None
+    timed = bool(np.isfinite(samples.time).all())
+    times = sample_times(experiment.history, samples)
+    varied = np.ptp(samples.creepage - experiment.history.step_creepage[samples.step]) > 1e-9
+    if varied and not timed:
+        trend = _polynomials(np.log(np.maximum(np.abs(samples.creepage), 1e-9)), np.zeros_like(samples.step), 8, 10)
+    else:
+        trend = _polynomials(times, samples.step, 3, 6)
+    given = samples.uncertainty
+    if np.isfinite(given).all():
+        return Noise(float(np.sqrt(np.mean(given**2))), 0.0, *_all_kept(times, samples.step), estimated=True)
+    return _estimate(samples.ratio, trend, times, np.zeros_like(samples.step), correlated=timed)
+
+
+def temperature_noise(experiment: Experiment) -> Noise:
+    """Noise of the temperature, from the scatter about a smooth course in every step."""
+    samples = experiment.measured.temperature
+    assert samples is not None
+    ends = experiment.history.end_time
+    iteration = np.minimum(np.searchsorted(ends, samples.time - 1e-9 * ends[-1]), len(ends) - 1)
+    step = experiment.history.step[iteration]
+    trend = _polynomials(samples.time, step, 9, 4)
+    return _estimate(samples.temperature, trend, samples.time, np.zeros_like(step), correlated=True)
+
+
+def profile_noise(profile: ProfileSamples) -> Noise:
+    """Noise of the height, from the outer parts of the unworn flanks of every recorded profile."""
+    record = _records(profile)
+    flank = _flanks(profile, record)
+    position, series = profile.y, record * 2 + (profile.y > 0.0)
+    if flank.sum() >= 6 * FEWEST_FREE:
+        trend = _polynomials(profile.y[flank], series[flank], 1, 6)
+        found = _estimate(profile.height[flank], trend, position[flank], series[flank], correlated=True)
+    else:
+        trend = _polynomials(profile.y, record, 24, 3)
+        found = _estimate(profile.height, trend, position, record, correlated=True)
+    spacing = float(np.median(np.diff(np.unique(profile.y))))
+    kept = np.ones(len(profile.y), dtype=bool)
+    return Noise(found.std, found.correlation, kept, position / spacing, record, found.estimated)
+
+
+def _records(profile: ProfileSamples) -> Ints:
+    """Number of the recorded profile to which each sample belongs."""
+    stops = np.unique(np.stack([profile.disc, profile.iteration]), axis=1, return_inverse=True)[1]
+    return np.asarray(stops.ravel(), dtype=np.int64)
+
+
+def _flanks(profile: ProfileSamples, record: Ints) -> Mask:
+    """Samples well outside the worn zone, which is found where the smoothed height leaves that of the outer tenths."""
+    far = np.abs(profile.y) > 0.85 * np.abs(profile.y).max()
+    level = np.median(profile.height[far])
+    scatter = 1.5 * np.median(np.abs(profile.height[far] - level)) + 1e-12
+    edge = 0.0
+    for number in np.unique(record):
+        here = np.flatnonzero(record == number)
+        here = here[np.argsort(profile.y[here])]
+        width = max(3, len(here) // 60)
+        smooth = np.convolve(profile.height[here] - level, np.full(width, 1.0 / width), mode="same")
+        worn = np.abs(smooth[width:-width]) > 4.0 * scatter
+        if worn.any():
+            edge = max(edge, float(np.abs(profile.y[here][width:-width][worn]).max()))
+    outer = np.abs(profile.y).max()
+    return np.asarray(np.abs(profile.y) > edge + 0.25 * (outer - edge))
+
+
+def _polynomials(at: Floats, group: Ints, degree: int, samples_each: int) -> Floats:
+    """Legendre polynomials of `at` inside each group (sample, column), at most one for so many samples."""
+    columns = []
+    for number in np.unique(group):
+        here = group == number
+        count = int(here.sum())
+        orders = 1 + min(degree, count // samples_each, len(np.unique(at[here])) - 1)
+        low, high = at[here].min(), at[here].max()
+        unit = 2.0 * (at[here] - low) / max(high - low, 1e-300) - 1.0
+        block = np.zeros((len(at), orders))
+        block[here] = np.polynomial.legendre.legvander(unit, orders - 1)
+        columns.append(block)
+    return np.concatenate(columns, axis=1)
+
+
+def _all_kept(position: Floats, series: Ints) -> tuple[Mask, Floats, Ints]:
+    return np.ones(len(position), dtype=bool), position, np.zeros_like(series)
+
+
+def _estimate(values: Floats, trend: Floats, at: Floats, series: Ints, *, correlated: bool) -> Noise:
+    """REML estimate of standard deviation and correlation about the trend (sample, column)."""
+    order = np.lexsort((at, series))
+    values, trend, at, series = values[order], trend[order], at[order], series[order]
+    spacing = float(np.median(np.diff(at))) if len(at) > 1 else 1.0
+    position = at / spacing if spacing > 0.0 else np.arange(len(at), dtype=float)
+    kept = np.ones(len(values), dtype=bool)
+    free = len(values) - trend.shape[1]
+    if free < FEWEST_FREE:
+        std = ASSUMED_SHARE * float(np.sqrt(np.mean(values**2)))
+        return Noise(std, 0.0, kept, _back(position, order), _back(series, order), estimated=False)
+    for _ in range(3):
+        left = values - trend @ np.linalg.lstsq(trend[kept], values[kept], rcond=None)[0]
+        scatter = 1.4826 * float(np.median(np.abs(left[kept]))) * np.sqrt(kept.sum() / max(kept.sum() - trend.shape[1], 1))
+        kept = np.abs(left) <= 5.0 * max(scatter, 1e-300)
+    calm = kept & _calm(left, trend, kept)
+    std, correlation = _reml(values[calm], trend[calm], position[calm], series[calm], correlated)
+    floor = 1e-6 * float(np.sqrt(np.mean(values**2))) + 1e-300
+    return Noise(
+        max(std, floor), correlation, _back(kept, order), _back(position, order), _back(series, order), std > floor
+    )
+
+
+def _calm(left: Floats, trend: Floats, kept: Mask) -> Mask:
+    """Samples of the groups whose trend fits as well as that of most groups: a jump inside a group is no noise."""
+    group = np.argmax(trend != 0.0, axis=1)
+    numbers = np.unique(group)
+    powers = np.array([np.mean(left[kept & (group == g)] ** 2) if np.any(kept & (group == g)) else 0.0 for g in numbers])
+    wild = numbers[powers > 2.5 * max(float(np.median(powers)), 1e-300)]
+    return np.asarray(~np.isin(group, wild)) if len(wild) < len(numbers) // 2 else np.ones(len(left), dtype=bool)
+
+
+def _back(values: NDArray[np.generic], order: Ints) -> NDArray[np.generic]:
+    """Undo a sorting."""
+    restored = np.empty_like(values)
+    restored[order] = values
+    return restored
+
+
+def _reml(values: Floats, trend: Floats, position: Floats, series: Ints, correlated: bool) -> tuple[float, float]:
+    """Standard deviation and correlation of greatest restricted likelihood, on a grid of correlations."""
+    best = (-np.inf, 0.0, 0.0)
+    used = trend[:, np.any(trend != 0.0, axis=0)]
+    free = len(values) - used.shape[1]
+    for correlation in CORRELATIONS if correlated else CORRELATIONS[:1]:
+        link = _links(position, series, float(correlation)) if correlation else np.zeros(len(values))
+        scale = np.sqrt(1.0 - link**2)
+        both = np.concatenate([used, values[:, None]], axis=1)
+        white = (both - link[:, None] * np.concatenate([np.zeros((1, both.shape[1])), both[:-1]])) / scale[:, None]
+        q, r = np.linalg.qr(white[:, :-1])
+        left = white[:, -1] - q @ (q.T @ white[:, -1])
+        variance = float(left @ left) / free
+        size = np.log(np.maximum(np.abs(np.diag(r)), 1e-12)).sum()
+        likelihood = -0.5 * free * np.log(max(variance, 1e-300)) - np.log(scale).sum() - size
+        if likelihood > best[0]:
+            best = (float(likelihood), float(np.sqrt(variance)), float(correlation))
+    return best[1], best[2]

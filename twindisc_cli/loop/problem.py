@@ -1,0 +1,293 @@
+"""The fitting problem: several tests, their channels as white noise, and a vector of parameters.
+
+    minimise |W (y - f(theta))|^2,   W W' = (C + D D')^-1
+
+    y   measured channels, f the forward model, C the covariance of the noise
+    D   what the inputs' tolerances and the other accepted traction law could change (nuisances), one column each
+
+K belongs to the material and is shared by all tests, mu and the convection belong to each test, the effects to the rig
+and so to all tests. Parameters that span decades are fitted as logarithms.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twindisc_cli.effects import catalogue
+from twindisc_cli.effects._effect import CHANNELS, Channel
+from twindisc_cli.loop.noise import Noise, profile_noise, temperature_noise, traction_noise
+from twindisc_cli.model.experiment import Experiment, Floats, ProfileSamples
+from twindisc_cli.model.forward import ForwardModel, Prediction
+
+Mask = NDArray[np.bool_]
+Role = Literal["train", "held_out"]
+
+TOLERANCES: tuple[tuple[str, dict[str, float], float], ...] = (
+    ("exact_elasticity", {"share": 1.0}, 1.0),
+    ("third_body_layer", {"slope_ratio": 0.97}, 1.0),
+    ("load_error", {"error_percent": 1.0}, 1.0),
+    ("creepage_offset", {"offset_percent": 0.003}, 1.0),
+)
+"""Effects whose small sizes are no finding: name, parameters, and how many such steps are one standard deviation."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One test with the noise of its channels and the samples that may be used to fit; `mu` (iteration,) if freed."""
+
+    model: ForwardModel
+    noise: Mapping[Channel, Noise]
+    train: Mapping[Channel, Mask]
+    free_mu: Floats | None = None
+
+    @property
+    def test(self) -> Experiment:
+        """The test itself."""
+        return self.model.experiment
+
+    def values(self, channel: Channel) -> Floats:
+        """Measured values of a channel (sample,)."""
+        measured = self.test.measured
+        if channel == "traction" and measured.traction is not None:
+            return measured.traction.ratio
+        if channel == "profile" and measured.profile is not None:
+            return measured.profile.height
+        assert measured.temperature is not None
+        return measured.temperature.temperature
+
+    def used(self, channel: Channel, role: Role) -> Mask:
+        """Samples without outliers that are fitted, or that are held out."""
+        train = self.train[channel]
+        return np.asarray(self.noise[channel].kept & (train if role == "train" else ~train))
+
+
+def channels_of(test: Experiment) -> tuple[Channel, ...]:
+    """The channels that were measured."""
+    measured = test.measured
+    present = {
+        "traction": measured.traction is not None,
+        "profile": measured.profile is not None,
+        "temperature": measured.temperature is not None and test.thermal is not None,
+    }
+    return tuple(channel for channel in CHANNELS if present[channel])
+
+
+def noise_of(test: Experiment) -> dict[Channel, Noise]:
+    """Noise of every measured channel."""
+    profile = test.measured.profile
+    makers = {
+        "traction": lambda: traction_noise(test),
+        "profile": lambda: profile_noise(profile if profile is not None else ProfileSamples(*[np.empty(0)] * 4)),
+        "temperature": lambda: temperature_noise(test),
+    }
+    return {channel: makers[channel]() for channel in channels_of(test)}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A fitted parameter: its name, bounds and start in the unit of the test definition, and the tests it acts in."""
+
+    name: str
+    effect: str | None
+    key: str
+    unit: str
+    start: float
+    lower: float
+    upper: float
+    log: bool
+    case: int | None = None
+    off: float | None = None
+
+    def inner(self, value: float) -> float:
+        """The number that is fitted."""
+        return float(np.log(value)) if self.log else value / self.scale
+
+    def outer(self, inner: Floats) -> Floats:
+        """The value in the unit of the test definition."""
+        return np.exp(inner) if self.log else inner * self.scale
+
+    @property
+    def scale(self) -> float:
+        """Size of a unit step of a parameter that is not fitted as a logarithm."""
+        return max(abs(self.start - (self.off or 0.0)), 1e-3 * (self.upper - self.lower))
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Tests and channels to be explained together, by base parameters and the named effects."""
+
+    cases: Sequence[Case]
+    channels: tuple[Channel, ...]
+    effects: tuple[str, ...] = ()
+    nuisance: Floats | None = field(default=None, repr=False)
+
+    def with_effects(self, *names: str) -> Problem:
+        """The same problem with other effects."""
+        return replace(self, effects=tuple(names))
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Base parameters that the chosen channels can show, then those of the effects."""
+        return (*self._base(), *(p for name in self.effects for p in effect_parameters(name)))
+
+    def _base(self) -> list[Parameter]:
+        found: list[Parameter] = []
+        for number, case in enumerate(self.cases):
+            present = set(self.channels) & set(case.noise)
+            options, thermal = case.test.options, case.test.thermal
+            if case.free_mu is None and "traction" in present and not np.isfinite(options.friction_coefficient):
+                level = float(np.clip(np.quantile(np.abs(case.values("traction")), 0.9), 1e-3, 2.0))
+                found.append(Parameter("mu", None, "mu", "1", level, 1e-3, 3.0, True, number))
+            if "temperature" in present and thermal is not None and not np.isfinite(thermal.convection):
+                level = _first_convection(case)
+                found.append(
+                    Parameter("convection_W_K", None, "convection_W_K", "W K-1", level, 1e-5, 1e6, True, number)
+                )
+        if "profile" in self.channels and any("profile" in case.noise for case in self.cases):
+            if not any(np.isfinite(case.test.options.wear_coefficient) for case in self.cases):
+                level = float(np.median([first_wear(case) for case in self.cases if "profile" in case.noise]))
+                found.append(Parameter("K", None, "K", "1", level, 1e-9, 1.0, True))
+        return found
+
+    def start(self) -> Floats:
+        """Inner start values (parameter,)."""
+        return np.array([p.inner(p.start) for p in self.parameters])
+
+    @cached_property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Inner lower and upper bounds (parameter,)."""
+        lower = [p.inner(p.lower) for p in self.parameters]
+        return np.array(lower), np.array([p.inner(p.upper) for p in self.parameters])
+
+    def predict(self, theta: Floats, extra: Mapping[str, Mapping[str, Floats]] | None = None) -> list[Prediction]:
+        """Predictions of every test for parameter sets theta (set, parameter), with extra effects if asked."""
+        return [
+            case.model.predict(self._base_of(number, case, theta), {**self.effects_of(theta), **(extra or {})})
+            for number, case in enumerate(self.cases)
+        ]
+
+    def effects_of(self, theta: Floats) -> dict[str, dict[str, Floats]]:
+        """Parameters of the effects for theta (set, parameter), by effect and key."""
+        found: dict[str, dict[str, Floats]] = {name: {} for name in self.effects}
+        for column, p in zip(np.atleast_2d(theta).T, self.parameters, strict=True):
+            if p.effect is not None:
+                found[p.effect][p.key] = p.outer(column)
+        return found
+
+    def _base_of(self, number: int, case: Case, theta: Floats) -> dict[str, Floats]:
+        sets = len(theta)
+        thermal, options = case.test.thermal, case.test.options
+        given = {
+            "mu": options.friction_coefficient,
+            "K": options.wear_coefficient if np.isfinite(options.wear_coefficient) else 0.0,
+            "convection_W_K": thermal.convection if thermal and np.isfinite(thermal.convection) else 1.0,
+        }
+        base = {key: np.full(sets, value) for key, value in given.items()}
+        for column, p in zip(theta.T, self.parameters, strict=True):
+            if p.effect is None and p.case in (None, number):
+                base[p.key] = p.outer(column)
+        if case.free_mu is not None:
+            base["mu"] = np.broadcast_to(case.free_mu, (sets, len(case.free_mu)))
+        return base
+
+    def white(self, predictions: Sequence[Prediction], role: Role = "train") -> Floats:
+        """Predicted channels as white numbers (set, sample), all tests and channels in a row."""
+        parts = [
+            case.noise[channel].whiten(getattr(prediction, channel), case.used(channel, role))
+            for case, prediction in zip(self.cases, predictions, strict=True)
+            for channel in self.channels
+            if channel in case.noise
+        ]
+        return np.concatenate(parts, axis=-1)
+
+    @cached_property
+    def measured(self) -> Floats:
+        """Measured channels as white numbers (sample,)."""
+        parts = [
+            case.noise[channel].whiten(case.values(channel), case.used(channel, "train"))
+            for case in self.cases
+            for channel in self.channels
+            if channel in case.noise
+        ]
+        return np.concatenate(parts, axis=-1)
+
+    @cached_property
+    def slices(self) -> dict[Channel, list[slice]]:
+        """Where each channel of each test stands in a row of white numbers."""
+        found: dict[Channel, list[slice]] = {channel: [] for channel in self.channels}
+        first = 0
+        for case in self.cases:
+            for channel in self.channels:
+                if channel in case.noise:
+                    count = int(case.used(channel, "train").sum())
+                    found[channel].append(slice(first, first + count))
+                    first += count
+        return found
+
+    def discount(self, rows: Floats) -> Floats:
+        """Shrink white rows (..., sample) along the nuisances: (1 + D D')^(-1/2)."""
+        if self.nuisance is None or self.nuisance.shape[1] == 0:
+            return rows
+        left, size, _ = np.linalg.svd(self.nuisance, full_matrices=False)
+        shrink = 1.0 / np.sqrt(1.0 + size**2) - 1.0
+        return np.asarray(rows + ((rows @ left) * shrink) @ left.T)
+
+    def with_nuisance(self, theta: Floats) -> Problem:
+        """The same problem with the nuisances as they are at theta (parameter,)."""
+        columns = []
+        plain = self.white(self.predict(theta[None]))[0]
+        for name, parameters, width in TOLERANCES:
+            if name not in self.effects:
+                extra = {name: {p.key: np.array([parameters.get(p.key, p.start)]) for p in effect_parameters(name)}}
+                columns.append(width * (self.white(self.predict(theta[None], extra))[0] - plain))
+        return replace(self, nuisance=np.array(columns).T)
+
+
+def effect_parameters(name: str) -> list[Parameter]:
+    """The parameters of an effect as they are fitted."""
+    return [
+        Parameter(f"{name}.{p.name}", name, p.name, p.unit, p.start, p.lower, p.upper, p.log, off=p.off)
+        for p in catalogue()[name].params
+    ]
+
+
+def first_wear(case: Case) -> float:
+    """K from W H / E of the last recorded profile, with the traction as it was measured."""
+    profile = case.test.measured.profile
+    assert profile is not None
+    last = profile.iteration == profile.iteration.max()
+    y, height = profile.y[last], profile.height[last]
+    order = np.argsort(y)
+    section = max(-float(np.trapezoid(height[order], y[order])), 1e-14)
+    return float(np.clip(section * case.model.circumference_hardness / measured_energy(case), 1e-8, 0.5))
+
+
+def measured_energy(case: Case) -> float:
+    """Energy dissipated in a test [J], from the traction as measured (or the friction coefficient given)."""
+    test, history = case.test, case.test.history
+    mu = np.full(len(history.step), test.options.friction_coefficient)
+    mu = np.where(np.isfinite(history.given_mu), history.given_mu, mu)
+    if test.measured.traction is not None:
+        samples = test.measured.traction
+        level = {s: float(np.mean(samples.ratio[samples.step == s])) for s in np.unique(samples.step)}
+        mean = float(np.mean(samples.ratio))
+        mu = np.array([level.get(int(s), mean) for s in history.step])
+    power = mu * test.rig.normal_load * np.abs(history.creepage) * test.rig.rolling_speed
+    return max(float(np.sum(power * history.duration)), 1e-9)
+
+
+def _first_convection(case: Case) -> float:
+    """Convection from the mean power over the mean warming."""
+    test = case.test
+    assert test.thermal is not None
+    samples = test.measured.temperature
+    assert samples is not None
+    warming = float(np.mean(samples.temperature - test.thermal.environment_temperature))
+    power = measured_energy(case) / float(test.history.end_time[-1])
+    return float(np.clip(power / max(abs(warming), 1e-3), 1e-3, 1e4))
