@@ -1,0 +1,382 @@
+"""check: do the definition, the data and the numbers stated elsewhere agree with each other?
+
+General rules, for any test; each compares a value with the range that geometry or a balance allows.
+
+    chord and depth     a facet of width w on a relative curvature k is w^2 k / 8 deep; the elastic patch adds at most
+                        its own width 2b, so a depth d allows w between sqrt(8 d / k) and sqrt(8 d / k + 4 b^2)
+    volume and energy   K = W H / E with the dissipated energy E = sum (T/N) N V creepage duration (Eq. 13)
+    heat                a rise is at most P / (h S), and at most E / C (Eq. 18 without and with only storage)
+    elastic limit       T/N is at most G a b C11 creepage / N (Eq. 9), whatever mu is
+    pressure            Hertz's p0 stays below the hardness
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from twindisc_cli.definition import Test
+from twindisc_cli.errors import NEGATIVE_FINDING
+from twindisc_cli.model.experiment import Experiment, Floats, ProfileSamples
+from twindisc_cli.physics import kalker
+from twindisc_cli.physics.archard import allowed_coefficient, worn_volume
+from twindisc_cli.physics.hertz import Ellipse, contact_ellipse
+from twindisc_cli.results import Array, Axis, Dataset, Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+WIDTH_LEVEL = 0.05
+"""The width of a worn profile is taken where it is this fraction of its depth deep."""
+SMOOTHED_OVER = 40
+GEOMETRY_MARGIN = 1.15
+ENERGY_MARGIN = 1.5
+LIMIT_MARGIN = 1.05
+COLDER = 2.0
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A value held against the range that the physics allows, in the unit given; ok tells whether it lies inside."""
+
+    rule: str
+    subject: str
+    value: float
+    low: float
+    high: float
+    unit: str
+    why: str
+    hint: str = ""
+
+    @property
+    def ok(self) -> bool:
+        """Whether the value lies in its range."""
+        return self.low <= self.value <= self.high
+
+    @property
+    def strain(self) -> float:
+        """How far the value uses up its range: above 1 it is outside."""
+        upper = self.value / self.high if self.high > 0.0 else np.inf * np.sign(self.value)
+        lower = self.low / self.value if self.low > 0.0 and self.value > 0.0 else 0.0
+        return float(max(upper, lower))
+
+    @property
+    def message(self) -> str:
+        """What was found, in one line."""
+        limits = f"{_number(self.low)} to {_number(self.high)}" if np.isfinite(self.high) else f"≥ {_number(self.low)}"
+        if self.low <= 0.0:
+            limits = f"at most {_number(self.high)}"
+        unit = f" {self.unit}" if self.unit != "1" else ""
+        hint = f"; {self.hint}" if self.hint else ""
+        return f"{self.subject} is {_number(self.value)}{unit}, {self.why} allows {limits}{unit}{hint}"
+
+    def json(self) -> dict[str, Any]:
+        """The finding for scripts."""
+        keys = ("rule", "subject", "value", "low", "high", "unit", "message")
+        return {key: getattr(self, key) for key in keys}
+
+
+def _number(value: float) -> str:
+    return f"{value:.3g}"
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The last measured profile of the disc that wears: depth [m], width [m], worn volume [m3]."""
+
+    depth: float
+    width: float
+    volume: float
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What the rules draw on, computed once."""
+
+    test: Experiment
+
+    @cached_property
+    def patch(self) -> Ellipse:
+        """The Hertzian patch of the unworn discs."""
+        rig = self.test.rig
+        return contact_ellipse(
+            curvature_x=rig.curvature_x,
+            curvature_y=rig.curvature_y,
+            normal_load=rig.normal_load,
+            effective_modulus=rig.effective_modulus,
+        )
+
+    @cached_property
+    def ratio(self) -> Floats:
+        """T/N of each iteration: measured, else given or declared; NaN where nothing is known. (iteration,)."""
+        history, samples = self.test.history, self.test.measured.traction
+        ratio = np.where(np.isfinite(history.given_mu), history.given_mu, self.test.options.friction_coefficient)
+        if samples is not None:
+            for step in np.unique(samples.step):
+                ratio = np.where(history.step == step, np.mean(samples.ratio[samples.step == step]), ratio)
+        return np.where(history.creepage == 0.0, 0.0, ratio)
+
+    @cached_property
+    def power(self) -> Floats:
+        """Dissipated power of each iteration [W], (iteration,)."""
+        rig = self.test.rig
+        return self.ratio * rig.normal_load * rig.rolling_speed * self.test.history.creepage
+
+    @cached_property
+    def energy(self) -> float:
+        """Energy dissipated over the test [J]."""
+        return float(np.sum(self.power * self.test.history.duration))
+
+    @cached_property
+    def profile(self) -> Profile | None:
+        """The last measured profile of disc 2, or of disc 1 where only that was measured."""
+        samples = self.test.measured.profile
+        return None if samples is None else _last_profile(samples, self.test)
+
+
+def _last_profile(samples: ProfileSamples, test: Experiment) -> Profile:
+    which = int(samples.disc.max())
+    mine = samples.disc == which
+    mine &= samples.iteration == samples.iteration[mine].max()
+    order = np.argsort(samples.y[mine])
+    y, depth = samples.y[mine][order], -samples.height[mine][order]
+    smooth = _smoothed(depth)
+    bottom = int(np.argmax(smooth))
+    deepest = float(smooth[bottom])
+    shallow = np.flatnonzero(smooth < WIDTH_LEVEL * deepest)
+    left, right = shallow[shallow < bottom], shallow[shallow > bottom]
+    inside = y[(left[-1] + 1 if len(left) else 0) : (right[0] if len(right) else len(y))]
+    radius = (test.rig.disc1 if which == 1 else test.rig.disc2).rolling_radius
+    volume = float(worn_volume(y=y, depth=depth, rolling_radius=radius))
+    return Profile(depth=deepest, width=float(np.ptp(inside)), volume=volume)
+
+
+def _smoothed(depth: Floats) -> Floats:
+    """Running mean over a fortieth of the profile, against the roughness of the flanks."""
+    width = 2 * (len(depth) // (2 * SMOOTHED_OVER)) + 1
+    padded = np.pad(depth, width // 2, mode="edge")
+    return np.convolve(padded, np.full(width, 1.0 / width), mode="valid")
+
+
+def chord_and_depth(facts: Facts) -> Iterator[Finding]:
+    """A depth and a width, measured or reported, must belong to the same facet."""
+    pairs = []
+    if facts.profile:
+        pairs.append(("measured", facts.profile.depth, facts.profile.width))
+    if {"depth", "width"} <= set(facts.test.reported):
+        pairs.append(("reported", facts.test.reported["depth"], facts.test.reported["width"]))
+    for kind, depth, width in pairs:
+        curvature = facts.test.rig.curvature_y
+        facet = 8.0 * depth / curvature
+        needed = facet_depth(width, curvature)
+        yield Finding(
+            rule="chord and depth",
+            subject=f"the {kind} width",
+            value=width * 1e3,
+            low=np.sqrt(facet) / GEOMETRY_MARGIN * 1e3,
+            high=np.sqrt(facet + (2.0 * float(facts.patch.b)) ** 2) * GEOMETRY_MARGIN * 1e3,
+            unit="mm",
+            why=f"the {kind} depth of {_number(depth * 1e6)} µm on one disc",
+            hint=f"a facet of this width is {_number(needed * 1e6)} µm deep; or both discs wore, or the track wandered",
+        )
+
+
+def facet_depth(width: float, curvature: float) -> float:
+    """The depth [m] of a facet of a given width [m] on a relative curvature [1/m]: the chord's sagitta."""
+    half = 0.5 * width * curvature
+    return (1.0 - np.sqrt(1.0 - half**2)) / curvature if half < 1.0 else np.inf
+
+
+def stated_depth(facts: Facts) -> Iterator[Finding]:
+    """A reported depth and the measured profile's are the same depth."""
+    if facts.profile and "depth" in facts.test.reported:
+        measured = facts.profile.depth * 1e6
+        yield Finding(
+            rule="reported and measured",
+            subject="the reported depth",
+            value=facts.test.reported["depth"] * 1e6,
+            low=measured / GEOMETRY_MARGIN,
+            high=measured * GEOMETRY_MARGIN,
+            unit="µm",
+            why="the measured profile",
+        )
+
+
+def volume_and_energy(facts: Facts) -> Iterator[Finding]:
+    """A wear coefficient must join the worn volume and the dissipated energy."""
+    volumes = _volumes(facts)
+    if not volumes or not facts.energy > 0.0:
+        return
+    hardness = facts.test.rig.disc2.hardness
+    allowed = [float(allowed_coefficient(volume=v, energy=facts.energy, hardness=hardness)) for v in volumes.values()]
+    given = {
+        "the reported wear coefficient K": facts.test.reported.get("wear_coefficient", np.nan),
+        "the declared wear coefficient K": facts.test.options.wear_coefficient,
+    }
+    for subject, value in given.items():
+        if np.isfinite(value):
+            yield Finding(
+                rule="volume and energy",
+                subject=subject,
+                value=value,
+                low=min(allowed) / ENERGY_MARGIN,
+                high=max(allowed) * ENERGY_MARGIN,
+                unit="1",
+                why=f"the worn volume ({' or '.join(volumes)}) with {_number(facts.energy * 1e-3)} kJ",
+                hint=f"W H / E is {' or '.join(_number(k) for k in allowed)}, "
+                f"and K is {' or '.join(_number(value / k) for k in allowed)} times that",
+            )
+
+
+def _volumes(facts: Facts) -> dict[str, float]:
+    """Worn volumes [m3] by what they come from: the profile, and the facet that a reported depth cuts."""
+    volumes = {}
+    if facts.profile and facts.profile.volume > 0.0:
+        volumes["measured profile"] = facts.profile.volume
+    depth = facts.test.reported.get("depth")
+    radius = facts.test.rig.disc2.rolling_radius
+    if depth and np.isfinite(radius):
+        section = 2.0 / 3.0 * depth * np.sqrt(8.0 * depth / facts.test.rig.curvature_y)
+        volumes["facet of the reported depth"] = 2.0 * np.pi * radius * section
+    return volumes
+
+
+def heat_and_temperature(facts: Facts) -> Iterator[Finding]:
+    """A temperature rise must be paid for by the dissipated heat."""
+    thermal, samples = facts.test.thermal, facts.test.measured.temperature
+    if thermal is None or not facts.energy > 0.0:
+        return
+    rises = {"the reported temperature rise": facts.test.reported.get("temperature_rise", np.nan)}
+    if samples is not None:
+        rises["the measured temperature rise"] = float(samples.temperature.max()) - thermal.initial_temperature
+        coldest = min(thermal.environment_temperature, thermal.initial_temperature)
+        yield Finding(
+            rule="heat and temperature",
+            subject="the disc below its environment",
+            value=max(coldest - float(samples.temperature.min()), 0.0),
+            low=0.0,
+            high=COLDER,
+            unit="K",
+            why="friction, which only heats,",
+        )
+    drift = max(thermal.environment_temperature - thermal.initial_temperature, 0.0)
+    limits = {
+        f"storing {_number(facts.energy * 1e-3)} kJ without any loss": facts.energy / thermal.heat_capacity,
+        f"losing {_number(facts.power.max())} W by the convection given": facts.power.max() / thermal.convection,
+    }
+    for subject, rise in rises.items():
+        for why, limit in limits.items():
+            if np.isfinite(rise) and np.isfinite(limit):
+                yield Finding("heat and temperature", subject, rise, 0.0, (limit + drift) * LIMIT_MARGIN, "K", why)
+
+
+def elastic_limit(facts: Facts) -> Iterator[Finding]:
+    """No coefficient of friction makes T/N larger than linear theory does at that creepage."""
+    samples, rig = facts.test.measured.traction, facts.test.rig
+    if samples is None:
+        return
+    try:
+        c11 = float(kalker.coefficients(facts.patch.a / facts.patch.b, rig.poisson_ratio).c11)
+    except ValueError:
+        return
+    slope = rig.shear_modulus * float(facts.patch.a * facts.patch.b) * c11 / rig.normal_load
+    for step in np.unique(samples.step):
+        mine = samples.step == step
+        creepage, ratio = float(np.mean(samples.creepage[mine])), samples.ratio[mine]
+        error = float(np.std(ratio)) / np.sqrt(len(ratio))
+        if creepage > 0.0 and slope * creepage < 1.0:
+            yield Finding(
+                rule="elastic limit",
+                subject=f"T/N of step {step + 1}",
+                value=float(np.mean(ratio)),
+                low=0.0,
+                high=slope * creepage * LIMIT_MARGIN + 2.0 * error,
+                unit="1",
+                why=f"linear theory at {_number(creepage * 100.0)} %",
+                hint="no mu explains more: are the zero of creepage, the stiffness and the load right?",
+            )
+
+
+def traction_sign(facts: Facts) -> Iterator[Finding]:
+    """A faster disc 1 drives: T/N is positive at positive creepage."""
+    samples = facts.test.measured.traction
+    if samples is not None:
+        driven = samples.creepage > 0.0
+        share = float(np.mean(samples.ratio[driven] < 0.0)) if np.any(driven) else 0.0
+        why = "a faster disc 1, which drives disc 2,"
+        yield Finding("sign", "the share of samples with negative T/N", share, 0.0, 0.5, "1", why)
+
+
+def pressure(facts: Facts) -> Iterator[Finding]:
+    """The softer disc carries the peak pressure."""
+    hardness = min(facts.test.rig.disc1.hardness, facts.test.rig.disc2.hardness)
+    subject, why = "Hertz's peak pressure", "the hardness of the softer disc"
+    yield Finding("pressure", subject, float(facts.patch.p0) * 1e-6, 0.0, hardness * 1e-6, "MPa", why)
+
+
+def small_patch(facts: Facts) -> Iterator[Finding]:
+    """Hertz's theory takes a patch that is small against the radii."""
+    rig, patch = facts.test.rig, facts.patch
+    largest = max(float(patch.a) * rig.curvature_x, float(patch.b) * rig.curvature_y)
+    yield Finding("pressure", "the patch over its radius", largest, 0.0, 0.3, "1", "a half-space")
+
+
+RULES: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
+    chord_and_depth,
+    stated_depth,
+    volume_and_energy,
+    heat_and_temperature,
+    elastic_limit,
+    traction_sign,
+    pressure,
+    small_patch,
+)
+
+
+def findings(test: Experiment) -> list[Finding]:
+    """Every rule that can be applied to a test, with its outcome."""
+    facts = Facts(test)
+    return [finding for rule in RULES for finding in rule(facts)]
+
+
+def run(test: Test) -> Result:
+    """Check a test; exit code 5 where anything contradicts."""
+    found = findings(test.experiment)
+    problems = [finding for finding in found if not finding.ok]
+    summary = [f"{len(found)} checks, {len(problems)} contradictions"]
+    summary += [f"  contradiction: {finding.message}" for finding in problems]
+    return Result(
+        command="check",
+        summary=tuple(summary),
+        json={
+            "problems": [finding.json() for finding in problems],
+            "findings": [finding.json() for finding in found if finding.ok],
+        },
+        dataset=_dataset(found),
+        figure=lambda: _figure(test.experiment, found),
+        exit_code=NEGATIVE_FINDING if problems else 0,
+    )
+
+
+def _figure(test: Experiment, found: list[Finding]) -> Figure:
+    from twindisc_cli.figures.consistency import consistency
+
+    labels = [finding.subject for finding in found]
+    strains = [finding.strain for finding in found]
+    return consistency(labels, strains, title=f"{test.name}: consistency", note=test.measured.provenance)
+
+
+def _dataset(found: list[Finding]) -> Dataset:
+    strain = np.array([finding.strain for finding in found])
+    return Dataset(
+        axes=(Axis("finding", np.arange(1, len(found) + 1), "1", "number of the check"),),
+        arrays=(
+            Array("rule", ("finding",), np.array([f.rule for f in found], dtype=object), "1", "rule applied"),
+            Array("message", ("finding",), np.array([f.message for f in found], dtype=object), "1", "what was found"),
+            Array("strain", ("finding",), strain, "1", "share of the allowed range that is used; above 1 contradicts"),
+        ),
+    )

@@ -1,0 +1,1 @@
+"""Figures: a result as a matplotlib Figure; nothing is saved here."""
