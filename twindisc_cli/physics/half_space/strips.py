@@ -195,6 +195,19 @@ def solve_strips(
     return StripContact(y, half_length.reshape(shape), line_load.reshape(shape), approach.reshape(cases))
 
 
+def foundation_load(*, gap: Array, strip_width: float, normal_load: Array, effective_modulus: Array) -> Array:
+    """Line load [N/m] on a Winkler foundation, a first guess: q = k E* max(0, d - g), d in closed form from sorted g.
+
+    gap [m] (case, strip), load [N] and modulus [Pa] (case, 1).
+    """
+    stiffness = _FIRST_STIFFNESS * effective_modulus
+    ordered = np.sort(gap, axis=-1)
+    depth = (normal_load / (stiffness * strip_width) + np.cumsum(ordered, axis=-1)) / np.arange(1, gap.shape[-1] + 1)
+    above = np.append(ordered[:, 1:], np.full_like(depth[:, :1], np.inf), axis=-1)
+    last = np.argmax(depth <= above, axis=-1)[:, None]
+    return np.asarray(stiffness * np.maximum(np.take_along_axis(depth, last, -1) - gap, 0.0))
+
+
 def _check(y: Array, gap: Array, growth: Array) -> None:
     if y.ndim != 1 or y.size < FEWEST_STRIPS or gap.shape[-1:] != y.shape:
         raise ProfileError(f"gap of shape {gap.shape} does not lie on a grid y of shape {y.shape}")
@@ -206,13 +219,10 @@ def _check(y: Array, gap: Array, growth: Array) -> None:
 
 
 def _first_state(problem: _Problem) -> _State:
-    """Winkler foundation that carries the load: q = k E* max(0, d - g), its d in closed form from the sorted gap."""
-    stiffness = _FIRST_STIFFNESS * problem.modulus
-    ordered = np.sort(problem.gap, axis=-1)
-    wetted = np.arange(1, ordered.shape[-1] + 1)
-    depth = (problem.load / (stiffness * problem.width) + np.cumsum(ordered, axis=-1)) / wetted
-    last = np.argmax(depth <= np.append(ordered[:, 1:], np.full_like(depth[:, :1], np.inf), axis=-1), axis=-1)
-    load = stiffness * np.maximum(np.take_along_axis(depth, last[:, None], -1) - problem.gap, 0.0)
+    """The load on a foundation, with the slope of an ellipse."""
+    load = foundation_load(
+        gap=problem.gap, strip_width=problem.width, normal_load=problem.load, effective_modulus=problem.modulus
+    )
     slope = np.broadcast_to(0.55 * problem.modulus * problem.curvature, load.shape)
     unknown = np.full_like(problem.load, np.nan)
     return _State(load, slope, load > 0.0, unknown, unknown)
