@@ -163,10 +163,10 @@ def _smoothed(depth: Floats) -> Floats:
 
 
 def chord_and_depth(facts: Facts) -> Iterator[Finding]:
-    """A depth and a width, measured or reported, must belong to the same facet."""
-    pairs = []
+    """A depth and a width, of the profile or as reported, must belong to the same facet."""
+    pairs: list[tuple[str, float, float]] = []
     if facts.profile:
-        pairs.append(("measured", facts.profile.depth, facts.profile.width))
+        pairs.append((facts.test.measured.provenance, facts.profile.depth, facts.profile.width))
     if {"depth", "width"} <= set(facts.test.reported):
         pairs.append(("reported", facts.test.reported["depth"], facts.test.reported["width"]))
     for kind, depth, width in pairs:
@@ -202,7 +202,7 @@ def stated_depth(facts: Facts) -> Iterator[Finding]:
             low=measured / GEOMETRY_MARGIN,
             high=measured * GEOMETRY_MARGIN,
             unit="µm",
-            why="the measured profile",
+            why=f"the {facts.test.measured.provenance} profile",
         )
 
 
@@ -236,7 +236,7 @@ def _volumes(facts: Facts) -> dict[str, float]:
     """Worn volumes [m3] by what they come from: the profile, and the facet that a reported depth cuts."""
     volumes = {}
     if facts.profile and facts.profile.volume > 0.0:
-        volumes["measured profile"] = facts.profile.volume
+        volumes[f"{facts.test.measured.provenance} profile"] = facts.profile.volume
     depth = facts.test.reported.get("depth")
     radius = facts.test.rig.disc2.rolling_radius
     if depth and np.isfinite(radius):
@@ -252,7 +252,7 @@ def heat_and_temperature(facts: Facts) -> Iterator[Finding]:
         return
     rises = {"the reported temperature rise": facts.test.reported.get("temperature_rise", np.nan)}
     if samples is not None:
-        rises["the measured temperature rise"] = float(samples.temperature.max()) - thermal.initial_temperature
+        rises[f"the {facts.test.measured.provenance} temperature rise"] = float(samples.temperature.max()) - thermal.initial_temperature
         coldest = min(thermal.environment_temperature, thermal.initial_temperature)
         yield Finding(
             rule="heat and temperature",

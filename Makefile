@@ -1,0 +1,72 @@
+# make run     every command on every test definition, and the figures of the paper under results/figures
+# make test    the tests         make lint    style, types, layers
+# make bench   measured numbers beside their targets         make score   the closed loop on synthetic tests
+# make clean   removes results and caches, keeps .venv
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+TWINDISC := $(BIN)/twindisc
+RUNTIME := $(VENV)/.runtime
+DEVELOPMENT := $(VENV)/.development
+SOURCES := $(shell find twindisc_cli -name '*.py' -o -name '*.npz' -o -name '*.html' -o -name '*.toml')
+
+.PHONY: run test lint bench score clean
+.DELETE_ON_ERROR:
+
+$(RUNTIME): pyproject.toml constraints.txt
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	touch $@
+
+$(DEVELOPMENT): $(RUNTIME)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	touch $@
+
+# What is run on which definition. A result depends on its definition, on data/NAME_*.csv and on the program.
+FRICTION := friction-chart identify-mu contact check
+ambient_COMMANDS := $(FRICTION) simulate-wear fit-k thermal
+cryogenic_COMMANDS := $(FRICTION) simulate-wear fit-k thermal
+eurosprinter_COMMANDS := $(FRICTION)
+mtm_running_in_COMMANDS := $(FRICTION)
+TESTS := ambient cryogenic eurosprinter mtm_running_in
+
+# Exit code 5 is a negative finding: a result like any other.
+define RESULT
+RESULTS += results/$(1)/$(2).h5
+results/$(1)/$(2).h5: configs/$(1).toml $(wildcard data/$(1)_*.csv) $(SOURCES) $(RUNTIME)
+	$(TWINDISC) $(2) $$< -o results --force || [ $$$$? -eq 5 ]
+endef
+$(foreach test,$(TESTS),$(foreach command,$($(test)_COMMANDS),$(eval $(call RESULT,$(test),$(command)))))
+
+# close-loop: the nitrogen test is predicted from the one in air; the others stand alone.
+define LOOP
+RESULTS += results/$(1)/close-loop.h5
+results/$(1)/close-loop.h5: configs/$(1).toml $(2) $(wildcard data/$(1)_*.csv) $(SOURCES) $(RUNTIME)
+	$(TWINDISC) close-loop $$< $(if $(2),--validate $(2)) -o results --force || [ $$$$? -eq 5 ]
+endef
+$(eval $(call LOOP,ambient,configs/cryogenic.toml))
+$(eval $(call LOOP,cryogenic,))
+$(eval $(call LOOP,eurosprinter,))
+$(eval $(call LOOP,mtm_running_in,))
+
+run: results/figures/.gathered
+	@ls results/figures/*.png
+
+test: $(DEVELOPMENT)
+	$(BIN)/python -m pytest -n 2
+
+lint: $(DEVELOPMENT)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: $(DEVELOPMENT)
+	$(BIN)/python tests/bench.py
+
+score: $(DEVELOPMENT)
+	$(BIN)/python -m tests.score
+
+clean:
+	rm -rf results .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
