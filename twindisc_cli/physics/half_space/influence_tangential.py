@@ -118,8 +118,8 @@ def _log_sum(x: Floats, y: Floats, r: Floats) -> Floats:
 def _backward_difference(corners: Callable[[Floats, Floats], Floats], shape: tuple[int, int], aspect: float) -> Floats:
     """(u(x) - u(x + dx)) / dx at all offsets from an element of unit traction over G, dx = aspect, dy = 1."""
     ny, nx = shape
-    x: Floats = (np.arange(-nx, nx + 1) + 0.5) * aspect
-    y: Floats = np.arange(-ny, ny) + 0.5
+    x = np.linspace(0.5 - nx, nx + 0.5, 2 * nx + 1) * aspect
+    y = np.linspace(0.5 - ny, ny - 0.5, 2 * ny)
     displacement = np.diff(np.diff(corners(x, y[:, None]), axis=-1), axis=-2) / np.pi
     difference: Floats = -np.diff(displacement, axis=-1) / aspect
     return difference

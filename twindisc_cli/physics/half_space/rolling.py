@@ -277,7 +277,8 @@ class _Step:
 
     def _free(self, field: Floats) -> Floats:
         """The part of a field along the unknowns."""
-        return self._stick * field + self._tangent * (self._tangent * field).sum(axis=0)
+        free: Floats = self._stick * field + self._tangent * (self._tangent * field).sum(axis=0)
+        return free
 
 
 def _gmres(apply: Callable[[Floats], Floats], right_hand_side: Floats) -> Floats:
@@ -298,5 +299,4 @@ def _gmres(apply: Callable[[Floats], Floats], right_hand_side: Floats) -> Floats
         solution, misfit, _, _ = np.linalg.lstsq(hessenberg[: k + 2, : k + 1], goal[: k + 2], rcond=None)
         if hessenberg[k + 1, k] == 0.0 or (misfit.size and misfit[0] < (_INNER * size) ** 2):
             break
-    combined: Floats = solution @ basis[: solution.size]
-    return combined.reshape(shape)
+    return (solution @ basis[: solution.size]).reshape(shape)
