@@ -24,6 +24,7 @@ from twindisc_cli.effects._effect import CHANNELS, Channel
 from twindisc_cli.loop.noise import Noise, profile_noise, temperature_noise, traction_noise
 from twindisc_cli.model.experiment import Experiment, Floats, ProfileSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.surface import recorded_sections
 
 Mask = NDArray[np.bool_]
 Role = Literal["train", "held_out"]
@@ -60,6 +61,16 @@ class Case:
             return measured.profile.height
         assert measured.temperature is not None
         return measured.temperature.temperature
+
+    @cached_property
+    def first_wear(self) -> float:
+        """K from W H / E of the last recorded profile, with the traction as it was measured; 0 without a profile."""
+        profile = self.test.measured.profile
+        if profile is None:
+            return 0.0
+        last = profile.iteration == profile.iteration.max()
+        section = max(sum(recorded_sections(profile, last)), 1e-14)
+        return float(np.clip(section * self.model.circumference_hardness / measured_energy(self), 1e-8, 0.5))
 
     def used(self, channel: Channel, role: Role) -> Mask:
         """Samples without outliers that are fitted, or that are held out."""
@@ -151,7 +162,7 @@ class Problem:
                 )
         if "profile" in self.channels and any("profile" in case.noise for case in self.cases):
             if not any(np.isfinite(case.test.options.wear_coefficient) for case in self.cases):
-                level = float(np.median([first_wear(case) for case in self.cases if "profile" in case.noise]))
+                level = float(np.median([case.first_wear for case in self.cases if "profile" in case.noise]))
                 found.append(Parameter("K", None, "K", "1", level, 1e-9, 1.0, True))
         return found
 
@@ -185,7 +196,7 @@ class Problem:
         thermal, options = case.test.thermal, case.test.options
         given = {
             "mu": options.friction_coefficient,
-            "K": options.wear_coefficient if np.isfinite(options.wear_coefficient) else 0.0,
+            "K": options.wear_coefficient if np.isfinite(options.wear_coefficient) else case.first_wear,
             "convection_W_K": thermal.convection if thermal and np.isfinite(thermal.convection) else 1.0,
         }
         base = {key: np.full(sets, value) for key, value in given.items()}
@@ -255,17 +266,6 @@ def effect_parameters(name: str) -> list[Parameter]:
         Parameter(f"{name}.{p.name}", name, p.name, p.unit, p.start, p.lower, p.upper, p.log, off=p.off)
         for p in catalogue()[name].params
     ]
-
-
-def first_wear(case: Case) -> float:
-    """K from W H / E of the last recorded profile, with the traction as it was measured."""
-    profile = case.test.measured.profile
-    assert profile is not None
-    last = profile.iteration == profile.iteration.max()
-    y, height = profile.y[last], profile.height[last]
-    order = np.argsort(y)
-    section = max(-float(np.trapezoid(height[order], y[order])), 1e-14)
-    return float(np.clip(section * case.model.circumference_hardness / measured_energy(case), 1e-8, 0.5))
 
 
 def measured_energy(case: Case) -> float:

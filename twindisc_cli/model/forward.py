@@ -92,7 +92,7 @@ class ForwardModel:
     def predict(self, base: Parameters, effects: Mapping[str, Parameters] | None = None) -> Prediction:
         """Predict every channel.
 
-        base     mu (set,) or (set, step), K (set,), convection_W_K (set,)
+        base     mu (set,) or (set, iteration), K (set,), convection_W_K (set,)
         effects  parameters of each effect, (set,), beside those the test declares
         """
         sets = max(len(np.atleast_1d(v)) for v in [*base.values(), *_values(effects)])
@@ -118,7 +118,7 @@ def _values(effects: Mapping[str, Parameters] | None) -> list[Floats]:
 
 
 def _columns(parameters: Parameters, sets: int) -> dict[str, Floats]:
-    """Every parameter as (set, 1), or (set, step) where it is given per step."""
+    """Every parameter as (set, 1), or (set, iteration) where it is given for each."""
     columns = {}
     for name, value in parameters.items():
         array = np.asarray(value, dtype=float)
@@ -182,7 +182,7 @@ class _Chain:
     def _friction(self, state: State) -> State:
         mu = self.base["mu"]
         if mu.shape[1] > 1:
-            mu = mu[:, self.model.experiment.history.step[self.model.points.iteration]]
+            mu = mu[:, self.model.points.iteration]
         return self._apply("friction", state.replace(mu=np.broadcast_to(mu, state.creepage.shape)))
 
     def _traction(self, state: State) -> State:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twindisc_cli.effects._state import State, Surface
 from twindisc_cli.model.experiment import Floats, Ints, ProfileSamples
@@ -39,11 +40,13 @@ class Stops:
         return np.asarray((1.0 - part) * height[:, self.stop, left] + part * height[:, self.stop, left + 1])
 
 
-def recorded_sections(profile: ProfileSamples) -> list[float]:
-    """Section [m2] missing in each recorded profile."""
+def recorded_sections(profile: ProfileSamples, used: NDArray[np.bool_] | None = None) -> list[float]:
+    """Section [m2] missing in each recorded profile, of the used samples only if given."""
+    stops = np.stack([profile.disc, profile.iteration])
+    chosen = np.ones(len(profile.y), dtype=bool) if used is None else used
     sections = []
-    for disc, iteration in np.unique(np.stack([profile.disc, profile.iteration]), axis=1).T:
-        here = (profile.disc == disc) & (profile.iteration == iteration)
+    for stop in np.unique(stops[:, chosen], axis=1).T:
+        here = chosen & np.all(stops == stop[:, None], axis=0)
         order = np.argsort(profile.y[here])
         sections.append(-float(np.trapezoid(profile.height[here][order], profile.y[here][order])))
     return sections

@@ -1,0 +1,117 @@
+"""Screening: is anything left in a channel, and what does it depend on?
+
+    q_g = |P_g r|^2 / k_g-scaled,   p = share of simulated noise whose best score beats the best of the data
+
+    r    white residual after the fit, P_g projection on the generic functions of a group that the fitted
+         parameters cannot imitate (Frisch-Waugh), k_g their number
+
+Only projections of noise are drawn, so thousands of draws cost milliseconds. The smallest of all p-values is compared
+with the smallest of each draw, which pays for the size of the search (P. H. Westfall, S. S. Young, 1993). How much a
+group says is its evidence with a normal prior of the best size: (q - k) / 2 - (k / 2) log(q / k).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2
+
+from twindisc_cli.effects._effect import Channel
+from twindisc_cli.loop.fit import Fit
+from twindisc_cli.loop.generic import Group, groups
+from twindisc_cli.model.experiment import Floats
+
+DRAWS = 1000
+SEED = 20061139
+
+
+@dataclass(frozen=True)
+class Score:
+    """What one generic group says: q its squared length in noise units, k its columns, p its own p-value, evidence."""
+
+    group: Group
+    squared: float
+    count: int
+    p_value: float
+    evidence: float
+    share: float
+
+
+@dataclass(frozen=True)
+class Leftover:
+    """What is left in a channel: scores by falling evidence, family-wise p-value, excess length in noise units."""
+
+    channel: Channel
+    scores: Sequence[Score]
+    p_value: float
+    length: float
+
+    def significant(self, level: float) -> bool:
+        """Whether something is left beyond the noise."""
+        return self.p_value < level
+
+    @property
+    def covariates(self) -> list[Score]:
+        """The best score of every covariate, by falling evidence."""
+        best: dict[str, Score] = {}
+        for score in self.scores:
+            if score.evidence > 0.0:
+                best.setdefault(score.group.covariate, score)
+        return list(best.values())
+
+
+def leftover(fitted: Fit, channel: Channel, generator: np.random.Generator | None = None) -> Leftover:
+    """Test the generic functions of a channel on the residual of a fit."""
+    problem = fitted.problem
+    generator = generator or np.random.default_rng(SEED)
+    span, _ = np.linalg.qr(fitted.jacobian) if fitted.jacobian.shape[1] else (np.empty((len(fitted.residual), 0)), None)
+    bases: list[tuple[Group, Floats]] = []
+    for number, (case, prediction) in enumerate(zip(problem.cases, problem.predict(fitted.theta[None]), strict=True)):
+        if channel in case.noise:
+            for group in groups(case, channel, prediction):
+                basis = _basis(fitted, number, group, span)
+                if basis.shape[1]:
+                    bases.append((group, basis))
+    if not bases:
+        return Leftover(channel, [], 1.0, 0.0)
+    everything, _ = np.linalg.qr(np.concatenate([basis for _, basis in bases], axis=1))
+    draws = generator.standard_normal((DRAWS, everything.shape[1]))
+    total = _channel_power(fitted, channel)
+    scores, smallest = [], np.ones(DRAWS)
+    for group, basis in bases:
+        count = basis.shape[1]
+        squared = float(np.sum((basis.T @ fitted.residual) ** 2))
+        drawn = np.sum((draws @ (everything.T @ basis)) ** 2, axis=1)
+        smallest = np.minimum(smallest, chi2.sf(drawn, count))
+        p_value = float(chi2.sf(squared, count))
+        evidence = 0.5 * (squared - count) - 0.5 * count * np.log(squared / count) if squared > count else 0.0
+        share = max(squared - count, 0.0) / max(total, 1e-30)
+        scores.append(Score(group, squared, count, p_value, float(evidence), min(share, 1.0)))
+    scores.sort(key=lambda s: -s.evidence)
+    least = min(s.p_value for s in scores)
+    family = float(np.mean(smallest <= least))
+    if family == 0.0:
+        family = min(least * len(scores), 1.0 / DRAWS)
+    excess = max((s.squared - s.count for s in scores), default=0.0)
+    return Leftover(channel, scores, family, float(np.sqrt(max(excess, 0.0))))
+
+
+def _channel_power(fitted: Fit, channel: Channel) -> float:
+    return float(sum(np.sum(fitted.residual[part] ** 2) for part in fitted.problem.slices[channel]))
+
+
+def _basis(fitted: Fit, number: int, group: Group, span: Floats) -> Floats:
+    """Orthonormal white columns of a group (sample, column), without what the fitted parameters can imitate."""
+    problem = fitted.problem
+    case = problem.cases[number]
+    rows = np.zeros((group.columns.shape[1], len(fitted.residual)))
+    index = [i for i, c in enumerate(problem.cases) if group.channel in c.noise].index(number)
+    rows[:, problem.slices[group.channel][index]] = case.noise[group.channel].whiten(
+        group.columns.T, case.used(group.channel, "train")
+    )
+    columns = problem.discount(rows).T
+    columns = columns - span @ (span.T @ columns)
+    left, size, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(left[:, size > 1e-6 * max(float(size.max(initial=0.0)), 1e-300)])

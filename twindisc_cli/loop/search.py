@@ -1,0 +1,257 @@
+"""The search for what a channel misses: every effect, small combinations, and the gate that refuses them.
+
+Channels are searched in the order in which they drive each other (traction, profile, temperature), each with its own
+data, under the effects accepted so far; friction that stays unexplained is replaced by what was measured, iteration by
+iteration, so that it does not reach the other channels. An explanation passes the gate if
+
+    no generic function is still significant, or what is left is short against what was explained, and
+    no parameter ran into a bound.
+
+Two effects in one channel must leave nothing at all, each must explain a good part, and together they must say more
+than the best generic function; otherwise the channel is reported as unexplained.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from scipy.stats import chi2
+
+from twindisc_cli.effects import catalogue
+from twindisc_cli.effects._effect import Channel
+from twindisc_cli.loop.fit import Fit, fit
+from twindisc_cli.loop.problem import Case, Problem, effect_parameters
+from twindisc_cli.loop.screen import Leftover, leftover
+from twindisc_cli.model.experiment import Floats
+
+ALARM = 0.002
+REFUSAL = 0.01
+SHORT = 0.10
+ROUNDING = 0.02
+PAIRED = 5
+SET = 0.95
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An explanation of one channel: its effects, its fit to that channel, what it leaves, and its probability."""
+
+    names: tuple[str, ...]
+    fit: Fit
+    gain: float
+    evidence: float
+    left: Leftover
+    passed: bool
+    probability: float = 0.0
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What was found in one channel.
+
+    before: what the model without new effects leaves; candidates by falling evidence; chosen: None where nothing is
+    missing or nothing explains it; missing: whether something is missing at all.
+    """
+
+    channel: Channel
+    missing: bool
+    base: Fit
+    before: Leftover
+    p_value: float
+    candidates: Sequence[Candidate]
+    chosen: Candidate | None
+
+    @property
+    def alternatives(self) -> list[Candidate]:
+        """The other members of the smallest set that holds 95 % of the probability."""
+        if self.chosen is None:
+            return []
+        ranked = sorted((c for c in self.candidates if c.passed), key=lambda c: -c.probability)
+        kept: list[Candidate] = []
+        for candidate in ranked:
+            if sum(c.probability for c in kept) >= SET:
+                break
+            kept.append(candidate)
+        return [c for c in kept if c.names != self.chosen.names]
+
+
+def search_channel(problem: Problem, channel: Channel, declared: frozenset[str]) -> Finding:
+    """Find what one channel misses under the effects that the problem already has."""
+    base = refit(replace(problem, nuisance=None))
+    before = leftover(base, channel)
+    singles = [_single(base, name, channel) for name in _candidates(problem, channel, declared)]
+    p_value = min([before.p_value, *(_p_of(c, len(singles)) for c in singles)])
+    if p_value > ALARM:
+        return Finding(channel, False, base, before, p_value, singles, None)
+    gated = [_gated(c, channel) for c in sorted(singles, key=lambda c: -c.evidence)]
+    if not any(c.passed for c in gated):
+        gated = [*_pairs(base, before, gated, channel), *gated]
+    weighed = weigh(gated)
+    passed = [c for c in weighed if c.passed]
+    chosen = max(passed, key=lambda c: c.probability) if passed else None
+    return Finding(channel, True, base, before, p_value, weighed, chosen)
+
+
+def refit(problem: Problem, start: Floats | None = None) -> Fit:
+    """Fit, find the nuisances there, and fit again."""
+    first = fit(problem, start)
+    return fit(problem.with_nuisance(first.theta), first.theta)
+
+
+def _candidates(problem: Problem, channel: Channel, declared: frozenset[str]) -> list[str]:
+    """Effects that show first in a channel and can act in these tests."""
+    warm = all(case.test.thermal is not None for case in problem.cases)
+    stops = {(int(d), int(i)) for case in problem.cases for d, i in _stops(case)}
+    return [
+        name
+        for name, effect in catalogue().items()
+        if effect.channel == channel
+        and name not in problem.effects
+        and name not in declared
+        and (warm or not name.startswith("temperature_dependent"))
+        and not (name == "half_space_contact" and all(c.test.options.contact == "half_space" for c in problem.cases))
+        and not (name == "exact_elasticity")
+        and not (name in ONLY_OVER_STOPS and len(stops) < 2)
+    ]
+
+
+ONLY_OVER_STOPS = ("running_in_wear", "temperature_dependent_wear", "severe_wear_transition", "wear_threshold")
+
+
+def _stops(case: Case) -> set[tuple[int, int]]:
+    profile = case.test.measured.profile
+    return set() if profile is None else set(zip(profile.disc.tolist(), profile.iteration.tolist(), strict=True))
+
+
+def _single(base: Fit, *names: str | Channel) -> Candidate:
+    """Fit one effect from several starts."""
+    *effects, channel = names
+    problem = base.problem.with_effects(*base.effects, *effects)
+    best = max(
+        (fit(problem, np.concatenate([base.theta, start])) for start in _starts(problem, base, effects)),
+        key=lambda f: f.evidence,
+    )
+    empty = Leftover(channel, [], 1.0, 0.0)  # type: ignore[arg-type]
+    return Candidate(tuple(effects), best, base.chi2 - best.chi2, best.evidence - base.evidence, empty, False)
+
+
+def _starts(problem: Problem, base: Fit, names: Sequence[str]) -> list[Floats]:
+    """Inner start values of the effects: the best of a grid of shapes, for either sign of the size."""
+    target = base.residual
+    jacobian = base.jacobian
+    grid = [_grid(name) for name in names]
+    sets = grid[0] if len(grid) == 1 else np.array([np.concatenate([a, b]) for a in grid[0] for b in grid[1]])
+    theta = np.concatenate([np.tile(base.theta, (len(sets), 1)), sets], axis=1)
+    lower, upper = problem.bounds
+    rows = problem.discount(problem.white(problem.predict(np.clip(theta, lower, upper))))
+    moved = np.nan_to_num(rows - problem.discount(base.problem.white(base.problem.predict(base.theta[None]))))
+    span, _ = np.linalg.qr(jacobian) if jacobian.shape[1] else (np.empty((len(target), 0)), None)
+    moved = moved - (moved @ span) @ span.T
+    length = np.sum(moved**2, axis=1) + 1e-12
+    score = (moved @ target) / np.sqrt(length)
+    order = np.argsort(-score)
+    return [sets[i] for i in order[:2]]
+
+
+def _grid(name: str) -> Floats:
+    """Inner parameters of one effect on a coarse grid (set, parameter)."""
+    axes = []
+    for p in effect_parameters(name):
+        if p.off is not None:
+            sizes = [p.start] + ([2.0 * p.off - p.start] if p.lower <= 2.0 * p.off - p.start <= p.upper else [])
+            if p.log and p.lower < p.off < p.upper:
+                sizes.append(p.off**2 / p.start)
+            axes.append([p.inner(s) for s in sizes])
+        elif p.log:
+            axes.append([p.inner(float(v)) for v in np.geomspace(p.lower, p.upper, 7)[1:-1]])
+        else:
+            axes.append([p.inner(p.start)])
+    return np.stack([a.ravel() for a in np.meshgrid(*axes, indexing="ij")], axis=1)
+
+
+def _p_of(candidate: Candidate, searched: int) -> float:
+    """Significance of an effect, paid for the number of effects tried."""
+    free = len(candidate.fit.theta) - len(candidate.fit.problem._base())
+    return min(1.0, searched * float(chi2.sf(max(candidate.gain, 0.0), max(free, 1))))
+
+
+def _gated(candidate: Candidate, channel: Channel, *, strict: bool = False) -> Candidate:
+    """Whether an explanation is one: what it leaves, and its bounds."""
+    left = leftover(candidate.fit, channel)
+    explained = np.sqrt(max(candidate.gain, 0.0))
+    clean = left.p_value > REFUSAL or (not strict and left.length < SHORT * explained)
+    significant = _p_of(candidate, 1) < ALARM
+    return replace(candidate, left=left, passed=bool(clean and significant and not candidate.fit.at_bound))
+
+
+def _pairs(base: Fit, before: Leftover, singles: Sequence[Candidate], channel: Channel) -> list[Candidate]:
+    """Pairs of the best single effects that leave nothing, in which each effect explains a good part."""
+    names = [c.names[0] for c in singles[:PAIRED]]
+    unknown = max((s.evidence for s in before.scores), default=0.0)
+    alone = {c.names[0]: c for c in singles}
+    found = []
+    for pair in combinations(names, 2):
+        candidate = _single(base, *pair, channel)
+        weakest = min(candidate.gain - alone[name].gain for name in pair)
+        if weakest > max(25.0, (0.15**2) * candidate.gain) and candidate.evidence > unknown + 10.0:
+            found.append(_gated(candidate, channel, strict=True))
+    return found
+
+
+def weigh(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Posterior probabilities over the explanations that passed, by falling evidence.
+
+    The evidence is cooled by what a large effect leaves through the form of its law, which no candidate gets right.
+    """
+    passed = [c for c in candidates if c.passed]
+    if not passed:
+        return list(candidates)
+    heat = 1.0 + ROUNDING * np.sqrt(max(c.gain for c in passed))
+    best = max(c.evidence for c in passed)
+    weights = {c.names: float(np.exp((c.evidence - best) / heat)) for c in passed}
+    total = sum(weights.values())
+    return [replace(c, probability=weights[c.names] / total if c.passed else 0.0) for c in candidates]
+
+
+def free_friction(case: Case) -> Case:
+    """The case with mu as measured, one value an iteration, in place of a model of friction."""
+    samples = case.test.measured.traction
+    assert samples is not None
+    points = case.model.points
+    iteration = points.iteration[points.of_traction]
+    kept = case.noise["traction"].kept
+    count = len(case.test.history.step)
+    mu = np.full(count, float(np.mean(np.abs(samples.ratio))))
+    base = {"K": np.array([case.first_wear]), "convection_W_K": np.array([1.0])}
+    for _ in range(8):
+        predicted = case.model.predict({**base, "mu": mu[None]}).traction[0]
+        ratio = np.ones(count)
+        for i in range(count):
+            here = kept & (iteration == i)
+            if here.any():
+                ratio[i] = np.clip(np.mean(samples.ratio[here]) / max(np.mean(predicted[here]), 1e-9), 0.25, 4.0)
+        mu = np.clip(mu * ratio, 1e-3, 3.0)
+    seen = np.unique(iteration[kept])
+    return replace(case, free_mu=np.interp(np.arange(count), seen, mu[seen]))
+
+
+def search(problem: Problem, progress: Progress) -> tuple[Problem, list[Finding]]:
+    """Search all channels; returns the problem with the effects accepted and what was found in each channel."""
+    declared = frozenset(name for case in problem.cases for name in case.test.effects)
+    findings: list[Finding] = []
+    explained: tuple[Channel, ...] = ()
+    for channel in problem.channels:
+        progress(channel)
+        finding = search_channel(replace(problem, channels=(*explained, channel)), channel, declared)
+        findings.append(finding)
+        if finding.chosen is not None:
+            problem = problem.with_effects(*problem.effects, *finding.chosen.names)
+        if finding.chosen is not None or not finding.missing:
+            explained = (*explained, channel)
+        elif channel == "traction":
+            problem = replace(problem, cases=[free_friction(case) for case in problem.cases])
+    return replace(problem, channels=explained), findings
