@@ -55,13 +55,17 @@ class _Scanner:
         many = self.text.startswith("[[", self.at)
         start = self.at
         self.at += 2 if many else 1
-        table = self.dotted()
+        parts = self.dotted()
         self.at, end = start, self.text.index("]", self.at)
-        if many:
-            index = self.counts[table] = self.counts.get(table, -1) + 1
+        table: Key = ()
+        for depth, part in enumerate(parts, start=1):
+            table = (*table, part)
             self.note(table)
-            table = (*table, index)
-        self.note(table)
+            if many and depth == len(parts):
+                self.counts[table] = self.counts.get(table, -1) + 1
+            if table in self.counts:  # an array of tables: the last one is meant
+                table = (*table, self.counts[table])
+                self.note(table)
         self.at = end + (2 if many else 1)
         return table
 

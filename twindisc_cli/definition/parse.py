@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
@@ -41,11 +42,16 @@ class _Source:
 def parse(text: str, file: str) -> DefinitionBase:
     """Check a whole document; DefinitionError lists every mistake, in the order of the lines."""
     source, problems = _read(text, file)
+    meant: dict[Key, str] = {}
     try:
         definition = definition_model().model_validate(source.raw)
     except ValidationError as error:
-        problems.extend(_schema_problems(source, error.errors(include_url=False)))
-    problems.extend(source.problem(key, what) for key, what in broken(source.raw))
+        errors = error.errors(include_url=False)
+        meant = {key: guess for key in _unknown_keys(errors) if (guess := _guess(key))}
+        problems.extend(_schema_problems(source, errors, meant))
+    for key, what in broken(_corrected(source.raw, meant)):
+        if key[-1] not in source.mended:
+            problems.append(source.problem(key, what))
     if problems:
         raise DefinitionError(_in_order(problems))
     return definition
@@ -89,22 +95,31 @@ def _syntax_problem(error: tomllib.TOMLDecodeError, lines: Sequence[str], file: 
     return problem, "" if _PAIR.match(line) and at else None
 
 
-def _schema_problems(source: _Source, errors: Sequence[ErrorDetails]) -> Iterator[Problem]:
+def _unknown_keys(errors: Sequence[ErrorDetails]) -> list[Key]:
+    return [tuple(error["loc"]) for error in errors if error["type"] == "extra_forbidden"]
+
+
+def _corrected(raw: Mapping[str, Any], meant: Mapping[Key, str]) -> Mapping[str, Any]:
+    """The tables with misspelt keys under the names they most probably meant, for the rules between keys."""
+    corrected = copy.deepcopy(dict(raw))
+    for key, guess in meant.items():
+        table: Any = corrected
+        for part in key[:-1]:
+            table = table[part]
+        table[guess] = table.pop(key[-1])
+    return corrected
+
+
+def _schema_problems(source: _Source, errors: Sequence[ErrorDetails], meant: Mapping[Key, str]) -> Iterator[Problem]:
     """One problem per mistake: a misspelt key is not also reported as missing."""
-    meant: set[Key] = set()
-    missing: list[Key] = []
+    spelt = {(*key[:-1], guess) for key, guess in meant.items()}
     for error in errors:
         key: Key = tuple(error["loc"])
-        if error["type"] == "missing":
-            missing.append(key)
-        elif error["type"] == "extra_forbidden":
-            what, guess = _unknown(key)
-            meant.update([(*key[:-1], guess)] if guess else [])
-            yield source.problem(key, what)
-        else:
+        if error["type"] == "extra_forbidden":
+            yield source.problem(key, _unknown(key, meant.get(key)))
+        elif error["type"] != "missing":
             yield source.problem(key, _wrong(error))
-    for key in missing:
-        if key not in meant and key[-1] not in source.mended:
+        elif key not in spelt and key[-1] not in source.mended:
             yield source.problem(key, "is missing")
 
 
@@ -143,18 +158,28 @@ def _shown(value: object) -> str:
     return text if len(text) <= 40 else text[:37] + "..."
 
 
-def _unknown(key: Key) -> tuple[str, str | None]:
-    """The message for an unknown key, and the sibling it most probably meant."""
+def _guess(key: Key) -> str | None:
+    """The sibling that an unknown key most probably meant; None where it has its place in another table."""
     name, siblings = str(key[-1]), _keys(definition_model(), key[:-1])
-    for table, names in _every_table():
-        if name in names and table != key[:-1]:
-            where = f"belongs in [{_dotted(table)}]" if table else "belongs at the top of the file"
-            return f"unknown key here; it {where}", None
-    guess = nearest(name, siblings) or next((s for s in siblings if _same_quantity(name, s)), None)
+    if _table_of(key) is not None:
+        return None
+    return nearest(name, siblings) or next((s for s in siblings if _same_quantity(name, s)), None)
+
+
+def _table_of(key: Key) -> Key | None:
+    """The other table in which an unknown key is known."""
+    return next((table for table, names in _every_table() if key[-1] in names and table != key[:-1]), None)
+
+
+def _unknown(key: Key, guess: str | None) -> str:
+    """What to tell about an unknown key."""
+    table = _table_of(key)
+    if table is not None:
+        return f"unknown key here; it belongs {f'in [{_dotted(table)}]' if table else 'at the top of the file'}"
     if guess is None:
-        return f"unknown key; known here: {', '.join(siblings)}", None
-    unit = ", with the value in that unit" if _same_quantity(name, guess) else ""
-    return f"unknown key, did you mean {guess}{unit}?", guess
+        return f"unknown key; known here: {', '.join(_keys(definition_model(), key[:-1]))}"
+    unit = ", with the value in that unit" if _same_quantity(str(key[-1]), guess) else ""
+    return f"unknown key, did you mean {guess}{unit}?"
 
 
 def _same_quantity(name: str, guess: str) -> bool:

@@ -36,7 +36,7 @@ def speed(raw: Raw) -> Iterator[Finding]:
     if len(given) == 2:
         yield ("rig", "rolling_speed_m_s"), "mean_speed_rpm is given too; keep one of them"
     elif not given and rig:
-        yield ("rig",), "no speed: give mean_speed_rpm or rolling_speed_m_s"
+        yield ("rig", "mean_speed_rpm"), "no speed: give mean_speed_rpm or rolling_speed_m_s"
     elif given == ["mean_speed_rpm"] and any(math.isinf(r) for r in radii):
         yield ("rig", "mean_speed_rpm"), "a disc of radius inf does not turn: give rolling_speed_m_s instead"
     if all(math.isinf(r) for r in radii):
@@ -60,7 +60,10 @@ def heat(raw: Raw) -> Iterator[Finding]:
     if not thermal:
         return
     if "heat_capacity_J_K" not in thermal and "volume_mm3" not in thermal:
-        yield ("thermal",), "no heat capacity: give heat_capacity_J_K, or volume_mm3 with density and specific heat"
+        yield (
+            ("thermal", "heat_capacity_J_K"),
+            "no heat capacity: give heat_capacity_J_K, or volume_mm3 with density and specific heat",
+        )
     if "heat_capacity_J_K" in thermal and "volume_mm3" in thermal:
         yield ("thermal", "volume_mm3"), "heat_capacity_J_K is given too; keep one of them"
     ways = (
