@@ -42,7 +42,7 @@ def unsaturation(fraction: ArrayLike) -> Floats:
     """
     target = np.asarray(fraction, dtype=float)
     with np.errstate(divide="ignore"):
-        k = -np.expm1(np.log1p(-target) * 2.0 / 5.0)
+        k: Floats = -np.expm1(np.log1p(-target) * 2.0 / 5.0)
     for _ in range(8):
         room = 1.0 - saturation(FULL_SLIP * k)
         slope = 1.5 * (np.arccos(k) - k * np.sqrt((1.0 - k) * (1.0 + k)))
