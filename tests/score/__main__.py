@@ -1,0 +1,99 @@
+"""python -m tests.score: run the score and print its table."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+from .cases import GROUPS, plan
+from .scoring import Line, Row, is_right, make, score, score_folder, table
+
+
+def main() -> int:
+    """The command line of the score."""
+    options = _options()
+    start = perf_counter()
+    if options.make:
+        make(plan(options.tests, options.seed, options.cases), options.make, options.processes)
+        return 0
+    if options.folder:
+        rows = [score_folder(path.parent) for path in sorted(options.folder.glob("*/truth.json"))]
+        _print_rows(rows)
+    else:
+        cases = plan(options.tests, options.seed, options.cases)
+        rows = []
+        for row in score(cases, keep=options.keep, processes=options.processes):
+            rows.append(row)
+            print(f"{len(rows)}/{len(cases)} {_summary(row)}", file=sys.stderr, flush=True)
+        rows.sort(key=lambda row: str(row["name"]))
+        _print_table(table(rows))
+    seconds = [row["seconds"] for row in rows]
+    print(
+        f"{len(rows)} tests in {perf_counter() - start:.0f} s; the loop took {np.median(seconds):.1f} s a test "
+        f"(median), {np.max(seconds):.1f} s at most"
+    )
+    if options.json:
+        options.json.parent.mkdir(parents=True, exist_ok=True)
+        options.json.write_text(json.dumps(rows, indent=1) + "\n")
+    if options.figure:
+        from .figure import draw
+
+        options.figure.parent.mkdir(parents=True, exist_ok=True)
+        draw(rows).savefig(options.figure, dpi=160)
+    return 0
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m tests.score", description=__doc__)
+    parser.add_argument("--tests", type=int, default=260, help="how many tests (default 260)")
+    parser.add_argument("--seed", type=int, default=1, help="seed of them all")
+    parser.add_argument("--cases", type=_groups, default=tuple(GROUPS), help=f"which groups: {','.join(GROUPS)}")
+    parser.add_argument("--processes", type=int, default=2, help="how many at once")
+    parser.add_argument("--json", type=Path, help="file for one row per test")
+    parser.add_argument("--figure", type=Path, help="file for the figure over effect size")
+    parser.add_argument("--keep", type=Path, help="folder where the tests and, apart, their truth are kept")
+    parser.add_argument("--make", type=Path, help="only make the tests, in this folder")
+    parser.add_argument("--folder", type=Path, help="score the tests in this folder that have a truth.json instead")
+    return parser.parse_args()
+
+
+def _groups(text: str) -> tuple[str, ...]:
+    names = tuple(text.split(","))
+    unknown = [name for name in names if name not in GROUPS]
+    if unknown:
+        raise argparse.ArgumentTypeError(f"no such group: {', '.join(unknown)}; there are {', '.join(GROUPS)}")
+    return names
+
+
+def _summary(row: Row) -> str:
+    truth, answer = row["truth"], row["answer"]
+    hidden = truth["truth"] if isinstance(truth["truth"], str) else "+".join(truth["truth"]) or "nothing"
+    if "failed" in answer:
+        return f"{row['name']}: {hidden} -> failed, {answer['failed'][-200:]!r}"
+    named = ["|".join([e["effect"], *e.get("alternatives", [])]) for e in answer["effects"]]
+    left = [f"{u['channel']}:{u['covariate']}" for u in answer["unexplained"][:2]]
+    mark = "right" if is_right(row) else "WRONG"
+    said = " + ".join([*named, *(f"unexplained {u}" for u in left)]) or "nothing"
+    return f"{row['name']}: {hidden} -> {said}: {mark}, {row['seconds']:.1f} s"
+
+
+def _print_rows(rows: Sequence[Row]) -> None:
+    for row in rows:
+        print(_summary(row))
+    print(f"right: {sum(is_right(row) for row in rows)} of {len(rows)}")
+
+
+def _print_table(lines: Sequence[Line]) -> None:
+    for what, count, of, target in lines:
+        share = f"{100.0 * count / of:5.1f} %" if of else "    -  "
+        print(f"{what:58s} {count:4d} of {of:4d}  {share}  {target}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

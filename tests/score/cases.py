@@ -1,0 +1,56 @@
+"""Which tests a score consists of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from .effects import CATALOGUE
+from .making import Case
+from .unknowns import UNKNOWN
+
+GROUPS = {"null": 0.24, "single": 0.32, "sizes": 0.13, "two": 0.12, "unknown": 0.19}
+"""Share of each group: nothing hidden, one effect at 12 thresholds, at other sizes, two effects, an unknown one."""
+OTHER_SIZES = (3.0, 6.0, 25.0, 50.0)
+_FIXED = ("exact_elasticity", "half_space_contact")  # are there or not, at a size that nobody chooses
+
+
+def plan(tests: int, seed: int, groups: Sequence[str] = tuple(GROUPS)) -> list[Case]:
+    """About `tests` cases, the same for the same `seed`; of the `groups` only."""
+    total = sum(GROUPS[g] for g in groups)
+    return [
+        case
+        for number, group in enumerate(GROUPS)
+        if group in groups
+        for case in _group(group, max(round(tests * GROUPS[group] / total), 1), 1_000_000 * seed + 100_000 * number)
+    ]
+
+
+def _group(group: str, count: int, first: int) -> Iterator[Case]:
+    rng = np.random.default_rng(first)
+    names, unknown = (list(rng.permutation(sorted(table))) for table in (CATALOGUE, UNKNOWN))
+    sizeable = [name for name in names if name not in _FIXED]
+    for i in range(count):
+        size = 12.0
+        if group == "null":
+            effects: tuple[str, ...] = ()
+        elif group == "single":
+            effects = (str(names[i % len(names)]),)
+        elif group == "sizes":
+            effects = (str(sizeable[i % len(sizeable)]),)
+            size = OTHER_SIZES[i % len(OTHER_SIZES)]
+        elif group == "two":
+            effects, size = _pair(rng), 15.0
+        else:
+            effects, size = (str(unknown[i % len(unknown)]),), 12.0 if (i // len(unknown)) % 2 == 0 else 25.0
+        yield Case(first + i, effects, size, group)
+
+
+def _pair(rng: np.random.Generator) -> tuple[str, ...]:
+    """Two effects that show in different channels."""
+    names = [name for name in CATALOGUE if name not in _FIXED]
+    while True:
+        one, other = (str(name) for name in rng.choice(names, size=2, replace=False))
+        if CATALOGUE[one][0] != CATALOGUE[other][0]:
+            return one, other

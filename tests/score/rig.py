@@ -1,0 +1,266 @@
+"""The score's rig: one record with everything that is true of it, and the march through its history.
+
+Every iteration is cut into wear steps; within one the patch is fixed and friction, power and temperature run in
+small time steps. Then the discs wear by what was dissipated, spread over the strips of the patch:
+
+    S(y) = K / (H V) * int P_l dt / (q * time of a revolution),   removed volume = K E / H exactly
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from math import hypot
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .contact import Ellipse, HalfSpace, hertz_ellipse
+from .heat import Plant
+from .hidden import NOTHING, Hidden, Moment
+from .traction import equivalent_ellipse, linear_force, saturation, strip_share
+
+Floats = NDArray[np.float64]
+VICKERS = 9.80665e6  # Pa in one HV
+SHORTEST = 3.0  # the longest small time step [s]
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Everything that is true of one test but for what is hidden. SI; creepages and mu as ratios."""
+
+    load: float
+    rpm: float
+    radius: float
+    crown: tuple[float, float]  # transverse radii of disc 1 and 2 [m]
+    creepage: tuple[float, ...]  # of each step, as the test definition says
+    iterations: tuple[int, ...]  # of each step
+    revolutions: int  # of one iteration
+    capacity: float
+    environment: float  # deg C
+    contact: str
+    law: str  # of traction, as it is
+    declared_law: str  # as the test definition says
+    mu: float
+    wear: float  # K
+    convection: float  # h S [W/K]
+    creepage_error: tuple[float, ...]  # true minus nominal creepage of each step
+    load_tolerance: float = 1.0  # true load over the nominal one
+    modulus: float = 206e9
+    hardness: float = 700.0  # HV
+    wear_steps: int = 2  # of one iteration
+    cells: int = 14  # of the half patch along rolling
+    strips: int = 22  # of the first half patch across
+
+    poisson = 0.3
+
+    def fine(self) -> Rig:
+        """The same rig marched finely enough that its numbers err by less than the noise can show."""
+        return replace(self, wear_steps=12 if self.contact == "hertz" else 4, cells=20, strips=32)
+
+    @property
+    def speed(self) -> float:
+        """V [m/s]."""
+        return self.radius * self.rpm * 2.0 * np.pi / 60.0
+
+    @property
+    def duration(self) -> float:
+        """Of one iteration [s]."""
+        return self.revolutions * 60.0 / self.rpm
+
+    @property
+    def shear_modulus(self) -> float:
+        """G [Pa]."""
+        return self.modulus / (2.0 * (1.0 + self.poisson))
+
+    @property
+    def contact_modulus(self) -> float:
+        """E* [Pa]."""
+        return self.modulus / (2.0 * (1.0 - self.poisson**2))
+
+    @property
+    def curvature_y(self) -> float:
+        """Relative transverse curvature of the unworn discs [1/m]."""
+        return 1.0 / self.crown[0] + 1.0 / self.crown[1]
+
+    @property
+    def steps(self) -> Sequence[int]:
+        """The step of each iteration, from 0."""
+        return [step for step, count in enumerate(self.iterations) for _ in range(count)]
+
+    def ellipse(self, curvature_y: float | None = None) -> Ellipse:
+        """The Hertz ellipse under the nominal load."""
+        curvature_y = self.curvature_y if curvature_y is None else curvature_y
+        return hertz_ellipse(self.load, self.contact_modulus, 2.0 / self.radius, curvature_y)
+
+    def half_width(self) -> float:
+        """Half of the track [m] when all is dissipated at full sliding; from the circle's segment it cuts."""
+        area = self.wear / (self.hardness * VICKERS) * self.mu * self.load * self.revolutions
+        area *= sum(c * n for c, n in zip(self.creepage, self.iterations, strict=True))
+        return float(np.cbrt(1.5 * area / self.curvature_y))
+
+
+@dataclass
+class Trace:
+    """What happened. Small steps: time (step + 1,) at their ends, the rest (step,) within them.
+
+    ratio is T over the nominal load; profiles maps iterations completed to the depth [m] worn off disc 1 and 2.
+    """
+
+    time: Floats
+    ratio: Floats
+    power: Floats
+    rise: Floats
+    wear_index: Floats
+    y: Floats
+    profiles: dict[int, tuple[Floats, Floats]] = field(default_factory=dict)
+
+    @property
+    def energy(self) -> float:
+        """Dissipated in all [J]."""
+        return float(self.power @ np.diff(self.time))
+
+
+class _Patch:
+    """The contact patch as it wears: half-space or the ellipse of the best circle."""
+
+    def __init__(self, rig: Rig, hidden: Sequence[Hidden]) -> None:
+        self._rig = rig
+        self.kind = next((h.contact for h in hidden if h.contact), rig.contact)
+        self._load = rig.load * rig.load_tolerance * float(np.prod([h.load for h in hidden]))
+        first = rig.ellipse()
+        spread = max(h.wander for h in hidden)
+        reach = 1.15 * max(1.3 * rig.half_width(), 1.3 * first.b) + 2.5 * spread
+        count = 2 * int(np.ceil(reach / first.b * rig.strips))
+        self.y = (np.arange(count) + 0.5) * 2.0 * reach / count - reach
+        self.dy = float(self.y[1] - self.y[0])
+        self.worn = np.zeros((2, count))
+        self._spreading = _spreading(self.y, spread)
+        if self.kind == "half_space":
+            length = 1.2 * first.a * np.cbrt(max(self._load / rig.load, 1.0))
+            self._solver = HalfSpace(
+                load=self._load, modulus=rig.contact_modulus, curvature_x=2.0 / rig.radius, y=self.y,
+                half_length=float(length), cells=rig.cells,
+            )  # fmt: skip
+        self.press(None)
+
+    def press(self, worn: Floats | None) -> None:
+        """Press the discs together; `worn` (y, y') [m2/N] is the wear of this step, taken implicitly."""
+        gap = 0.5 * self._rig.curvature_y * self.y**2 + self.worn.sum(axis=0)
+        if self.kind == "half_space":
+            self.line_load = self._solver.solve(gap, worn)
+            self.half_length = self._solver.half_lengths()
+            self.ellipse = equivalent_ellipse(self.half_length, self.dy)
+            return
+        b = self.ellipse.b if hasattr(self, "ellipse") else self._rig.ellipse().b
+        near = np.abs(self.y) <= b
+        curvature = 2.0 * np.polyfit(self.y[near], gap[near], 2)[0]
+        rig = self._rig
+        self.ellipse = hertz_ellipse(self._load, rig.contact_modulus, 2.0 / rig.radius, max(curvature, 1e-3))
+        across = np.maximum(1.0 - (self.y / self.ellipse.b) ** 2, 0.0)
+        self.half_length = self.ellipse.a * np.sqrt(across)
+        shape = across**1.5  # line load of a parabolic pressure
+        self.line_load = self._load * shape / (shape.sum() * self.dy)
+
+    def wear(self, removed: Floats, volume: float, other_disc: float) -> None:
+        """Take off `removed` [m2/N] (y,) times the line load, `volume` [m2] of cross-section in all."""
+        step = removed[:, None] ** 0.5 * self._spreading * removed[None, :] ** 0.5
+        self.press(step if self.kind == "half_space" else None)
+        depth = step @ self.line_load
+        depth *= volume / max(depth.sum() * self.dy, 1e-300)
+        self.worn += np.outer([other_disc, 1.0 - other_disc], depth)
+
+    @property
+    def area(self) -> float:
+        """Of the patch [m2]."""
+        return float(2.0 * self.half_length.sum() * self.dy)
+
+
+def _spreading(y: Floats, spread: float) -> Floats:
+    """The matrix that spreads wear over the lateral positions of the contact; identity without wander."""
+    if spread == 0.0:
+        return np.eye(y.size)
+    kernel = np.exp(-0.5 * ((y[:, None] - y[None, :]) / spread) ** 2)
+    return np.asarray(kernel / kernel.sum(axis=1).max())
+
+
+class March:
+    """One run through the history of a rig."""
+
+    def __init__(self, rig: Rig, hidden: Sequence[Hidden] = (NOTHING,)) -> None:
+        """`hidden`: the effects that act."""
+        self._rig, self._hidden = rig, tuple(hidden) or (NOTHING,)
+        self._patch = _Patch(rig, self._hidden)
+        self._plant = Plant(capacity=rig.capacity, convection=rig.convection, hidden=self._hidden)
+        self._law = next((h.law for h in self._hidden if h.law), rig.law)
+        self._load = rig.load * rig.load_tolerance * float(np.prod([h.load for h in self._hidden]))
+        self._moment, self._heat = Moment(), (0.0, 0.0)
+        self._rows: list[tuple[float, float, float, float, float]] = []
+
+    def run(self) -> Trace:
+        """March through all iterations."""
+        rig, profiles = self._rig, {}
+        small = int(np.ceil(rig.duration / rig.wear_steps / SHORTEST))
+        for done, step in enumerate(rig.steps, start=1):
+            nominal = rig.creepage[step] + rig.creepage_error[step]
+            creepage = nominal + sum(h.creepage for h in self._hidden)
+            for _ in range(rig.wear_steps):
+                self._wear_step(creepage, small, rig.duration / rig.wear_steps / small)
+            profiles[done] = (self._patch.worn[0].copy(), self._patch.worn[1].copy())
+        rows = np.array(self._rows)
+        time = np.concatenate([[0.0], rows[:, 0]])
+        rise = np.concatenate([[0.0], rows[:, 3]])
+        return Trace(time, rows[:, 1], rows[:, 2], rise, rows[:, 4], self._patch.y, profiles)
+
+    def _wear_step(self, creepage: float, count: int, step: float) -> None:
+        patch, moment, rig = self._patch, self._moment, self._rig
+        flexibility = float(np.prod([h.flexibility for h in self._hidden]))
+        stiffness = linear_force(patch.ellipse, rig.shear_modulus, flexibility)
+        moment.creepage, moment.sliding_speed = creepage, abs(creepage) * rig.speed
+        worn, slid, xi = 0.0, 0.0, 0.0
+        for _ in range(count):
+            ratio, power, xi = self._force(creepage, stiffness)
+            moment.wear_index = power / (rig.speed * patch.area)
+            worn += step * power * float(np.prod([h.wear(moment) for h in self._hidden if h.wear]))
+            slid += step * power
+            self._heat = self._plant.advance(moment.time, self._heat, power, step)
+            moment.time += step
+            moment.cycles += step * rig.rpm / 60.0
+            moment.energy += step * power
+            moment.rise = self._heat[0]
+            self._rows.append((moment.time, ratio, power, moment.rise, moment.wear_index))
+        self._wear_off(worn, xi)
+
+    def _force(self, creepage: float, stiffness: tuple[float, float]) -> tuple[float, float, float]:
+        """T over the nominal load, dissipated power [W] and xi at this moment."""
+        rig, moment = self._rig, self._moment
+        mu = rig.mu * float(np.prod([h.friction(moment) for h in self._hidden if h.friction]))
+        side = sum(h.lateral for h in self._hidden)
+        along, across = stiffness[0] * creepage, stiffness[1] * side
+        xi = hypot(along, across) / (mu * self._load)
+        level = saturation(xi, self._law)
+        total, slip = hypot(along, across), hypot(creepage, side)
+        if total == 0.0:
+            return 0.0, 0.0, 0.0
+        # the force turns from the linear theory's direction to that of the slip as the patch slides
+        east = (1.0 - level) * along / total + level * creepage / slip
+        north = (1.0 - level) * across / total + level * side / slip
+        force = mu * self._load * level / hypot(east, north)
+        power = rig.speed * force * (creepage * east + side * north)
+        return force * east / rig.load, power, xi
+
+    def _wear_off(self, energy: float, xi: float) -> None:
+        """Wear by `energy` [J] dissipated at the normalised creepage `xi`."""
+        rig, patch = self._rig, self._patch
+        if energy <= 0.0:
+            return
+        volume = rig.wear / (rig.hardness * VICKERS) * energy / (2.0 * np.pi * rig.radius)
+        share = np.ones_like(patch.y)
+        if xi > 0.0 and saturation(xi, self._law) < 0.999:
+            share = strip_share(patch.line_load, patch.half_length, patch.ellipse, xi, self._load)
+            share[patch.line_load == 0.0] = 1.0
+        for h in self._hidden:
+            if h.wear_across:
+                share = share * h.wear_across(patch.y)
+        removed = share * volume / (share @ patch.line_load * patch.dy)
+        patch.wear(removed, volume, sum(h.other_disc for h in self._hidden))

@@ -1,0 +1,144 @@
+"""What the sensors of the score's rig make of the truth: sampling, noise, drift, outliers, quantisation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from .heat import Plant, thermocouple
+from .hidden import Hidden
+from .rig import Rig, Trace
+
+Floats = NDArray[np.float64]
+Channels = dict[str, Floats]
+CHANNELS = ("traction", "profile", "temperature")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """When and where is measured, and with which noise.
+
+    time: samples of traction and temperature [s]; y [m] and iterations completed of each profile stop, of `discs`.
+    sigma: standard deviation per channel (1, m, K). rho: correlation of neighbours. drift: length of the slow
+    drift in noise units. outliers: share of samples. quantum: of the last digit.
+    """
+
+    traction_time: Floats
+    temperature_time: Floats
+    y: Floats
+    stops: tuple[int, ...]
+    discs: tuple[int, ...]
+    sigma: dict[str, float]
+    rho: dict[str, float]
+    drift: dict[str, float]
+    outliers: dict[str, float]
+    quantum: dict[str, float]
+
+    def time(self, channel: str) -> Floats:
+        """Of the samples of `channel` [s]."""
+        return self.traction_time if channel == "traction" else self.temperature_time
+
+
+def draw_plan(rng: Generator, rig: Rig, *, correlated: bool, stops: bool, discs: tuple[int, ...]) -> Plan:
+    """Draw how a test is measured; `correlated` noise in time, profiles at several `stops`."""
+    iterations = sum(rig.iterations)
+    samples = int(rng.integers(6, 11))
+    half = 1.25 * max(rig.half_width(), rig.ellipse().b) + rng.uniform(0.3e-3, 0.6e-3)
+    half, spacing = round(half, 4), 5e-6 * round(float(rng.choice([1, 1, 2])))
+    last = rng.choice(np.arange(iterations // 6, iterations - 1), size=int(rng.integers(3, 6)), replace=False)
+    return Plan(
+        traction_time=_times(rng, iterations, samples, rig.duration),
+        temperature_time=_times(rng, iterations, samples, rig.duration),
+        y=np.asarray(np.arange(-round(half / spacing), round(half / spacing) + 1) * spacing, dtype=np.float64),
+        stops=(*(sorted(int(i) for i in last) if stops else ()), iterations),
+        discs=discs,
+        sigma={
+            "traction": rng.uniform(0.003, 0.01), "profile": rng.uniform(0.05e-6, 0.15e-6),
+            "temperature": rng.uniform(0.08, 0.3),
+        },
+        rho={
+            "traction": rng.uniform(0.3, 0.75) if correlated else 0.0,
+            "profile": rng.uniform(0.2, 0.6) if rng.random() < 0.3 else 0.0,
+            "temperature": rng.uniform(0.3, 0.75) if correlated else 0.0,
+        },
+        drift={name: float(rng.uniform(0.0, 1.0)) for name in CHANNELS},
+        outliers={name: float(rng.uniform(0.0, 0.008)) for name in CHANNELS},
+        quantum={"traction": 5e-4, "profile": 5e-9, "temperature": float(rng.choice([0.01, 0.05, 0.1]))},
+    )  # fmt: skip
+
+
+def _times(rng: Generator, iterations: int, samples: int, duration: float) -> Floats:
+    """Sample times [s]: even or jittered, a few missing, none on the border of an iteration."""
+    every = duration / samples
+    time = (np.arange(iterations * samples) + 0.6) * every
+    time = time + rng.uniform(0.0, 0.3) * every * rng.uniform(-1.0, 1.0, time.size)
+    return np.asarray(np.round(time[rng.random(time.size) > rng.uniform(0.0, 0.08)], 1))
+
+
+def read(rig: Rig, trace: Trace, hidden: Sequence[Hidden], plan: Plan) -> Channels:
+    """What noiseless sensors read: T/N (sample,), height [m] (profile * y,), rise [K] (sample,)."""
+    within = np.searchsorted(trace.time, plan.traction_time, side="left") - 1
+    ratio = trace.ratio[within]
+    for h in hidden:
+        ratio = h.read_traction(plan.traction_time, ratio) if h.read_traction else ratio
+    rise = trace.rise
+    if not any(h.marches for h in hidden):
+        rise = Plant(capacity=rig.capacity, convection=rig.convection, hidden=hidden).run(trace.time, trace.power)
+    shown = thermocouple(trace.time, rise, sum(h.lag for h in hidden))
+    heights = []
+    for stop in plan.stops:
+        for disc in plan.discs:
+            height = np.interp(plan.y, trace.y, -trace.profiles[stop][disc - 1], left=0.0, right=0.0)
+            for h in hidden:
+                height = h.read_profile(plan.y, height) if h.read_profile else height
+            heights.append(height)
+    return {
+        "traction": ratio,
+        "profile": np.concatenate(heights),
+        "temperature": np.interp(plan.temperature_time, trace.time, shown),
+    }
+
+
+def _correlation(plan: Plan, channel: str, samples: int) -> tuple[Floats, Floats]:
+    """Of each sample with the one before it, and where a new record begins, (sample,)."""
+    first = np.zeros(samples, dtype=bool)
+    first[0] = True
+    rho = plan.rho[channel]
+    if channel == "profile":
+        first[:: plan.y.size] = True
+        neighbour = np.full(samples, rho)
+    else:
+        gap = np.diff(plan.time(channel), prepend=0.0)
+        neighbour = rho ** (gap / np.median(gap)) if rho else np.zeros(samples)
+    return np.where(first, 0.0, neighbour), first.astype(float)
+
+
+def whiten(plan: Plan, channel: str, signal: Floats) -> Floats:
+    """`signal` in units of the independent part of the noise, (sample,)."""
+    rho, _ = _correlation(plan, channel, signal.size)
+    before = np.concatenate([[0.0], signal[:-1]])
+    return np.asarray((signal - rho * before) / (plan.sigma[channel] * np.sqrt(1.0 - rho**2)))
+
+
+def noise(rng: Generator, plan: Plan, channel: str, samples: int) -> Floats:
+    """The noise of one channel, correlated as planned, with its slow drift and outliers."""
+    rho, _ = _correlation(plan, channel, samples)
+    fresh = rng.standard_normal(samples) * np.sqrt(1.0 - rho**2)
+    if plan.rho[channel] and channel == "profile":
+        parts = fresh.reshape(-1, plan.y.size)
+        value = np.concatenate([lfilter([1.0], [1.0, -plan.rho[channel]], part) for part in parts])
+    else:
+        value = np.array(fresh)
+        for i in range(1, samples if plan.rho[channel] else 0):
+            value[i] += rho[i] * value[i - 1]
+    value *= plan.sigma[channel]
+    drift = np.cos(np.linspace(0.0, rng.uniform(2.0, 8.0), samples) + rng.uniform(0.0, 6.0))
+    value += drift * plan.drift[channel] / np.linalg.norm(whiten(plan, channel, drift))
+    struck = rng.random(samples) < plan.outliers[channel]
+    size = rng.uniform(4.0, 8.0, samples) * rng.choice([-1.0, 1.0], samples)
+    return np.asarray(value + struck * size * plan.sigma[channel])
