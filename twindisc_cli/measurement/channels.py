@@ -112,11 +112,11 @@ def _check_time(table: Table, history: History, *, partner: str) -> None:
     """Times rise, without doubles, inside the history."""
     time, end = table.columns["time"], float(history.end_time[-1])
     rise = np.diff(time, prepend=-np.inf)
-    if np.any(rise <= 0.0) and np.all(np.diff(table.columns[partner]) > 0.0):
-        table.note(f"the times do not rise but the other column does: swapped with {table.headers[partner]}?", "time")
-        return
-    table.flag(rise == 0.0, "time", lambda row: f"time {table.written['time'][row]:g} occurs twice")
-    table.flag(rise < 0.0, "time", lambda row: f"time {table.written['time'][row]:g} is earlier than the row before")
+    rises_instead = np.all(np.diff(table.columns[partner]) > 0.0)
+    hint = f"; swapped with {table.headers[partner]}?" if rises_instead else ""
+    written = table.written["time"]
+    table.flag(rise == 0.0, "time", lambda row: f"time {written[row]:g} occurs twice{hint}")
+    table.flag(rise < 0.0, "time", lambda row: f"time {written[row]:g} is earlier than the row before{hint}")
     outside = (time < 0.0) | (time > end * 1.001)
     table.flag(outside, "time", lambda row: f"{time[row]:g} s lies outside the history, 0 to {end:g} s; check the unit")
 
@@ -128,13 +128,30 @@ def _steps(table: Table, history: History) -> Ints:
         given = table.columns["step"].astype(np.int64)
         unknown = (given < 1) | (given > len(steps))
         table.flag(unknown, "step", lambda row: f"there is no step {given[row]}; the history has 1 to {len(steps)}")
-        return np.clip(given, 1, len(steps)) - 1
+        step = np.clip(given, 1, len(steps)) - 1
+        if "time" in table.columns:
+            _check_step_times(table, history, step)
+        return step
     if "time" in table.columns:
         return step_at(history, table.columns["time"])
     if len(creepage) == len(steps) and np.all(np.abs(creepage - steps) <= tolerance(steps)):
         return np.arange(len(steps))
     closest: Ints = np.argmin(np.abs(creepage[:, None] - steps), axis=1)
     return closest
+
+
+def _check_step_times(table: Table, history: History, step: Ints) -> None:
+    """A row's step runs at the row's time, give or take half an iteration."""
+    time, end = table.columns["time"], history.end_time
+    ends = np.array([end[history.step == k][-1] for k in range(len(history.step_creepage))])
+    starts, slack = np.concatenate([[0.0], ends[:-1]]), 0.5 * float(history.duration[0])
+    early_or_late = (time < starts[step] - slack) | (time > ends[step] + slack)
+
+    def what(row: int) -> str:
+        runs = f"{starts[step[row]]:g} to {ends[step[row]]:g} s"
+        return f"step {step[row] + 1} runs from {runs} in the history, not at {time[row]:g} s"
+
+    table.flag(early_or_late, "step", what)
 
 
 def _check_creepage(table: Table, history: History, step: Ints) -> None:
@@ -185,12 +202,11 @@ def _check_profile(table: Table, rows: Ints, width: float) -> None:
         return
     forward = np.sign(y[-1] - y[0]) or 1.0
     rise = np.diff(y) * forward
-    if np.any(rise <= 0.0) and (np.all(np.diff(height) > 0.0) or np.all(np.diff(height) < 0.0)):
-        table.note(f"y does not rise but the height does: swapped with {table.headers['height']}?", "y", first)
-        return
+    rises_instead = np.all(np.diff(height) > 0.0) or np.all(np.diff(height) < 0.0)
+    hint = f"; swapped with {table.headers['height']}?" if rises_instead else ""
     bad = np.zeros(len(table), dtype=bool)
     bad[rows[1:][rise <= 0.0]] = True
-    table.flag(bad, "y", lambda row: f"y = {table.written['y'][row]:g} occurs twice or out of order in this profile")
+    table.flag(bad, "y", lambda row: f"y = {table.written['y'][row]:g} occurs twice or out of order here{hint}")
     span = float(np.ptp(y))
     if span < width:
         what = f"the profile spans {span * 1e3:.4g} mm, the contact is {width * 1e3:.4g} mm wide"

@@ -45,7 +45,7 @@ def _scaled(**units: float) -> dict[str, tuple[float, float]]:
 TIME = Quantity("time", _scaled(s=1.0, ms=1e-3, min=60.0, h=3600.0))
 LENGTH = Quantity("length", _scaled(m=1.0, cm=1e-2, mm=1e-3, um=1e-6, nm=1e-9))
 RATIO = Quantity("a ratio", {"1": (1.0, 0.0), "%": (1e-2, 0.0)}, default="1")
-PERCENTAGE = Quantity("a ratio", RATIO.units)
+PERCENTAGE = Quantity("a ratio", {"%": (1e-2, 0.0), "1": (1.0, 0.0)})
 FORCE = Quantity("force", _scaled(N=1.0, kN=1e3, mN=1e-3))
 TORQUE = Quantity("torque", {"N m": (1.0, 0.0), "N mm": (1e-3, 0.0), "kN m": (1e3, 0.0)})
 TURNING = Quantity(
