@@ -101,8 +101,8 @@ class State:
 
     @property
     def warming(self) -> Floats:
-        """Disc temperature above the environment [K]."""
-        return np.asarray(self.temperature - self.environment)
+        """Disc temperature above the environment [K]; zero where the test says nothing of heat."""
+        return np.nan_to_num(self.temperature - self.environment)
 
     def replace(self, **changes: Any) -> State:
         """Return this state with some quantities changed."""

@@ -161,7 +161,8 @@ def _estimate(values: Floats, trend: Floats, at: Floats, series: Ints, *, correl
         return Noise(std, 0.0, kept, _back(position, order), _back(series, order), estimated=False)
     for _ in range(3):
         left = values - trend @ np.linalg.lstsq(trend[kept], values[kept], rcond=None)[0]
-        scatter = 1.4826 * float(np.median(np.abs(left[kept]))) * np.sqrt(kept.sum() / max(kept.sum() - trend.shape[1], 1))
+        paid = np.sqrt(kept.sum() / max(kept.sum() - trend.shape[1], 1))
+        scatter = 1.4826 * paid * float(np.median(np.abs(left[kept])))
         kept = np.abs(left) <= 5.0 * max(scatter, 1e-300)
     calm = kept & _calm(left, trend, kept)
     std, correlation = _reml(values[calm], trend[calm], position[calm], series[calm], correlated)
@@ -175,7 +176,8 @@ def _calm(left: Floats, trend: Floats, kept: Mask) -> Mask:
     """Samples of the groups whose trend fits as well as that of most groups: a jump inside a group is no noise."""
     group = np.argmax(trend != 0.0, axis=1)
     numbers = np.unique(group)
-    powers = np.array([np.mean(left[kept & (group == g)] ** 2) if np.any(kept & (group == g)) else 0.0 for g in numbers])
+    sizes = np.array([np.sum(kept & (group == g)) for g in numbers])
+    powers = np.array([np.sum(left[kept & (group == g)] ** 2) for g in numbers]) / np.maximum(sizes, 1)
     wild = numbers[powers > 2.5 * max(float(np.median(powers)), 1e-300)]
     return np.asarray(~np.isin(group, wild)) if len(wild) < len(numbers) // 2 else np.ones(len(left), dtype=bool)
 

@@ -160,10 +160,10 @@ class Problem:
                 found.append(
                     Parameter("convection_W_K", None, "convection_W_K", "W K-1", level, 1e-5, 1e6, True, number)
                 )
-        if "profile" in self.channels and any("profile" in case.noise for case in self.cases):
-            if not any(np.isfinite(case.test.options.wear_coefficient) for case in self.cases):
-                level = float(np.median([case.first_wear for case in self.cases if "profile" in case.noise]))
-                found.append(Parameter("K", None, "K", "1", level, 1e-9, 1.0, True))
+        recorded = [case.first_wear for case in self.cases if "profile" in case.noise]
+        given = any(np.isfinite(case.test.options.wear_coefficient) for case in self.cases)
+        if "profile" in self.channels and recorded and not given:
+            found.append(Parameter("K", None, "K", "1", float(np.median(recorded)), 1e-9, 1.0, True))
         return found
 
     def start(self) -> Floats:

@@ -83,7 +83,7 @@ def search_channel(problem: Problem, channel: Channel, declared: frozenset[str])
     """Find what one channel misses under the effects that the problem already has."""
     base = refit(replace(problem, nuisance=None))
     before = leftover(base, channel)
-    singles = [_single(base, name, channel) for name in _candidates(problem, channel, declared)]
+    singles = [_explained(base, channel, name) for name in _candidates(problem, channel, declared)]
     p_value = min([before.p_value, *(_p_of(c, len(singles)) for c in singles)])
     if p_value > ALARM:
         return Finding(channel, False, base, before, p_value, singles, None)
@@ -103,40 +103,23 @@ def refit(problem: Problem, start: Floats | None = None) -> Fit:
 
 
 def _candidates(problem: Problem, channel: Channel, declared: frozenset[str]) -> list[str]:
-    """Effects that show first in a channel and can act in these tests."""
-    warm = all(case.test.thermal is not None for case in problem.cases)
-    stops = {(int(d), int(i)) for case in problem.cases for d, i in _stops(case)}
+    """Effects that show first in a channel and are not in the model yet."""
     return [
         name
         for name, effect in catalogue().items()
-        if effect.channel == channel
-        and name not in problem.effects
-        and name not in declared
-        and (warm or not name.startswith("temperature_dependent"))
-        and not (name == "half_space_contact" and all(c.test.options.contact == "half_space" for c in problem.cases))
-        and not (name == "exact_elasticity")
-        and not (name in ONLY_OVER_STOPS and len(stops) < 2)
+        if effect.channel == channel and name not in problem.effects and name not in declared
     ]
 
 
-ONLY_OVER_STOPS = ("running_in_wear", "temperature_dependent_wear", "severe_wear_transition", "wear_threshold")
-
-
-def _stops(case: Case) -> set[tuple[int, int]]:
-    profile = case.test.measured.profile
-    return set() if profile is None else set(zip(profile.disc.tolist(), profile.iteration.tolist(), strict=True))
-
-
-def _single(base: Fit, *names: str | Channel) -> Candidate:
-    """Fit one effect from several starts."""
-    *effects, channel = names
-    problem = base.problem.with_effects(*base.effects, *effects)
+def _explained(base: Fit, channel: Channel, *names: str) -> Candidate:
+    """Fit one effect, or several together, from several starts."""
+    problem = base.problem.with_effects(*base.effects, *names)
     best = max(
-        (fit(problem, np.concatenate([base.theta, start])) for start in _starts(problem, base, effects)),
+        (fit(problem, np.concatenate([base.theta, start])) for start in _starts(problem, base, names)),
         key=lambda f: f.evidence,
     )
-    empty = Leftover(channel, [], 1.0, 0.0)  # type: ignore[arg-type]
-    return Candidate(tuple(effects), best, base.chi2 - best.chi2, best.evidence - base.evidence, empty, False)
+    nothing_yet = Leftover(channel, [], 1.0, 0.0)
+    return Candidate(names, best, base.chi2 - best.chi2, best.evidence - base.evidence, nothing_yet, False)
 
 
 def _starts(problem: Problem, base: Fit, names: Sequence[str]) -> list[Floats]:
@@ -175,8 +158,8 @@ def _grid(name: str) -> Floats:
 
 def _p_of(candidate: Candidate, searched: int) -> float:
     """Significance of an effect, paid for the number of effects tried."""
-    free = len(candidate.fit.theta) - len(candidate.fit.problem._base())
-    return min(1.0, searched * float(chi2.sf(max(candidate.gain, 0.0), max(free, 1))))
+    free = sum(len(effect_parameters(name)) for name in candidate.names)
+    return min(1.0, searched * float(chi2.sf(max(candidate.gain, 0.0), free)))
 
 
 def _gated(candidate: Candidate, channel: Channel, *, strict: bool = False) -> Candidate:
@@ -195,7 +178,7 @@ def _pairs(base: Fit, before: Leftover, singles: Sequence[Candidate], channel: C
     alone = {c.names[0]: c for c in singles}
     found = []
     for pair in combinations(names, 2):
-        candidate = _single(base, *pair, channel)
+        candidate = _explained(base, channel, *pair)
         weakest = min(candidate.gain - alone[name].gain for name in pair)
         if weakest > max(25.0, (0.15**2) * candidate.gain) and candidate.evidence > unknown + 10.0:
             found.append(_gated(candidate, channel, strict=True))

@@ -1,0 +1,175 @@
+"""The next experiment: the history that would separate the models still alive best.
+
+    maximise over histories   sum over pairs of  w_a w_b [1 - exp(-D_ab^2 / 8)]
+
+    w     probabilities of the models
+    D_ab  distance of their predictions in noise units, after the base parameters of the rival have been refitted
+
+The histories stay within the creepages and the length of the test at hand: again, reversed, up and down, alternating,
+and held constant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from twindisc_cli.effects._effect import CHANNELS, Channel
+from twindisc_cli.loop.diagnosis import NextExperiment
+from twindisc_cli.loop.fit import Fit
+from twindisc_cli.loop.problem import Case
+from twindisc_cli.model.experiment import (
+    Experiment,
+    Floats,
+    History,
+    Measured,
+    ProfileSamples,
+    TemperatureSamples,
+    TractionSamples,
+)
+from twindisc_cli.model.forward import ForwardModel
+
+SAMPLES = 4
+ASSUMED_NOISE: Mapping[Channel, float] = {"traction": 0.005, "profile": 1e-7, "temperature": 0.2}
+CLEAR = 5.0
+
+
+def next_experiment(alive: Sequence[tuple[Fit, float]], names: Sequence[str]) -> NextExperiment:
+    """Choose among the histories for the models alive: (fit, probability) and a name each."""
+    first = alive[0][0].problem.cases[0]
+    present = [channel for channel in CHANNELS if channel in first.noise]
+    ranked = []
+    for label, steps in _histories(first.test.history):
+        distances = _distances(first, steps, alive)
+        worth = 0.0
+        for (a, b), by_channel in distances.items():
+            total = sum(by_channel[channel] for channel in present)
+            worth += alive[a][1] * alive[b][1] * (1.0 - np.exp(-total / 8.0))
+        ranked.append((worth, label, steps, distances))
+    now = ranked[0]
+    best = max(ranked, key=lambda r: r[0])
+    closest = min(best[3], key=lambda pair: sum(best[3][pair][c] for c in present))
+    separation = _length(best[3][closest], present)
+    missing = [channel for channel in CHANNELS if channel not in present and first.test.thermal is not None]
+    wanted = max(missing, key=lambda c: best[3][closest][c], default=None)
+    helps = wanted is not None and separation < CLEAR and best[3][closest][wanted] > separation**2
+    rivals = (names[closest[0]], names[closest[1]])
+    why = (
+        f"{best[1]}: expected to separate {rivals[0]} from {rivals[1]} by {separation:.1f} noise units "
+        f"(this history again: {_length(now[3][closest], present):.1f})"
+    )
+    return NextExperiment(
+        why=why if not helps else f"{why}; recording the {wanted} as well would settle it",
+        steps=best[2],
+        rivals=rivals,
+        separation=separation,
+        separation_now=_length(now[3][closest], present),
+        channel_wanted=wanted if helps else None,
+    )
+
+
+def up_and_down(history: History, why: str) -> NextExperiment:
+    """The history that tells time from creepage, where no two models stand against each other."""
+    steps = dict(_histories(history))["creepages up and down again"]
+    return NextExperiment(why, steps, (), np.nan, np.nan, None)
+
+
+def _length(by_channel: Mapping[Channel, float], channels: Sequence[Channel]) -> float:
+    return float(np.sqrt(sum(by_channel[channel] for channel in channels)))
+
+
+def _histories(history: History) -> list[tuple[str, list[dict[str, float]]]]:
+    """Candidate histories of about the same length (label, steps)."""
+    numbers = np.unique(history.step)
+    creepages = [float(history.creepage[history.step == n][0]) for n in numbers]
+    counts = [int(np.sum(history.step == n)) for n in numbers]
+    half = [max(1, count // 2) for count in counts]
+    rising = sorted(creepages)
+    low_high = [c for pair in zip(rising, reversed(rising), strict=True) for c in pair][: len(rising)]
+    middle = float(np.sqrt(max(rising[0], 1e-6) * rising[-1]))
+    return [
+        ("the same history again", _steps(creepages, counts)),
+        ("the same steps in reverse", _steps(creepages[::-1], counts[::-1])),
+        ("creepages up and down again", _steps([*creepages, *creepages[::-1]], [*half, *half[::-1]])),
+        ("low and high creepages in turn", _steps(low_high, counts)),
+        ("low and high creepages in turn, twice", _steps([*low_high, *low_high], [*half, *half])),
+        ("one creepage held throughout", _steps([middle], [sum(counts)])),
+        ("the greatest creepage held throughout", _steps([rising[-1]], [sum(counts)])),
+    ]
+
+
+def _steps(creepages: Sequence[float], counts: Sequence[int]) -> list[dict[str, float]]:
+    return [
+        {"creepage_percent": round(100.0 * creepage, 6), "iterations": count}
+        for creepage, count in zip(creepages, counts, strict=True)
+    ]
+
+
+def _distances(
+    case: Case, steps: Sequence[Mapping[str, float]], alive: Sequence[tuple[Fit, float]]
+) -> dict[tuple[int, int], dict[Channel, float]]:
+    """Squared distance of each pair of models by channel, the rival's base parameters refitted."""
+    model = ForwardModel(_planned(case.test, steps, alive[0][0]))
+    rows, slopes = zip(*[_rows(model, case, fitted) for fitted, _ in alive], strict=True)
+    found = {}
+    for a, b in combinations(range(len(alive)), 2):
+        gap = np.concatenate([rows[a][c] - rows[b][c] for c in CHANNELS])
+        span, _ = np.linalg.qr(np.concatenate([slopes[b][c] for c in CHANNELS]))
+        gap = gap - span @ (span.T @ gap)
+        parts = np.split(gap, np.cumsum([len(rows[a][c]) for c in CHANNELS])[:-1])
+        found[a, b] = {c: float(part @ part) for c, part in zip(CHANNELS, parts, strict=True)}
+    return found
+
+
+def _rows(model: ForwardModel, case: Case, fitted: Fit) -> tuple[dict[Channel, Floats], dict[Channel, Floats]]:
+    """Predicted channels in noise units, and their slopes over the base parameters (sample, base)."""
+    values = {p.key: fitted.value(p)[0] for p in fitted.problem.parameters if p.effect is None and p.case in (None, 0)}
+    thermal = case.test.thermal
+    given = {
+        "mu": case.test.options.friction_coefficient,
+        "K": case.test.options.wear_coefficient if np.isfinite(case.test.options.wear_coefficient) else case.first_wear,
+        "convection_W_K": thermal.convection if thermal is not None and np.isfinite(thermal.convection) else 1.0,
+    }
+    start = {key: values.get(key, value) for key, value in given.items()}
+    steps = np.concatenate([np.ones((1, 3)), 1.0 + 0.01 * np.eye(3)])
+    base = {key: value * steps[:, i] for i, (key, value) in enumerate(start.items())}
+    effects = {
+        name: {key: np.repeat(value, 4) for key, value in parameters.items()}
+        for name, parameters in fitted.problem.effects_of(fitted.theta[None]).items()
+    }
+    predicted = model.predict(base, effects)
+    rows, slopes = {}, {}
+    for channel in CHANNELS:
+        noise = case.noise[channel].std if channel in case.noise else ASSUMED_NOISE[channel]
+        white = np.nan_to_num(getattr(predicted, channel)) / noise
+        rows[channel], slopes[channel] = white[0], (white[1:] - white[0]).T / 0.01
+    return rows, slopes
+
+
+def _planned(test: Experiment, steps: Sequence[Mapping[str, float]], fitted: Fit) -> Experiment:
+    """The same rig with another history, sampled a few times an iteration and profiled at four stops."""
+    number = np.repeat(np.arange(len(steps)), [int(s["iterations"]) for s in steps])
+    creepage = np.array([s["creepage_percent"] / 100.0 for s in steps])[number]
+    duration, revolutions = float(np.median(test.history.duration)), float(np.median(test.history.revolutions))
+    ones = np.ones(len(number))
+    history = History(number, creepage, duration * ones, revolutions * ones, np.nan * ones)
+    times = duration * (np.arange(SAMPLES * len(number)) + 1.0) / SAMPLES
+    at = np.repeat(np.arange(len(number)), SAMPLES)
+    half = 3.0 * float(fitted.problem.cases[0].model.path(test.options.contact, 0.0).b[-1])
+    y = np.linspace(-half, half, 201)
+    stops = np.unique(np.linspace(1, len(number), 4).astype(np.int64))
+    measured = Measured(
+        traction=TractionSamples(times, number[at], creepage[at], np.zeros_like(times), np.full_like(times, np.nan)),
+        profile=ProfileSamples(
+            np.tile(y, len(stops)),
+            np.zeros(len(y) * len(stops)),
+            np.full(len(y) * len(stops), 2, dtype=np.int64),
+            np.repeat(stops, len(y)),
+        ),
+        temperature=TemperatureSamples(times, np.full_like(times, 293.0)) if test.thermal is not None else None,
+    )
+    wear = next((fitted.value(p)[0] for p in fitted.problem.parameters if p.key == "K"), test.options.wear_coefficient)
+    return replace(test, history=history, measured=measured, options=replace(test.options, wear_coefficient=wear))

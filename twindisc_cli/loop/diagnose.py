@@ -1,0 +1,380 @@
+"""The closed loop from measured tests to a diagnosis: search, joint refit, errors on held-out data, next experiment."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from time import monotonic
+
+import numpy as np
+
+from twindisc_cli.effects import catalogue
+from twindisc_cli.effects._effect import Channel
+from twindisc_cli.loop.design import next_experiment, up_and_down
+from twindisc_cli.loop.diagnosis import (
+    UNITS,
+    ChannelError,
+    Curve,
+    Diagnosis,
+    Estimate,
+    FoundEffect,
+    NextExperiment,
+    Tried,
+    Unexplained,
+    Validation,
+    Verdict,
+)
+from twindisc_cli.loop.fit import Fit, fit
+from twindisc_cli.loop.holdout import held_out_steps, training_masks
+from twindisc_cli.loop.problem import Case, Problem, channels_of, noise_of
+from twindisc_cli.loop.screen import Leftover, leftover
+from twindisc_cli.loop.search import (
+    ALARM,
+    SHORT,
+    Candidate,
+    Finding,
+    refit,
+    search,
+    weigh,
+)
+from twindisc_cli.model.experiment import Experiment, Floats, Ints
+from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.points import sample_times
+
+COVARIATES = 2
+RIVALS = 5
+NEGLIGIBLE = 1e-4
+INTERVAL = 2.706
+"""Growth of chi2 at the ends of a 90 % interval."""
+Progress = Callable[[str, float], None]
+
+
+def diagnose(tests: Sequence[Experiment], *, validate: Experiment | None, progress: Progress) -> Diagnosis:
+    """Find what the model lacks in these tests.
+
+    Raises ValueError where the tests cannot be diagnosed: nothing measured, or nothing that fixes the friction.
+    """
+    started = monotonic()
+    cases = [_case(test) for test in tests]
+    channels = tuple(c for c in UNITS if any(c in case.noise for case in cases))
+    if not channels:
+        raise ValueError("nothing is measured: a closed loop needs traction, a profile or a temperature")
+    whole = Problem(cases, channels)
+    progress("base model", 0.05)
+    before = refit(whole)
+    problem, findings = search(whole, lambda channel: progress(f"effects seen in the {channel}", 0.1))
+    progress("all channels together", 0.7)
+    problem, findings, joint = _together(problem, findings)
+    progress("errors and intervals", 0.85)
+    left = _left(joint, findings)
+    effects = [_found(finding, joint) for finding in findings if finding.chosen is not None]
+    effects = [e for group in effects for e in group]
+    verdict: Verdict = "effects_found" if effects else "unexplained" if left else "no_missing_effect"
+    after = _after(problem, findings, joint)
+    progress("next experiment", 0.95)
+    return Diagnosis(
+        verdict=verdict,
+        effects=effects,
+        unexplained=left,
+        errors={channel: _error(before, after[channel], channel) for channel in channels},
+        base=_base(before, joint),
+        tried=[_tried(finding.channel, c) for finding in findings if finding.missing for c in finding.candidates],
+        curves=_curves(before, after),
+        p_values={finding.channel: finding.p_value for finding in findings},
+        held_out_steps={case.test.name: _steps_held(case.test) for case in cases},
+        notes=_notes(cases, findings),
+        next_experiment=_next(findings, joint, left),
+        validation=_validated(validate, before, joint) if validate is not None else None,
+        seconds=monotonic() - started,
+    )
+
+
+def _steps_held(test: Experiment) -> tuple[int, ...]:
+    return test.hold_out_steps or held_out_steps(test.history)
+
+
+def _case(test: Experiment) -> Case:
+    return Case(ForwardModel(test), noise_of(test), training_masks(test, _steps_held(test)))
+
+
+def _carried(problem: Problem, *fits: Fit) -> Floats:
+    """Inner start values of a problem, taken from earlier fits where these had the parameter."""
+    known = {
+        (p.name, p.case): float(value)
+        for fitted in fits
+        for p, value in zip(fitted.problem.parameters, fitted.theta, strict=True)
+    }
+    return np.array([known.get((p.name, p.case), p.inner(p.start)) for p in problem.parameters])
+
+
+def _together(problem: Problem, findings: list[Finding]) -> tuple[Problem, list[Finding], Fit]:
+    """Refit all explained channels jointly; let rivals be weighed by all of them, and drop what no longer pays."""
+    if not problem.channels:
+        only = findings[0].base
+        return only.problem, findings, only
+    fits = [f.chosen.fit if f.chosen else f.base for f in findings if f.channel in problem.channels]
+    problem = replace(problem, nuisance=None)
+    joint = refit(problem, _carried(problem, *reversed(fits)))
+    for number, finding in enumerate(findings):
+        rivals = [c for c in finding.candidates if c.passed and c.probability > NEGLIGIBLE][:RIVALS]
+        if finding.chosen is None or len(rivals) < 2:
+            continue
+        others = [name for name in joint.effects if name not in finding.chosen.names]
+        weighed = weigh([_jointly(joint, others, rival) for rival in rivals])
+        best = max(weighed, key=lambda c: c.probability)
+        rest = [c for c in finding.candidates if c.names not in {w.names for w in weighed}]
+        findings[number] = replace(finding, candidates=[*weighed, *rest], chosen=best)
+        joint = best.fit
+    return joint.problem, findings, joint
+
+
+def _jointly(joint: Fit, others: Sequence[str], rival: Candidate) -> Candidate:
+    """A rival explanation fitted to all explained channels, beside the effects of the other channels."""
+    problem = joint.problem.with_effects(*others, *rival.names)
+    fitted = fit(problem, _carried(problem, rival.fit, joint))
+    return replace(rival, fit=fitted, evidence=fitted.evidence)
+
+
+def _left(joint: Fit, findings: Sequence[Finding]) -> list[Unexplained]:
+    """What stays unexplained, with the covariates that say most."""
+    found: list[Unexplained] = []
+    for finding in findings:
+        if finding.missing and finding.chosen is None:
+            found += _listed(finding.before, finding.base)
+        elif finding.channel in joint.problem.channels:
+            rest = leftover(joint, finding.channel)
+            explained = np.sqrt(max(finding.chosen.gain, 0.0)) if finding.chosen else 0.0
+            if rest.significant(ALARM) and rest.length > SHORT * explained:
+                found += _listed(rest, joint)
+    return found
+
+
+def _listed(rest: Leftover, fitted: Fit) -> list[Unexplained]:
+    scores = rest.covariates[:COVARIATES] or list(rest.scores[:1])
+    return [Unexplained(rest.channel, s.group.covariate, s.group.kind, s.share, s.p_value) for s in scores]
+
+
+def _found(finding: Finding, joint: Fit) -> list[FoundEffect]:
+    chosen = finding.chosen
+    assert chosen is not None
+    others = tuple(dict.fromkeys(name for c in finding.alternatives for name in c.names if name not in chosen.names))
+    return [
+        FoundEffect(
+            name=name,
+            channel=catalogue()[name].channel,
+            parameters={p.key: _estimate(joint, i) for i, p in enumerate(joint.problem.parameters) if p.effect == name},
+            alternatives=others,
+            probability=chosen.probability,
+        )
+        for name in chosen.names
+    ]
+
+
+def _estimate(fitted: Fit, number: int) -> Estimate:
+    """Value, standard deviation and 90 % interval of a parameter by its profile likelihood."""
+    parameter = fitted.problem.parameters[number]
+    value, std = fitted.value(parameter)
+    low, high = (_end(fitted, number, side) for side in (-1.0, 1.0))
+    return Estimate(value, std, low, high, parameter.unit)
+
+
+def _end(fitted: Fit, number: int, side: float) -> float:
+    """Where chi2, minimised over the other parameters to second order, has grown by 2.706."""
+    problem, theta = fitted.problem, fitted.theta
+    lower, upper = problem.bounds
+    covariance = fitted.covariance
+    direction = covariance[:, number] / covariance[number, number]
+    reach = side * np.sqrt(INTERVAL * covariance[number, number])
+    for _ in range(4):
+        at = np.clip(theta + reach * direction, lower, upper)
+        row = problem.discount(problem.white(problem.predict(at[None])) - problem.measured)[0]
+        growth = float(row @ row) - fitted.chi2
+        moved = at[number] - theta[number]
+        if growth <= 0.0 or abs(moved) < 1e-12 or not np.isfinite(growth):
+            break
+        reach = float(np.clip(moved * np.sqrt(INTERVAL / growth), -4.0 * abs(reach), 4.0 * abs(reach)))
+    end = np.clip(theta[number] + reach, lower[number], upper[number])
+    return float(problem.parameters[number].outer(end))
+
+
+def _base(before: Fit, joint: Fit) -> dict[str, Estimate]:
+    """Base parameters of the revised model; those of several tests carry the test's name."""
+    several = len(before.problem.cases) > 1
+    found: dict[str, Estimate] = {}
+    for fitted in (before, joint):
+        for i, p in enumerate(fitted.problem.parameters):
+            if p.effect is None:
+                own = several and p.case is not None
+                name = f"{p.name} ({fitted.problem.cases[p.case].test.name})" if own and p.case is not None else p.name
+                found[name] = _estimate(fitted, i)
+    return found
+
+
+def _after(problem: Problem, findings: Sequence[Finding], joint: Fit) -> dict[Channel, tuple[Fit, list[Prediction]]]:
+    """The fit that speaks for each channel after the loop, and its predictions."""
+    together = joint.problem.predict(joint.theta[None])
+    found = {}
+    for finding in findings:
+        if finding.channel in problem.channels and finding.channel in joint.problem.channels:
+            found[finding.channel] = (joint, together)
+        else:
+            found[finding.channel] = (finding.base, finding.base.problem.predict(finding.base.theta[None]))
+    return found
+
+
+def _error(before: Fit, after: tuple[Fit, list[Prediction]], channel: Channel) -> ChannelError:
+    cases = before.problem.cases
+    unit, factor = UNITS[channel]
+    first = before.problem.predict(before.theta[None])
+    noises = [case.noise[channel] for case in cases if channel in case.noise]
+    return ChannelError(
+        unit=unit,
+        noise=factor * float(np.sqrt(np.mean([n.std**2 for n in noises]))),
+        correlation=float(np.mean([n.correlation for n in noises])),
+        before=factor * _rms(cases, first, channel, "train"),
+        after=factor * _rms(cases, after[1], channel, "train"),
+        held_out_before=factor * _rms(cases, first, channel, "held_out"),
+        held_out_after=factor * _rms(cases, after[1], channel, "held_out"),
+    )
+
+
+def _rms(cases: Sequence[Case], predictions: Sequence[Prediction], channel: Channel, role: str) -> float:
+    """Root mean square of measured minus predicted over all tests; NaN without samples."""
+    misses = [
+        (case.values(channel) - getattr(p, channel)[0])[case.used(channel, "train" if role == "train" else "held_out")]
+        for case, p in zip(cases, predictions, strict=True)
+        if channel in case.noise
+    ]
+    everything = np.concatenate(misses)
+    return float(np.sqrt(np.mean(everything**2))) if len(everything) else float("nan")
+
+
+def _tried(channel: Channel, candidate: Candidate) -> Tried:
+    return Tried(
+        channel=channel,
+        effects=candidate.names,
+        gain=candidate.gain,
+        evidence=candidate.evidence,
+        probability=candidate.probability,
+        left_p_value=candidate.left.p_value,
+        left_length=candidate.left.length,
+        at_bound=candidate.fit.at_bound,
+        passed=candidate.passed,
+    )
+
+
+def _curves(before: Fit, after: Mapping[Channel, tuple[Fit, list[Prediction]]]) -> list[Curve]:
+    curves = []
+    for number, (case, first) in enumerate(
+        zip(before.problem.cases, before.problem.predict(before.theta[None]), strict=True)
+    ):
+        for channel in case.noise:
+            curves.append(
+                Curve(
+                    test=case.test.name,
+                    channel=channel,
+                    measured=case.values(channel),
+                    before=getattr(first, channel)[0],
+                    after=getattr(after[channel][1][number], channel)[0],
+                    held_out=~case.train[channel],
+                    kept=case.noise[channel].kept,
+                    covariates=_covariates(case, channel, first),
+                    provenance=case.test.measured.provenance,
+                )
+            )
+    return curves
+
+
+def _covariates(case: Case, channel: Channel, prediction: Prediction) -> dict[str, Floats | Ints]:
+    """What a residual may be drawn over, in SI units (sample,)."""
+    measured, points, state = case.test.measured, case.model.points, prediction.state
+    if channel == "profile" and measured.profile is not None:
+        profile = measured.profile
+        return {"y": profile.y, "disc": profile.disc, "iteration": profile.iteration}
+    if channel == "traction" and measured.traction is not None:
+        at = points.of_traction
+        own: dict[str, Floats | Ints] = {
+            "time": sample_times(case.test.history, measured.traction),
+            "creepage": measured.traction.creepage,
+        }
+    else:
+        assert measured.temperature is not None
+        at = points.of_temperature
+        own = {"time": measured.temperature.time, "creepage": points.creepage[at]}
+    return {
+        **own,
+        "cycles": points.cycles[at],
+        "energy": state.energy[0, at],
+        "temperature": state.temperature[0, at],
+    }
+
+
+def _notes(cases: Sequence[Case], findings: Sequence[Finding]) -> list[str]:
+    """What the reader must know to weigh the verdict."""
+    notes = []
+    for case in cases:
+        name = case.test.name
+        for channel, noise in case.noise.items():
+            if not noise.estimated:
+                notes.append(
+                    f"{name}: the {channel} has no scatter to estimate its noise from; one percent of its size is "
+                    f"assumed, and every significance in that channel rests on this"
+                )
+        missing = [c for c in UNITS if c not in channels_of(case.test)]
+        if missing:
+            notes.append(f"{name}: {' and '.join(missing)} not measured; effects seen only there stay unseen")
+        profile = case.test.measured.profile
+        if profile is not None and len(np.unique(np.stack([profile.disc, profile.iteration]), axis=1).T) == 1:
+            notes.append(
+                f"{name}: a single profile cannot show a wear coefficient that changed over the history; "
+                f"profiles at several stops would"
+            )
+        if len(np.unique(case.test.history.step_creepage)) < 3:
+            notes.append(f"{name}: fewer than three creepages; what depends on creepage cannot be told from the rest")
+    if any(f.channel == "traction" and f.missing and f.chosen is None for f in findings):
+        notes.append("the unexplained friction was replaced by the measured one to judge the other channels")
+    return notes
+
+
+def _next(findings: Sequence[Finding], joint: Fit, left: Sequence[Unexplained]) -> NextExperiment | None:
+    """Separate the models alive; else a history that tells the covariates of the leftover apart."""
+    history = joint.problem.cases[0].test.history
+    for finding in findings:
+        if finding.chosen is not None:
+            rivals = [finding.chosen, *finding.alternatives]
+            if len(rivals) == 1:
+                rivals += [c for c in finding.candidates if c.names != finding.chosen.names][:1]
+            if len(rivals) > 1:
+                weights = [max(c.probability, 0.05) for c in rivals]
+                alive = [(c.fit, w / sum(weights)) for c, w in zip(rivals, weights, strict=True)]
+                return next_experiment(alive, [" + ".join(c.names) for c in rivals])
+    if left:
+        names = " and ".join(dict.fromkeys(u.covariate for u in left))
+        return up_and_down(history, f"the leftover depends on {names}; a history up and down tells time from creepage")
+    return None
+
+
+def _validated(test: Experiment, before: Fit, joint: Fit) -> Validation:
+    """Predict a test that was not fitted, with the base parameters of the first and the effects found."""
+    case = replace(_case(test), train={c: np.zeros(len(n.kept), dtype=bool) for c, n in noise_of(test).items()})
+    predictions = [_predict_other(case, fitted) for fitted in (before, joint)]
+    errors = {}
+    for channel, noise in case.noise.items():
+        unit, factor = UNITS[channel]
+        first, last = (factor * _rms([case], [p], channel, "held_out") for p in predictions)
+        errors[channel] = ChannelError(unit, factor * noise.std, noise.correlation, np.nan, np.nan, first, last)
+    return Validation(test.name, errors)
+
+
+def _predict_other(case: Case, fitted: Fit) -> Prediction:
+    """Prediction of another test with fitted parameters; those of a single test are taken from the first."""
+    values = {p.key: fitted.value(p)[0] for p in reversed(fitted.problem.parameters) if p.effect is None}
+    options, thermal = case.test.options, case.test.thermal
+    base = {
+        "mu": values.get("mu", options.friction_coefficient),
+        "K": values.get("K", options.wear_coefficient),
+        "convection_W_K": values.get("convection_W_K", thermal.convection if thermal else np.nan),
+    }
+    return case.model.predict(
+        {key: np.array([value]) for key, value in base.items()}, fitted.problem.effects_of(fitted.theta[None])
+    )
