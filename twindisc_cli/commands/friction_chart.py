@@ -1,0 +1,100 @@
+"""friction-chart: apparent friction over creepage for a family of mu, the 98 % line, and the measured points on it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from twindisc_cli.definition import Test
+from twindisc_cli.identify.chart import Chart, friction_chart
+from twindisc_cli.identify.steps import StepFriction, identify_friction
+from twindisc_cli.model.experiment import Experiment, Floats
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.results import Array, Axis, Dataset, Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FAMILY = np.round(np.arange(0.05, 0.701, 0.05), 2)
+CREEPAGES = 200
+
+
+def run(test: Test) -> Result:
+    """Compute the chart of a test's unworn discs."""
+    experiment = test.experiment
+    creepage = _creepages(experiment)
+    measured = identify_friction(ForwardModel(experiment)) if experiment.measured.traction is not None else None
+    many = friction_chart(experiment, mu=FAMILY, creepage=creepage)
+    one = friction_chart(experiment, mu=np.array([_typical_mu(experiment, measured)]), creepage=creepage)
+    return Result(
+        command="friction-chart",
+        summary=_summary(one, many, measured),
+        json={
+            "mu": many.mu,
+            "creepage_percent": many.creepage * 100.0,
+            "apparent_friction": many.apparent,
+            "full_slip_creepage_percent": many.full_slip * 100.0,
+            "light_line_creepage_percent": many.light_line * 100.0,
+            "measured": [] if measured is None else _points(measured),
+        },
+        dataset=_dataset(many, measured),
+        figure=lambda: _figure(experiment, one, many, measured),
+    )
+
+
+def _creepages(test: Experiment) -> Floats:
+    """Creepages [1] up to a little beyond the test's own, closer together where the curves bend."""
+    largest = 1.05 * float(np.abs(test.history.creepage).max(initial=0.01))
+    return np.asarray(largest * np.geomspace(1e-4, 1.0, CREEPAGES))
+
+
+def _typical_mu(test: Experiment, measured: StepFriction | None) -> float:
+    """The declared constant mu; else the median identified one; else the paper's 0.6."""
+    found = np.empty(0) if measured is None else measured.mu[np.isfinite(measured.mu)]
+    constant = test.options.friction_coefficient
+    return constant if np.isfinite(constant) else float(np.median(found)) if len(found) else 0.6
+
+
+def _summary(one: Chart, many: Chart, measured: StepFriction | None) -> tuple[str, ...]:
+    lines = [
+        f"full slip at mu = {one.mu[0]:.3g} from {one.full_slip[0] * 100.0:.3g} % creepage, "
+        f"98 % of mu from {one.light_line[0] * 100.0:.3g} %",
+        f"full slip from {many.full_slip[0] * 100.0:.3g} % (mu = {many.mu[0]}) to "
+        f"{many.full_slip[-1] * 100.0:.3g} % (mu = {many.mu[-1]})",
+    ]
+    if measured is not None:
+        left = [i + 1 for i, state in enumerate(measured.state) if state not in (None, "saturated")]
+        named = f"all but step {', '.join(map(str, left))}" if left else "all"
+        lines.append(f"measured steps on the saturated part, where T/N is mu: {named}")
+    return tuple(lines)
+
+
+def _points(measured: StepFriction) -> list[dict[str, object]]:
+    rows = zip(measured.creepage, measured.ratio, measured.state, strict=True)
+    return [{"creepage_percent": c * 100.0, "traction_ratio": r, "state": s} for c, r, s in rows]
+
+
+def _figure(test: Experiment, one: Chart, many: Chart, measured: StepFriction | None) -> Figure:
+    from twindisc_cli.figures.friction import chart
+
+    return chart(one, many, measured, name=test.name, provenance="" if measured is None else test.measured.provenance)
+
+
+def _dataset(many: Chart, measured: StepFriction | None) -> Dataset:
+    axes = [
+        Axis("mu", many.mu, "1", "coefficient of friction"),
+        Axis("creepage", many.creepage, "1", "longitudinal creepage"),
+    ]
+    arrays = [
+        Array("apparent_friction", ("mu", "creepage"), many.apparent, "1", "apparent friction T/N"),
+        Array("light_line_creepage", ("mu",), many.light_line, "1", "creepage at which T/N is 98 % of mu"),
+        Array("full_slip_creepage", ("mu",), many.full_slip, "1", "smallest creepage of full slip"),
+    ]
+    if measured is not None:
+        axes.append(Axis("step", np.arange(1, len(measured.ratio) + 1), "1", "number of the step"))
+        arrays += [
+            Array("measured_creepage", ("step",), measured.creepage, "1", "mean measured creepage"),
+            Array("measured_traction_ratio", ("step",), measured.ratio, "1", "mean measured T/N"),
+        ]
+    return Dataset(axes=tuple(axes), arrays=tuple(arrays))

@@ -1,0 +1,103 @@
+"""identify-mu: the coefficient of friction behind the measured T/N of each step, with its interval and its state."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from twindisc_cli.definition import Test
+from twindisc_cli.errors import MeasurementError, Problem
+from twindisc_cli.identify.friction import ABOVE_LIMIT
+from twindisc_cli.identify.steps import StepFriction, identify_friction
+from twindisc_cli.model.experiment import Experiment
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.results import Array, Axis, Dataset, Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def run(test: Test) -> Result:
+    """Invert the measured traction of a test, step by step."""
+    experiment = test.experiment
+    if experiment.measured.traction is None:
+        raise MeasurementError(Problem("no traction was measured; name its file under [measured]", str(test.path)))
+    found = identify_friction(ForwardModel(experiment))
+    return Result(
+        command="identify-mu",
+        summary=_summary(found),
+        json={"steps": [_step(found, i) for i in range(len(found.mu))]},
+        dataset=_dataset(found),
+        figure=lambda: _figure(experiment, found),
+    )
+
+
+def _step(found: StepFriction, i: int) -> dict[str, Any]:
+    state = found.state[i]
+    report: dict[str, Any] = {
+        "step": i + 1,
+        "creepage_percent": found.creepage[i] * 100.0,
+        "traction_ratio": found.ratio[i],
+        "mu": _known(found.mu[i]),
+        "mu_low": _known(found.low[i]),
+        "mu_high": _known(found.high[i]),
+        "naive_mu": found.ratio[i],
+        "saturation": None if state in (None, ABOVE_LIMIT) else found.share[i],
+        "state": state,
+    }
+    if state == ABOVE_LIMIT:
+        report["message"] = _message(found, i)
+    return report
+
+
+def _known(mu: float) -> float | None:
+    return float(mu) if np.isfinite(mu) else None
+
+
+def _message(found: StepFriction, i: int) -> str:
+    """What could make T/N larger than linear theory allows."""
+    return (
+        f"T/N = {found.ratio[i]:.3g} at {found.creepage[i] * 100.0:.3g} % exceeds what linear theory allows for any mu: "
+        "the zero of the creepage (speeds, radii), the contact's stiffness (moduli, curvatures) or the load is off"
+    )
+
+
+def _summary(found: StepFriction) -> tuple[str, ...]:
+    lines = ["step  creepage    T/N     mu      95 % interval     state"]
+    for i, state in enumerate(found.state):
+        if state is None:
+            lines.append(f"{i + 1:>4}  not measured")
+            continue
+        mu, low, high = (f"{v:.4f}" if np.isfinite(v) else "none" for v in (found.mu[i], found.low[i], found.high[i]))
+        measured = f"{found.creepage[i] * 100.0:>6.3g} %  {found.ratio[i]:.4f}"
+        lines.append(f"{i + 1:>4}  {measured}  {mu:>6}  {low:>6} ... {high:<6}  {state}")
+    return (*lines, *(f"step {i + 1}: {_message(found, i)}" for i, s in enumerate(found.state) if s == ABOVE_LIMIT))
+
+
+def _figure(test: Experiment, found: StepFriction) -> Figure:
+    from twindisc_cli.figures.friction import identified
+
+    samples = test.measured.traction
+    assert samples is not None
+    return identified(found, samples.creepage, samples.ratio, name=test.name, provenance=test.measured.provenance)
+
+
+def _dataset(found: StepFriction) -> Dataset:
+    rows = (
+        ("creepage", found.creepage, "mean measured creepage"),
+        ("traction_ratio", found.ratio, "mean measured T/N, the naive coefficient of friction"),
+        ("traction_ratio_half_interval", found.half, "half the 95 % interval of the mean T/N"),
+        ("mu", found.mu, "coefficient of friction; inf above the elastic limit"),
+        ("mu_low", found.low, "lower end of the 95 % interval of mu"),
+        ("mu_high", found.high, "upper end of the 95 % interval of mu"),
+        ("saturation", found.share, "T/(mu N)"),
+    )
+    state = np.array([s or "not measured" for s in found.state], dtype=object)
+    return Dataset(
+        axes=(Axis("step", np.arange(1, len(found.mu) + 1), "1", "number of the step"),),
+        arrays=(
+            *(Array(name, ("step",), values, "1", long_name) for name, values, long_name in rows),
+            Array("state", ("step",), state, "1", "state of the contact"),
+        ),
+    )

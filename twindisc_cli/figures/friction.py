@@ -1,0 +1,64 @@
+"""Figures of friction: the chart (Figs. 6, 7) and what each step's traction says (Fig. 2)."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from twindisc_cli.figures.style import BLACK, BLUE, GREY, RED, family, legend, measured_points, name_axes, page
+from twindisc_cli.identify.chart import Chart
+from twindisc_cli.identify.steps import StepFriction
+
+CREEPAGE, APPARENT = "creepage $\\upsilon_x$ [%]", "apparent friction $T/N$ [1]"
+
+
+def chart(one: Chart, many: Chart, measured: StepFriction | None, *, name: str, provenance: str) -> Figure:
+    """Apparent friction of one mu (Fig. 6) and of a family with the 98 % line (Fig. 7), measured points on both."""
+    figure, (left, right) = page(1, 2, height=3.4, title=f"{name}: friction chart", provenance=provenance)
+    left.plot(one.creepage * 100.0, one.apparent[0], color=BLUE, label=f"$\\mu$ = {one.mu[0]:.3g}")
+    if np.isfinite(one.full_slip[0]):
+        left.axvline(one.full_slip[0] * 100.0, color=GREY, linewidth=0.8, linestyle=":", label="full slip")
+    name_axes(left, CREEPAGE, APPARENT, f"one $\\mu$: full slip from {one.full_slip[0] * 100.0:.2f} %")
+    for row, mu, colour in zip(many.apparent, many.mu, family(len(many.mu)), strict=True):
+        right.plot(many.creepage * 100.0, row, color=colour, linewidth=1.0)
+        right.annotate(f"{mu:.2f}", (many.creepage[-1] * 100.0, row[-1]), xytext=(2, 0), fontsize=5.5, va="center",
+                       textcoords="offset points", color=colour, annotation_clip=False)  # fmt: skip
+    reached = many.light_line <= many.creepage[-1]
+    right.plot(many.light_line[reached] * 100.0, 0.98 * many.mu[reached], color=RED, linewidth=1.2, linestyle="--",
+               label="$T/N$ = 98 % of $\\mu$")  # fmt: skip
+    right.set_xscale("log")
+    right.set_xlim(max(many.creepage[0], many.creepage[-1] * 1e-3) * 100.0, many.creepage[-1] * 100.0)
+    name_axes(right, CREEPAGE, APPARENT, "$\\mu$ from 0.05 to 0.70")
+    for axes in (left, right):
+        if measured is not None:
+            measured_points(axes, measured.creepage * 100.0, measured.ratio, measured.half)
+        axes.set_ylim(0.0, None)
+        legend(axes, "lower right" if axes is left else "upper left")
+    left.set_xlim(0.0, None)
+    return figure
+
+
+def identified(steps: StepFriction, creepage: np.ndarray, ratio: np.ndarray, *, name: str, provenance: str) -> Figure:
+    """The measured T/N over creepage (Fig. 2), all samples (sample,) of creepage [1], and the mu behind each step."""
+    figure, (left, right) = page(1, 2, height=3.2, title=f"{name}: friction identified", provenance=provenance)
+    if len(ratio) > len(steps.ratio):
+        left.plot(creepage * 100.0, ratio, linestyle="none", marker=".", markersize=2.0, color=GREY, label="samples")
+    measured_points(left, steps.creepage * 100.0, steps.ratio, steps.half)
+    name_axes(left, CREEPAGE, APPARENT, "measured traction")
+    known, beyond = np.isfinite(steps.mu), np.isinf(steps.mu)
+    order = np.arange(1, len(steps.mu) + 1)
+    ends = np.array([steps.mu - steps.low, np.where(np.isfinite(steps.high), steps.high, steps.mu) - steps.mu])
+    right.errorbar(order[known], steps.mu[known], yerr=np.nan_to_num(ends[:, known]), ecolor=BLUE, elinewidth=0.8,
+                   linestyle="none", marker="s", markersize=4.0, color=BLUE, label="identified $\\mu$")  # fmt: skip
+    right.plot(
+        order, steps.ratio, linestyle="none", marker="_", markersize=9.0, color=BLACK, label="$T/N$ taken as $\\mu$"
+    )
+    if np.any(beyond):
+        right.plot(order[beyond], steps.ratio[beyond], linestyle="none", marker="x", color=RED, label="no $\\mu$ fits")
+    name_axes(right, "step", "coefficient of friction $\\mu$ [1]", "behind it, with 95 % intervals")
+    for axes in (left, right):
+        axes.set_ylim(0.0, None)
+        legend(axes, "lower right")
+    left.set_xlim(0.0, None)
+    right.set_xticks(order if len(order) <= 14 else order[:: len(order) // 12])
+    return figure

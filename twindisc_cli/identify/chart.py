@@ -1,0 +1,78 @@
+"""The friction chart (Figs. 6, 7): apparent friction T/N over creepage for a family of mu, declared effects acting.
+
+light line   where T/N is 98 % of mu: to its right the apparent friction is the friction
+full slip    the smallest creepage at which nothing of the patch sticks, T = mu N
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from twindisc_cli.identify.friction import LIGHT_LINE
+from twindisc_cli.identify.roots import bracketed_root
+from twindisc_cli.model.experiment import Experiment, Floats, History, Measured
+from twindisc_cli.model.forward import ForwardModel, Prediction
+
+FULL = 1.0 - 1e-13
+_MOMENT = 1e-9  # s; long enough for a traction, too short to wear or to warm
+_SMALLEST, _LARGEST = 1e-9, 1.0
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Apparent friction (mu, creepage) [1] over mu (mu,) and creepage (creepage,) [1], and where its lines are.
+
+    light_line, full_slip: creepage [1] of each mu (mu,), inf where it is not reached below 100 %.
+    """
+
+    mu: Floats
+    creepage: Floats
+    apparent: Floats
+    light_line: Floats
+    full_slip: Floats
+
+
+def friction_chart(test: Experiment, *, mu: Floats, creepage: Floats) -> Chart:
+    """The chart of a test's unworn discs for mu (mu,) at creepages (creepage,) [1]."""
+    prediction, last = _at(test, mu=mu, creepage=creepage)
+    ratio = np.broadcast_to(prediction.state.traction_ratio, prediction.section.shape)
+    return Chart(
+        mu=mu,
+        creepage=creepage,
+        apparent=np.asarray(ratio[:, last]),
+        light_line=_reached(test, mu, LIGHT_LINE),
+        full_slip=_reached(test, mu, FULL),
+    )
+
+
+def _at(
+    test: Experiment, *, mu: Floats, creepage: Floats
+) -> tuple[Prediction, np.ndarray[tuple[int], np.dtype[np.int64]]]:
+    """The contact for each mu at each creepage, and the operating points that hold the creepages."""
+    moments = np.full(len(creepage), _MOMENT)
+    history = History(
+        step=np.arange(len(creepage)),
+        creepage=creepage,
+        duration=moments,
+        revolutions=moments,
+        given_mu=np.full(len(creepage), np.nan),
+    )
+    model = ForwardModel(replace(test, history=history, measured=Measured()))
+    nothing = np.zeros(len(mu))
+    return model.predict({"mu": mu, "K": nothing, "convection_W_K": nothing}), model.points.of_iteration
+
+
+def _reached(test: Experiment, mu: Floats, share: float) -> Floats:
+    """The creepage at which T/(mu N) reaches a share, for each mu (mu,)."""
+
+    def missing(log_creepage: Floats) -> Floats:
+        prediction, last = _at(test, mu=mu, creepage=np.exp(log_creepage))
+        state = prediction.state
+        found = state.power / (state.sliding_speed * state.mu * state.normal_load)
+        return np.asarray(np.diagonal(found[:, last])) - share
+
+    low, high = (np.full(len(mu), np.log(end)) for end in (_SMALLEST, _LARGEST))
+    creepage = np.exp(bracketed_root(missing, low, high))
+    return np.where(missing(high) >= 0.0, creepage, np.inf)

@@ -1,0 +1,61 @@
+"""The coefficient of friction behind a measured traction: T/N = mu f(xi), inverted exactly.
+
+    T/N = mu f(G a b C11 v / (mu N))      apparent friction; f the traction law, 1 in full sliding
+
+T/N grows with mu from 0 to the elastic limit G a b C11 v / N of linear theory. Below it exactly one mu explains a
+measurement; above it none does, and the cause is the creepage's zero, the contact's stiffness or the load.
+
+    saturated            T/N is at least 98 % of mu (the light line of Fig. 7)
+    partial_slip         part of the patch sticks, and mu is above T/N
+    above_elastic_limit  T/N exceeds what linear theory allows at this creepage: no mu explains it
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.special import stdtrit
+
+from twindisc_cli.identify.roots import bracketed_root
+from twindisc_cli.model.experiment import Floats, Ints
+
+SATURATED, PARTIAL_SLIP, ABOVE_LIMIT = "saturated", "partial_slip", "above_elastic_limit"
+LIGHT_LINE = 0.98
+CONFIDENCE = 0.95
+_LOWEST, _HIGHEST = 1e-9, 1e4
+
+
+def mu_from_traction(ratio: Floats, *, traction: Callable[[Floats], Floats]) -> Floats:
+    """The mu [1] at which `traction`, T/N over mu, is `ratio`, both (...); to rounding.
+
+    traction must grow with mu. 0 where even the smallest mu gives more, inf above the elastic limit.
+    """
+    low, high = np.full(ratio.shape, np.log(_LOWEST)), np.full(ratio.shape, np.log(_HIGHEST))
+    lowest, highest = traction(np.exp(low)), traction(np.exp(high))
+    root = np.exp(bracketed_root(lambda log_mu: traction(np.exp(log_mu)) - ratio, low, high))
+    found = np.where(ratio >= highest, np.inf, np.where(ratio <= lowest, 0.0, root))
+    return np.where(np.isnan(ratio), np.nan, found)
+
+
+def states(mu: Floats, share: Floats) -> list[str | None]:
+    """The state of each mu from `share`, T/(mu N) at it, both (n,); None where nothing was measured."""
+    return [
+        None if np.isnan(m) else ABOVE_LIMIT if np.isinf(m) else SATURATED if s >= LIGHT_LINE else PARTIAL_SLIP
+        for m, s in zip(mu, share, strict=True)
+    ]
+
+
+def mean_and_interval(values: Floats, uncertainty: Floats, group: Ints, groups: int) -> tuple[Floats, Floats]:
+    """Mean of each group of samples and half its 95 % interval, each (group,): Student's t of the samples' scatter.
+
+    A single sample takes its stated uncertainty (one standard deviation). NaN where there is neither.
+    """
+    count = np.bincount(group, minlength=groups).astype(float)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = np.bincount(group, values, groups) / count
+        variance = np.bincount(group, (values - mean[group]) ** 2, groups) / (count - 1.0)
+        stated = 1.959964 * np.sqrt(np.bincount(group, uncertainty**2, groups)) / count
+        quantile = stdtrit(np.maximum(count - 1.0, 1.0), 0.5 + 0.5 * CONFIDENCE)
+        half = np.where(count > 1.0, quantile * np.sqrt(variance / count), stated)
+    return mean, half

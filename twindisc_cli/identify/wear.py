@@ -1,0 +1,97 @@
+"""The wear coefficient of a test from its measured profile, by the paper's bisection and by least squares.
+
+The two agree where the simulated profile has the measured one's shape. Where it has not, least squares trades depth
+against width; then the depth decides, as in the paper, and the standard error takes in how far the two are apart.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twindisc_cli.identify.least_squares import Fit, fit_positive
+from twindisc_cli.identify.steps import base_parameters
+from twindisc_cli.identify.track import Track, worn_track
+from twindisc_cli.identify.wear_coefficient import TOLERANCE, Bisection, bisect_depth
+from twindisc_cli.model.experiment import Floats, ProfileSamples
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.physics.archard import allowed_coefficient
+
+
+@dataclass(frozen=True)
+class WearFit:
+    """K and its standard error [1], by `method` "least squares" or "bisection"; both, and what they rest on.
+
+    measured, simulated: the track of the last profile of the disc that wears; y [m], height, simulated_height [m] of
+    that profile, (sample,); allowed, the K of Archard's W H / E; energy dissipated up to it [J].
+    """
+
+    wear_coefficient: float
+    std: float
+    method: str
+    bisection: Bisection
+    least_squares: Fit
+    measured: Track
+    simulated: Track
+    y: Floats
+    height: Floats
+    simulated_height: Floats
+    allowed: float
+    energy: float
+
+
+def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
+    """Fit K to the measured profiles with mu (step,) in the contact; the test must have a profile."""
+    test = model.experiment
+    profile = test.measured.profile
+    if profile is None:
+        raise ValueError("no profile was measured")
+    last = last_profile(profile)
+    y, height = profile.y[last], profile.height[last]
+    measured = worn_track(y, height, smooth=True)
+
+    def heights(k: Floats) -> Floats:
+        base = base_parameters(test, np.broadcast_to(mu, (len(k), len(mu))), wear_coefficient=1.0)
+        return model.predict({**base, "K": k}).profile
+
+    def track(k: float) -> Track:
+        return worn_track(y, heights(np.array([k]))[0, last], smooth=False)
+
+    energy = _energy(model, mu, int(profile.iteration[last][0]))
+    section = -float(np.trapezoid(height, y))
+    hardness = model.circumference_hardness / (2.0 * np.pi * model.radius)
+    allowed = float(allowed_coefficient(volume=2.0 * np.pi * model.radius * section, energy=energy, hardness=hardness))
+    bisection = bisect_depth(lambda k: track(k).depth, measured_depth=measured.depth, start=allowed)
+    squares = fit_positive(heights, measured=profile.height, weights=np.ones_like(profile.height), start=allowed)
+    error = (measured.depth - track(squares.value).depth) / measured.depth * 100.0
+    agrees = abs(error) < TOLERANCE
+    k = squares.value if agrees else bisection.wear_coefficient
+    return WearFit(
+        wear_coefficient=k,
+        std=float(np.hypot(squares.std, squares.value - k)),
+        method="least squares" if agrees else "bisection",
+        bisection=bisection,
+        least_squares=squares,
+        measured=measured,
+        simulated=track(k),
+        y=y,
+        height=height,
+        simulated_height=heights(np.array([k]))[0, last],
+        allowed=allowed,
+        energy=energy,
+    )
+
+
+def last_profile(profile: ProfileSamples) -> NDArray[np.intp]:
+    """The samples of the last profile of disc 2, or of disc 1 where only that was measured, in order of y."""
+    mine = profile.disc == profile.disc.max()
+    mine &= profile.iteration == profile.iteration[mine].max()
+    return np.flatnonzero(mine)[np.argsort(profile.y[mine])]
+
+
+def _energy(model: ForwardModel, mu: Floats, iterations: int) -> float:
+    """Energy dissipated in the first iterations [J]."""
+    energy = model.predict(base_parameters(model.experiment, mu[None])).state.energy[0]
+    return float(energy[model.points.of_iteration[iterations - 1]])
