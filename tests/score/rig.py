@@ -152,15 +152,27 @@ class _Patch:
             self.half_length = self._solver.half_lengths()
             self.ellipse = equivalent_ellipse(self.half_length, self.dy)
             return
-        b = self.ellipse.b if hasattr(self, "ellipse") else self._rig.ellipse().b
-        near = np.abs(self.y) <= b
-        curvature = 2.0 * np.polyfit(self.y[near], gap[near], 2)[0]
-        rig = self._rig
-        self.ellipse = hertz_ellipse(self._load, rig.contact_modulus, 2.0 / rig.radius, max(curvature, 1e-3))
+        self.ellipse = self._best_ellipse(gap)
         across = np.maximum(1.0 - (self.y / self.ellipse.b) ** 2, 0.0)
         self.half_length = self.ellipse.a * np.sqrt(across)
-        shape = across**1.5  # line load of a parabolic pressure
-        self.line_load = self._load * shape / (shape.sum() * self.dy)
+        self.line_load = self._load * across / (across.sum() * self.dy)
+
+    def _best_ellipse(self, gap: Floats) -> Ellipse:
+        """The Hertz ellipse of the best circle through the gap within the ellipse's own half-width, by bisection."""
+
+        def ellipse(half_width: float) -> Ellipse:
+            weight = np.clip((half_width - np.abs(self.y)) / self.dy + 0.5, 0.0, 1.0)
+            curvature = 2.0 * float(np.polyfit(self.y, gap, 2, w=np.sqrt(weight))[0])
+            rig = self._rig
+            return hertz_ellipse(
+                self._load, rig.contact_modulus, 2.0 / rig.radius, max(curvature, 1e-3 * rig.curvature_y)
+            )
+
+        low, high = 3.0 * self.dy, float(self.y[-1])
+        while high - low > 1e-5 * high:
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if ellipse(middle).b > middle else (low, middle)
+        return ellipse(high)
 
     def wear(self, removed: Floats, volume: float, other_disc: float) -> None:
         """Take off `removed` [m2/N] (y,) times the line load, `volume` [m2] of cross-section in all."""

@@ -1,0 +1,290 @@
+"""The score's rig against closed forms, CONTACT's numbers and conservation laws; its judge against written answers."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from score.cases import GROUPS, plan
+from score.contact import HalfSpace, hertz_ellipse
+from score.effects import CATALOGUE
+from score.heat import Plant, thermocouple
+from score.hidden import NOTHING, Hidden
+from score.making import Case, make, make_test
+from score.rig import VICKERS, March, Rig
+from score.scoring import is_right, judge, table
+from score.sensors import CHANNELS, draw_plan, noise, read, whiten
+from score.sizing import Bench, Ruler
+from score.traction import saturation
+from score.unknowns import UNKNOWN
+
+MODULUS = 79.3e9 / 0.7  # E* of G = 79.3 GPa, nu = 0.3
+# Hertz: CONTACT hzcalc3d and elliptic integrals agree to all digits. a, b [m], p0 [Pa] under 72 N on 30 mm discs.
+A, B, P0 = 0.170591303e-3, 0.270524050e-3, 744.9225410e6
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return Rig(
+        load=72.0, rpm=3000.0, radius=0.03, crown=(np.inf, 0.03), creepage=(0.002, 0.01, 0.05, 0.02),
+        iterations=(3, 3, 4, 3), revolutions=4200, capacity=100.0, environment=20.0, contact="half_space",
+        law="fastsim", declared_law="fastsim", mu=0.6, wear=1e-4, convection=1.6, creepage_error=(0.0,) * 4,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def trace(rig):
+    return March(rig).run()
+
+
+@pytest.fixture(scope="module")
+def bench(rig, trace):
+    rng = np.random.default_rng(4)
+    return Bench(rig, draw_plan(rng, rig, correlated=False, stops=True, discs=(1, 2)), trace)
+
+
+# ---------------------------------------------------------------------------------------------- contact
+
+
+def test_hertz_ellipse_of_the_reference_rig():
+    found = hertz_ellipse(72.0, MODULUS, 2 / 0.03, 1 / 0.03)
+    assert (found.a, found.b) == pytest.approx((A, B), rel=1e-8)
+    turned = hertz_ellipse(72.0, MODULUS, 1 / 0.03, 2 / 0.03)
+    assert (turned.b, turned.a) == pytest.approx((A, B), rel=1e-8)
+
+
+def test_hertz_ellipse_of_a_ball_is_a_circle():
+    radius = (3 * 72.0 * 0.02 / (4 * MODULUS)) ** (1 / 3)
+    found = hertz_ellipse(72.0, MODULUS, 50.0, 50.0)
+    assert (found.a, found.b) == pytest.approx((radius, radius), rel=1e-6)
+
+
+def test_half_space_contact_of_a_sphere_is_hertz():
+    y = (np.arange(160) + 0.5) * 5e-6 - 0.4e-3
+    solver = HalfSpace(load=72.0, modulus=MODULUS, curvature_x=2 / 0.03, y=y, half_length=0.2e-3, cells=32)
+    line_load = solver.solve(y**2 / 0.06)
+    assert solver.pressure.max() == pytest.approx(P0, rel=2e-3)
+    assert line_load == pytest.approx(0.75 * 72.0 / B * np.maximum(1 - (y / B) ** 2, 0.0), abs=0.005 * 0.75 * 72.0 / B)
+    assert solver.half_lengths()[79] == pytest.approx(A, rel=5e-3)
+
+
+def test_half_space_contact_of_a_worn_profile():
+    """CONTACT, open-source release 2025-07-23, rev 2707: a flat 0.6 mm wide, peak 723 MPa at y = 0.296 mm."""
+    y = (np.arange(320) + 0.5) * 2.5e-6 - 0.4e-3
+    flat, softness = 1.5e-6, 0.15e-6
+    gap = softness * np.log1p(np.exp((y**2 / 0.06 - flat) / softness))
+    solver = HalfSpace(load=72.0, modulus=MODULUS, curvature_x=2 / 0.03, y=y, half_length=0.15e-3, cells=48)
+    line_load = solver.solve(gap)
+    assert solver.pressure.max() == pytest.approx(723.2e6, rel=0.01)
+    assert abs(y[np.argmax(line_load)]) == pytest.approx(0.295e-3, abs=4e-6)
+    assert line_load.max() == pytest.approx(153.26e3, rel=0.01)
+
+
+def test_implicit_wear_does_not_depend_on_the_size_of_the_steps_beyond_its_error(rig):
+    depth = [March(dataclasses.replace(rig, wear_steps=steps)).run().profiles[13][1].max() for steps in (2, 4, 8)]
+    assert abs(depth[1] - depth[2]) < 0.7 * abs(depth[0] - depth[1])
+    assert depth[0] == pytest.approx(depth[2], rel=5e-3)
+
+
+@pytest.mark.parametrize("hidden", [NOTHING, Hidden(wander=0.1e-3), Hidden(contact="hertz"), Hidden(other_disc=0.3)])
+def test_worn_volume_is_the_dissipated_energy_times_k_over_hardness(rig, hidden):
+    run = March(rig, [hidden]).run()
+    section = sum(depth.sum() for depth in run.profiles[13]) * (run.y[1] - run.y[0])
+    assert section * 2 * np.pi * rig.radius * rig.hardness * VICKERS / (rig.wear * run.energy) == pytest.approx(
+        1, rel=1e-6
+    )
+    assert run.profiles[13][0].sum() == pytest.approx(
+        hidden.other_disc / (1 - hidden.other_disc) * run.profiles[13][1].sum()
+    )
+
+
+def test_a_deep_track_is_the_segment_that_its_width_cuts(rig):
+    """depth = width^2 / (8 R) for a cylinder that cuts a crown; the elastic patch adds its own width."""
+    deep = March(dataclasses.replace(rig, wear=2e-3)).run()
+    depth = deep.profiles[13][1]
+    width = np.ptp(deep.y[depth > 0.0])
+    assert depth.max() == pytest.approx(width**2 / (8 * 0.03), rel=0.12)
+
+
+# ---------------------------------------------------------------------------------------------- traction, heat
+
+
+@pytest.mark.parametrize(
+    ("creepage", "fastsim", "exact"),
+    [(1e-4, 0.01984, 0.019823), (0.002, 0.31603, 0.324956), (0.004, 0.49196, 0.513430), (0.007, 0.58931, 0.599026)],
+)
+def test_traction_laws_against_contact(creepage, fastsim, exact):
+    """CONTACT rev 2707 at mu = 0.6: FASTSIM on 240 elements, the exact theory extrapolated."""
+    xi = 79.3e9 * A * B * 3.9388 * creepage / (0.6 * 72.0)
+    assert 0.6 * saturation(xi, "fastsim") == pytest.approx(fastsim, abs=7e-4)
+    assert 0.6 * saturation(xi, "exact") == pytest.approx(exact, abs=1e-5)
+
+
+def test_sliding_dissipates_friction_times_sliding_speed(rig, trace):
+    late = trace.power[-1]
+    assert late == pytest.approx(0.6 * 72.0 * 0.02 * rig.speed, rel=1e-9)
+
+
+def test_heat_of_constant_power_is_the_exponential():
+    plant = Plant(capacity=100.0, convection=1.6, hidden=[])
+    time = np.arange(0.0, 300.0, 2.5)
+    rise = plant.run(time, np.full(time.size - 1, 24.0))
+    assert rise == pytest.approx(15.0 * (1 - np.exp(-1.6 * time / 100.0)), abs=1e-6)
+
+
+def test_heat_without_losses_is_stored_in_disc_and_shaft():
+    plant = Plant(capacity=100.0, convection=0.0, hidden=[Hidden(shaft=(0.5, 300.0, 0.0), share=0.5)])
+    time = np.arange(0.0, 6000.0, 3.0)
+    rise = plant.run(time, np.full(time.size - 1, 8.0))
+    # both warm at P / (C + Cs), the shaft behind by Cs dT/dt / G
+    late = (rise[-1] - rise[-2]) / 3.0
+    assert late == pytest.approx(4.0 / 400.0, rel=1e-6)
+    assert 100.0 * rise[-1] + 300.0 * (rise[-1] - 300.0 * late / 0.5) == pytest.approx(4.0 * time[-1], rel=1e-6)
+
+
+def test_a_thermocouple_follows_a_ramp_behind_by_its_time_constant():
+    time = np.arange(0.0, 400.0, 3.0)
+    assert thermocouple(time, 0.1 * time, 20.0)[-1] == pytest.approx(0.1 * (time[-1] - 20.0), rel=1e-6)
+
+
+# ---------------------------------------------------------------------------------------------- sensors, sizes
+
+
+@pytest.mark.parametrize("channel", CHANNELS)
+def test_noise_is_as_planned_and_whitens(bench, channel):
+    quiet = dict.fromkeys(CHANNELS, 0.0)
+    planned = dataclasses.replace(bench.plan, rho=dict.fromkeys(CHANNELS, 0.7), drift=quiet, outliers=quiet)
+    samples = read(bench.rig, bench.trace, [NOTHING], planned)[channel].size
+    draws = [noise(np.random.default_rng(i), planned, channel, samples) for i in range(60)]
+    assert np.std(draws) == pytest.approx(planned.sigma[channel], rel=0.06)
+    white = np.array([whiten(planned, channel, draw) for draw in draws])
+    assert np.std(white) == pytest.approx(1.0, rel=0.05)
+    assert np.mean(white[:, 1:] * white[:, :-1]) == pytest.approx(0.0, abs=0.05)
+    assert np.mean([d[1:] * d[:-1] for d in draws]) / np.var(draws) == pytest.approx(0.7, abs=0.12)
+
+
+@pytest.mark.parametrize("name", ["falling_friction", "profile_tilt", "thermocouple_lag"])
+def test_an_effect_is_made_as_large_as_asked(bench, name):
+    ruler, drawn = Ruler(bench), CATALOGUE[name][1](np.random.default_rng(2), bench.rig, bench.trace)
+    change = ruler.change([drawn.at(ruler.amount(drawn, 12.0))])
+    assert ruler.size(change, bench.plan) == pytest.approx(12.0, rel=0.035)
+    louder = dataclasses.replace(bench.plan, sigma={k: 2.0 * v for k, v in bench.plan.sigma.items()})
+    assert ruler.size(change, louder) == pytest.approx(6.0, rel=0.035)
+
+
+def test_what_the_base_parameters_absorb_has_no_size(bench):
+    ruler = Ruler(bench)
+    other = read(bench.rig, March(dataclasses.replace(bench.rig, mu=0.603)).run(), [NOTHING], bench.plan)
+    own = bench.readings([NOTHING])
+    change = {name: other[name] - own[name] for name in CHANNELS}
+    length = np.linalg.norm(np.concatenate([whiten(bench.plan, name, change[name]) for name in CHANNELS]))
+    assert ruler.size(change, bench.plan) < 0.02 * length
+
+
+@pytest.mark.parametrize("name", [*CATALOGUE, *UNKNOWN])
+def test_every_effect_shows_in_its_channel_and_grows(bench, name):
+    if name in CATALOGUE:
+        channel, draw = CATALOGUE[name]
+    else:
+        channel, _, draw = UNKNOWN[name]
+    rig = dataclasses.replace(bench.rig, contact="hertz") if name == "half_space_contact" else bench.rig
+    at = dataclasses.replace(bench, rig=rig, trace=March(rig).run())
+    drawn, silent = draw(np.random.default_rng(5), rig, at.trace), at.readings([NOTHING])
+    shown = []
+    for size in (0.2 * drawn.largest, 0.5 * drawn.largest):
+        reading = at.readings([drawn.at(1.0 if drawn.fixed else size)])
+        assert all(np.isfinite(value).all() for value in reading.values())
+        shown.append(np.linalg.norm((reading[channel] - silent[channel]) / at.plan.sigma[channel]))
+    assert shown[0] > 0.5
+    assert shown[1] > shown[0] or drawn.fixed
+
+
+def test_a_test_is_written_the_same_for_the_same_seed_and_its_truth_elsewhere(tmp_path):
+    case = Case(3, ("thermocouple_lag",))
+    for where in ("one", "two"):
+        make_test(case, tmp_path / where / "tests" / "t", tmp_path / where / "truth" / "t.json")
+    folder = tmp_path / "one" / "tests" / "t"
+    assert sorted(p.name for p in folder.iterdir()) == ["profile.csv", "temperature.csv", "test.toml", "traction.csv"]
+    for path in folder.iterdir():
+        assert path.read_bytes() == (tmp_path / "two" / "tests" / "t" / path.name).read_bytes()
+        assert b"thermocouple_lag" not in path.read_bytes()
+    truth = json.loads((tmp_path / "one" / "truth" / "t.json").read_text())
+    assert truth["truth"] == ["thermocouple_lag"]
+    assert truth["sizes"][0] == pytest.approx(12.0, rel=0.05)
+
+
+def test_nothing_hidden_is_nothing_but_noise():
+    made = make(Case(11))
+    for name in CHANNELS:
+        rest = made.measured[name] - made.clean[name]
+        assert np.median(np.abs(rest)) / 0.6745 == pytest.approx(made.plan.sigma[name], rel=0.25)
+
+
+# ---------------------------------------------------------------------------------------------- judging
+
+
+def answer(*effects, leftover=(), after=0.0041):
+    return {
+        "effects": [{"effect": e[0], "alternatives": list(e[1:])} for e in effects],
+        "unexplained": [dict(zip(("channel", "covariate"), u.split(":"), strict=True)) for u in leftover],
+        "error": {"traction": {"unit": "1", "noise": 0.004, "held_out_after": after}, "profile": {}},
+    }
+
+
+NOTHING_HIDDEN = {"truth": []}
+LAG = {"truth": ["thermocouple_lag"], "noise_rms": {"traction": 0.004}}
+PAIR = {"truth": ["falling_friction", "lateral_wander"]}
+BURST = {"truth": "unexplained:traction:time", "covariates": ["time", "cycles"]}
+
+
+@pytest.mark.parametrize(
+    ("group", "truth", "given", "right"),
+    [
+        ("null", NOTHING_HIDDEN, answer(), True),
+        ("null", NOTHING_HIDDEN, answer(("load_error",)), False),
+        ("null", NOTHING_HIDDEN, answer(leftover=["traction:time"]), False),
+        ("null", {"truth": [], "tolerated": ["exact_elasticity"]}, answer(("exact_elasticity",)), True),
+        ("single", LAG, answer(("thermocouple_lag",)), True),
+        ("single", LAG, answer(("heat_partition", "thermocouple_lag", "shaft_conduction")), True),
+        ("single", LAG, answer(("heat_partition", "thermocouple_lag", "shaft_conduction", "load_error")), False),
+        ("single", LAG, answer(("heat_partition",)), False),
+        ("single", LAG, answer(("thermocouple_lag",), ("load_error",)), False),
+        ("single", LAG, answer(), False),
+        ("two", PAIR, answer(("falling_friction",), ("stylus_smoothing", "lateral_wander")), True),
+        ("two", PAIR, answer(("falling_friction",)), False),
+        ("unknown", BURST, answer(leftover=["traction:creepage", "traction:cycles"]), True),
+        ("unknown", BURST, answer(leftover=["traction:creepage", "traction:energy", "traction:time"]), False),
+        ("unknown", BURST, answer(leftover=["profile:y", "temperature:time"]), False),
+        ("unknown", BURST, answer(("running_in_friction",)), False),
+        ("unknown", BURST, answer(), False),
+        ("null", NOTHING_HIDDEN, {"failed": "exit code 1"}, False),
+    ],
+)
+def test_judge(group, truth, given, right):
+    assert is_right({"group": group, "truth": truth, "judged": judge(truth, given)}) is right
+
+
+def test_judge_tells_a_false_explanation_and_the_noise_floor():
+    assert judge(BURST, answer(("running_in_friction",)))["falsely_explained"]
+    assert not judge(BURST, answer(("running_in_friction",), leftover=["traction:time"]))["falsely_explained"]
+    assert judge(LAG, answer(("thermocouple_lag",)))["at_floor"]
+    assert not judge(LAG, answer(("thermocouple_lag",), after=0.0047))["at_floor"]
+    assert not judge(LAG, answer(("heat_partition", "thermocouple_lag")))["first_0"]
+
+
+def test_table_counts():
+    rows = [
+        {"group": "null", "truth": NOTHING_HIDDEN, "judged": judge(NOTHING_HIDDEN, given)}
+        for given in (answer(), answer(), answer(("load_error",)))
+    ]
+    assert table(rows)[0][1:3] == (1, 3)
+
+
+def test_plan_has_every_group_and_at_least_two_hundred_tests():
+    cases = plan(260, 1)
+    assert len(cases) >= 200
+    assert {case.group for case in cases} == set(GROUPS)
+    assert {case.effects[0] for case in cases if case.group == "single"} == set(CATALOGUE)
+    assert {case.effects[0] for case in cases if case.group == "unknown"} == set(UNKNOWN)
+    assert len({case.seed for case in cases}) == len(cases)
+    assert cases == plan(260, 1)
