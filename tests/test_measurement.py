@@ -187,6 +187,10 @@ def test_hashes_are_of_the_files(tmp_path: Path) -> None:
             "creepage [%],traction ratio [1],step\n0.5,0.49,4\n1,0.55,2\n2,0.58,3\n",
             "there is no step 4; the history has 1",
         ),
+        (
+            "creepage [%],traction ratio [1],step,time [s]\n0.5,0.49,1,9\n1,0.55,2,200\n2,0.58,3,290\n",
+            "step 3 runs from 336 to 420 s in the history, not at 290 s",
+        ),
     ],
 )
 def test_a_bad_traction_is_told(tmp_path: Path, text: str, says: str) -> None:

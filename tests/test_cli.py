@@ -1,0 +1,308 @@
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from definitions import TRACTION, VALID, changed, write
+
+from twindisc_cli import __version__
+from twindisc_cli.cli import app, main
+from twindisc_cli.commands import _runner
+from twindisc_cli.definition import dump, load
+from twindisc_cli.errors import ValidityError
+from twindisc_cli.results import Array, Axis, Dataset, Result
+
+COMMANDS = {"friction-chart", "identify-mu", "simulate-wear", "fit-k", "thermal", "contact", "close-loop"}
+COMMANDS |= {"check", "init", "schema", "effects"}
+
+
+def exit_code(*arguments: object) -> int:
+    with pytest.raises(SystemExit) as left:
+        main([str(a) for a in arguments])
+    assert isinstance(left.value.code, int)
+    return left.value.code
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+class Stub:
+    """A command that counts its runs."""
+
+    def __init__(self, *, code: int = 0, error: BaseException | None = None, extra: str = "") -> None:
+        self.runs, self.code, self.error, self.extra = 0, code, error, extra
+
+    def run(self, test: object, *_: object) -> Result:
+        self.runs += 1
+        if self.error:
+            raise self.error
+        axis = Axis("y", np.arange(3.0), "m", "position")
+        return Result(
+            command="close-loop" if self.extra else "thermal",
+            summary=("it is warm",),
+            json={"rise_C": np.float64(10.0), "peak_C": np.nan, **({"revised": "revised.toml"} if self.extra else {})},
+            dataset=Dataset((axis,), (Array("p", ("y",), np.zeros(3), "Pa", "pressure"),)),
+            figure=None,
+            exit_code=self.code,
+            extra_files={"revised.toml": self.extra} if self.extra else {},
+        )
+
+
+@pytest.fixture
+def stub(monkeypatch: pytest.MonkeyPatch) -> Iterator[Stub]:
+    command = Stub()
+    monkeypatch.setattr(_runner, "_module", lambda _: command)
+    yield command
+
+
+def test_every_command_of_the_contract_is_there() -> None:
+    assert {command.name for command in app.registered_commands} == COMMANDS
+
+
+def test_a_run_writes_and_the_next_is_up_to_date(folder: Path, stub: Stub, capsys: pytest.CaptureFixture[str]) -> None:
+    write(folder, traction=TRACTION)
+    assert exit_code("thermal", "small.toml") == 0
+    assert "written: results/small/thermal.h5" in capsys.readouterr().out
+    assert exit_code("thermal", "small.toml") == 0
+    told = capsys.readouterr().out
+    assert "up to date: results/small/thermal.h5" in told
+    assert "it is warm" in told
+    assert stub.runs == 1
+    assert exit_code("thermal", "small.toml", "--force") == 0
+    assert exit_code("thermal", "small.toml", "-o", "elsewhere") == 0
+    assert stub.runs == 3
+    assert (folder / "elsewhere/small/thermal.h5").read_bytes() == (folder / "results/small/thermal.h5").read_bytes()
+
+
+def test_changed_data_or_definition_run_again_but_a_remark_does_not(folder: Path, stub: Stub) -> None:
+    path = write(folder, traction=TRACTION)
+    exit_code("thermal", path)
+    path.write_text("# a remark\n" + path.read_text())
+    exit_code("thermal", path)
+    assert stub.runs == 1
+    (folder / "traction.csv").write_text(TRACTION.replace("0.58", "0.59"))
+    exit_code("thermal", path)
+    assert stub.runs == 2
+    path.write_text(path.read_text().replace("hardness_HV = 700", "hardness_HV = 701"))
+    exit_code("thermal", path)
+    assert stub.runs == 3
+
+
+@pytest.mark.parametrize("code", [0, 5])
+def test_json_is_one_object_and_the_same_when_up_to_date(
+    folder: Path, stub: Stub, capsys: pytest.CaptureFixture[str], code: int
+) -> None:
+    stub.code = code
+    write(folder)
+    for _ in range(2):
+        assert exit_code("thermal", "small.toml", "--json") == code
+        assert json.loads(capsys.readouterr().out) == {"rise_C": 10.0, "peak_C": None}
+    assert stub.runs == 1
+
+
+def test_a_revised_definition_finds_its_data_and_its_path_is_told(
+    folder: Path, stub: Stub, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = write(folder, traction=TRACTION)
+    stub.extra = dump(load(path).resolved, {"creepage_offset": {}})
+    assert exit_code("close-loop", path, "-o", "out", "--json") == 0
+    revised = json.loads(capsys.readouterr().out)["revised"]
+    assert revised == "out/small/revised.toml"
+    test = load(folder / revised).experiment
+    assert test.measured.traction is not None
+    assert "creepage_offset" in test.effects
+
+
+def test_close_loop_fits_some_and_predicts_one(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[tuple[list[str], str | None]] = []
+    command = Stub(extra=VALID)
+
+    def run(tests, validate, progress):  # type: ignore[no-untyped-def]
+        progress("half", 0.5)
+        seen.append(([t.experiment.name for t in tests], validate and validate.experiment.name))
+        return command.run(tests)
+
+    monkeypatch.setattr(_runner, "_module", lambda _: SimpleNamespace(run=run))
+    for name in "abc":
+        write(folder, VALID.replace("small", name), f"{name}.toml")
+    assert exit_code("close-loop", "a.toml") == 0
+    assert exit_code("close-loop", "a.toml", "b.toml", "--validate", "c.toml") == 0
+    assert exit_code("close-loop", "a.toml", "b.toml", "c.toml") == 0
+    assert seen == [(["a"], None), (["a", "b"], "c"), (["a", "b", "c"], None)]
+    assert exit_code("close-loop", "a.toml", "a.toml") == 2
+
+
+def test_mistakes_of_several_tests_come_in_one_go(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write(folder, changed(hardness_HV="hardness_HV = -1"), "a.toml")
+    write(folder, VALID, "b.toml", traction="")
+    assert exit_code("close-loop", "a.toml", "b.toml", "--validate", "c.toml") == 2
+    told = capsys.readouterr().err.splitlines()
+    assert [line.split(":")[0] for line in told] == ["a.toml", "traction.csv", "c.toml"]
+
+
+# Exit codes
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["thermal"], "Missing argument 'TEST.toml'. See `twindisc thermal --help`."),
+        (["thermal", "--forse", "small.toml"], "No such option: --forse"),
+        (["termal", "small.toml"], "No such command 'termal'. Did you mean 'thermal'?"),
+        (["thermal", "absent.toml"], "absent.toml: no such file; here are small.toml"),
+        (["thermal", "small.toml", "more.toml"], "unexpected extra argument"),
+    ],
+)
+def test_usage_errors_leave_with_2(
+    folder: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], says: str
+) -> None:
+    write(folder)
+    assert exit_code(*arguments) == 2
+    told = capsys.readouterr()
+    assert says in told.err
+    assert not told.out
+    assert not (folder / "results").exists()
+
+
+def test_a_wrong_definition_leaves_with_2_and_wrong_data_with_3(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write(folder, changed(normal_load_N="normal_load_kN = 72", hardness_HV="hardness_HV = 0"), "bad.toml")
+    assert exit_code("check", "bad.toml") == 2
+    told = capsys.readouterr().err.splitlines()
+    assert told == [
+        "bad.toml:7: rig.normal_load_kN: unknown key, did you mean normal_load_N, with the value in that unit?",
+        "bad.toml:15: material.hardness_HV: must be greater than 0, not 0",
+    ]
+    write(folder, traction=TRACTION.replace("0.55", "nan"))
+    assert exit_code("check", "small.toml") == 3
+    told = capsys.readouterr().err.splitlines()
+    assert told == ["traction.csv:3: traction ratio [1]: is nan; leave the row out where nothing was measured"]
+    assert not (folder / "results").exists()
+
+
+def test_no_convergence_leaves_with_4(folder: Path, stub: Stub, capsys: pytest.CaptureFixture[str]) -> None:
+    stub.error = ValidityError("the bracket holds no root")
+    write(folder)
+    assert exit_code("thermal", "small.toml") == 4
+    assert capsys.readouterr().err == "the bracket holds no root\n"
+
+
+def test_a_bug_leaves_with_1_in_one_line(
+    folder: Path, stub: Stub, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stub.error = KeyError("over\nboard")
+    write(folder)
+    assert exit_code("thermal", "small.toml") == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("a bug in twindisc: KeyError: ")
+    assert line.endswith("set TWINDISC_DEBUG=1 for the traceback")
+    monkeypatch.setenv("TWINDISC_DEBUG", "1")
+    assert exit_code("thermal", "small.toml") == 1
+    assert "Traceback (most recent call last)" in capsys.readouterr().err
+
+
+def test_an_interrupt_leaves_with_130(folder: Path, stub: Stub) -> None:
+    stub.error = KeyboardInterrupt()
+    write(folder)
+    assert exit_code("thermal", "small.toml") == 130
+    assert not (folder / "results").exists()
+
+
+def test_with_json_a_failure_is_one_object_too(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write(folder, changed(hardness_HV="hardness_HV = 0"))
+    assert exit_code("check", "small.toml", "--json") == 2
+    told = json.loads(capsys.readouterr().out)
+    assert told["exit_code"] == 2
+    assert told["error"] == ["small.toml:15: material.hardness_HV: must be greater than 0, not 0"]
+
+
+def test_results_cannot_go_into_a_file(folder: Path, stub: Stub, capsys: pytest.CaptureFixture[str]) -> None:
+    write(folder)
+    (folder / "results").write_text("in the way")
+    assert exit_code("thermal", "small.toml") == 2
+    assert "cannot be written" in capsys.readouterr().err
+
+
+# init, schema
+
+
+def test_init_writes_a_definition_that_loads(folder: Path) -> None:
+    assert exit_code("init", "my rig (2).toml") == 0
+    test = load(folder / "my rig (2).toml").experiment
+    assert test.name == "my_rig_2_"
+    assert len(test.history.step_creepage) == 6
+
+
+def test_init_keeps_what_is_there(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (folder / "test.toml").write_text("precious")
+    assert exit_code("init") == 2
+    assert "exists already" in capsys.readouterr().err
+    assert (folder / "test.toml").read_text() == "precious"
+    assert exit_code("init", "--force") == 0
+    assert exit_code("init", ".") == 2
+
+
+def test_every_optional_key_of_the_template_is_valid(folder: Path) -> None:
+    """With its remarks removed, the template breaks only the rules that forbid two ways at once."""
+    exit_code("init", "t.toml")
+    lines = (folder / "t.toml").read_text().splitlines()
+    keys = [line[2:] if line.startswith("# ") and ("=" in line or line.startswith("# [")) else line for line in lines]
+    (folder / "t.toml").write_text("\n".join(keys))
+    with pytest.raises(Exception, match="keep one of them") as error:
+        load(folder / "t.toml")
+    told = str(error.value).splitlines()
+    assert len(told) == 4, told
+    assert all("keep one of them" in line or "convection is given by" in line for line in told), told
+
+
+def test_schema_prints_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert exit_code("schema") == 0
+    assert json.loads(capsys.readouterr().out)["title"] == "Definition"
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert exit_code("--version") == 0
+    assert capsys.readouterr().out == f"twindisc {__version__}\n"
+
+
+# The process
+
+
+def test_the_module_is_the_console_script(folder: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "twindisc_cli", "check", "x.toml"], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (2, "x.toml: no such file\n")
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = "import sys, twindisc_cli.cli; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert not {"numpy", "scipy", "pandas", "h5py", "matplotlib", "pydantic", "rich"} & set(loaded)
+
+
+def test_help_is_quick() -> None:
+    def seconds() -> float:
+        start = time.perf_counter()
+        subprocess.run([sys.executable, "-m", "twindisc_cli", "--help"], capture_output=True, check=True)
+        return time.perf_counter() - start
+
+    assert min(seconds() for _ in range(5)) <= 0.25
+
+
+def test_a_closed_pipe_is_no_error(folder: Path) -> None:
+    write(folder)
+    command = f"{sys.executable} -m twindisc_cli schema | head -1; echo ${{PIPESTATUS[0]}}"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False, env={**os.environ})
+    assert done.stdout.splitlines()[-1] == "0"
+    assert done.stderr == ""
