@@ -42,19 +42,20 @@ def test_rectangle_influence_is_the_integral_of_one_over_distance():
 def test_strip_functions_meet_their_limits():
     # Narrow strip: the logarithm of K at m = 1, integrated.
     t = np.array([1e-4, 1e-3])
-    phi = strip_functions(t)[0]
+    phi = strip_functions(t).deflection
     assert phi == pytest.approx(4.0 / np.pi * t * np.log(4.0 / t), rel=1e-4)
     # Long strip: a point's logarithm, and the curvature of the line contact (2 on each side).
-    far, _, line = strip_functions(np.array([1e3, 1e5]))
-    assert far[1] - far[0] == pytest.approx(np.log(100.0), rel=1e-6)
-    assert line == pytest.approx([2.0, 2.0], rel=1e-5)
-    assert strip_functions(-t)[0] == pytest.approx(-phi)
-    # dPhi/dt = (4/pi) sqrt(1 + t^2) (K - E), seen through Phi - t Phi'/2.
+    far = strip_functions(np.array([1e3, 1e5]))
+    assert far.deflection[1] - far.deflection[0] == pytest.approx(np.log(100.0), rel=1e-6)
+    assert far.curvature == pytest.approx([2.0, 2.0], rel=1e-5)
+    assert strip_functions(-t).deflection == pytest.approx(-phi)
+    # Both tangents hold derivatives: dPhi/dt = (4/pi) sqrt(1 + t^2) (K - E), dPsi/dt the same over 1 + t^2.
     t = np.array([0.05, 0.5, 2.0])
-    phi, tangent, _ = strip_functions(t)
+    found = strip_functions(t)
     m = 1.0 / (1.0 + t**2)
-    slope = 4.0 / np.pi * (ellipk(m) - ellipe(m)) / np.sqrt(m)
-    assert 2.0 * (phi - tangent) / t == pytest.approx(slope, rel=2e-4)
+    difference = 4.0 / np.pi * (ellipk(m) - ellipe(m))
+    assert 2.0 * (found.deflection - found.load_tangent) / t == pytest.approx(difference / np.sqrt(m), rel=2e-4)
+    assert (found.slope_tangent - found.curvature) / t == pytest.approx(difference * np.sqrt(m), rel=2e-4)
 
 
 def test_sphere_on_cylinder_is_hertz():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from twindisc_cli.physics.half_space import CoarseGridError, DataEdgeError, NoContactError, ProfileError
-from twindisc_cli.physics.half_space.strips import solve_strips
+from twindisc_cli.physics.half_space.strips import equivalent_ellipse, solve_strips
 
 SHEAR_MODULUS, POISSON = 79.3e9, 0.3
 RIG = {
@@ -62,6 +62,21 @@ def test_outline_and_pressure_of_the_worn_flat_agree_with_contact():
         assert np.interp(at * 1e-3, y, contact.half_length) == pytest.approx(half_length * 1e-3, abs=2e-6)
         assert np.interp(at * 1e-3, y, contact.centre_pressure) == pytest.approx(pressure * 1e6, rel=0.01)
         assert np.interp(at * 1e-3, y, contact.line_load) == pytest.approx(line_load * 1e3, rel=0.01)
+
+
+def test_equivalent_ellipse_of_an_ellipse_is_itself_and_of_the_flat_rolls_as_stiffly():
+    y = np.linspace(-0.6e-3, 0.6e-3, 256)
+    both = solve_strips(y=y, gap=np.stack([y**2 / 60e-3, worn_gap(y)]), **RIG)
+    a, b = equivalent_ellipse(both)
+    assert (a[0], b[0]) == pytest.approx(HERTZ[:2], rel=5e-3)
+    # CONTACT: T/N = 0.11159 on the flat at mu = 0.6, creepage 0.05 % (elements as above, 0.0003 above the limit). All
+    # strips with Carter's stick zone, 1 - c/a = creepage a / (mu q L), carry N mu (1 - (c/a)^2). C11(0.363) = 3.705.
+    flexibility = 8.0 * a[1] / (3.0 * 3.705 * SHEAR_MODULUS)
+    loaded = both.line_load[1] > 0.0
+    load, length = both.line_load[1][loaded], both.half_length[1][loaded]
+    slip = np.minimum(1.0, 5e-4 * length**2 / (0.6 * load * flexibility))
+    traction = (0.6 * load * (1.0 - (1.0 - slip) ** 2)).sum() * both.strip_width
+    assert traction / 72.0 == pytest.approx(0.1113, rel=0.01)
 
 
 def test_long_cylinder_is_the_line_contact_of_hertz():

@@ -9,7 +9,9 @@ y = Y, gives on the centre line x = 0, with t = Y/a
     deflection       q     * Phi(t),   Phi(t) = (4/pi) int_0^1 sqrt(1 - s^2) asinh(t/s) ds
     -d^2 u / dx^2    q/a^2 * Psi(t),   Psi(t) = (4/pi) t / sqrt(1 + t^2) * K(m),   m = 1 / (1 + t^2)
 
-    Phi'(t) = (4/pi) sqrt(1 + t^2) * (K(m) - E(m)),   K, E complete elliptic integrals of the parameter m.
+    Phi'(t) = (4/pi) sqrt(1 + t^2) * (K(m) - E(m)),   Psi'(t) = (4/pi) (K(m) - E(m)) / sqrt(1 + t^2),
+
+K and E complete elliptic integrals of the parameter m.
 
 Rectangle. A uniform pressure p on -c < x < c, -d < y < d gives p * [F(x, y)] summed over its corners, with
 F(X, Y) = X asinh(Y/|X|) + Y asinh(X/|Y|) (Love 1929).
@@ -18,6 +20,7 @@ Source: K. L. Johnson, Contact Mechanics (1985), chapters 3 and 4; the integrals
 """
 
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,41 +31,56 @@ Array = NDArray[np.float64]
 _LOG_FIRST, _LOG_LAST, _LOG_STEP = -14.0, 18.0, 0.005
 
 
+class StripFunctions(NamedTuple):
+    """Functions of t = Y/a, each of the shape of t.
+
+    deflection       Phi
+    load_tangent     Phi - t Phi'/2, the derivative of q Phi with respect to q where a grows as sqrt(q)
+    curvature        Psi
+    slope_tangent    Psi + t Psi', which the curvature condition feels of a change of pressure slope (see `strips`)
+    """
+
+    deflection: Array
+    load_tangent: Array
+    curvature: Array
+    slope_tangent: Array
+
+
+def strip_functions(t: Array) -> StripFunctions:
+    """The functions of a semi-elliptic strip; odd in t, any shape, |t| < 6e7."""
+    position = np.abs(t)
+    np.log(np.maximum(position, 1e-6, out=position), out=position)
+    position = (position - _LOG_FIRST) / _LOG_STEP
+    node = position.astype(np.intp)
+    position -= node
+    found = []
+    for values, steps in _strip_table():
+        value = steps.take(node, mode="clip")
+        value *= position
+        value += values.take(node, mode="clip")
+        found.append(np.copysign(value, t, out=value))
+    return StripFunctions(*found)
+
+
 @cache
-def _strip_table() -> tuple[Array, Array, Array]:
-    """Phi, Phi - t Phi'/2 and Psi at t = exp(_LOG_FIRST + k * _LOG_STEP)."""
+def _strip_table() -> tuple[tuple[Array, Array], ...]:
+    """For each of the functions its values at t = exp(_LOG_FIRST + k * _LOG_STEP), and their differences."""
     from scipy.special import ellipe, ellipkm1
 
     # Every second value is a node, those between are the middles of Simpson's rule.
     log_t = np.arange(_LOG_FIRST, _LOG_LAST + 0.5 * _LOG_STEP, 0.5 * _LOG_STEP)
     t = np.exp(log_t)
     root = np.hypot(1.0, t)
-    complete = ellipkm1((t / root) ** 2)
+    m, complete = 1.0 / root**2, ellipkm1((t / root) ** 2)
     # K - E loses its digits where m is small: there its series is exact to rounding.
-    m = 1.0 / root**2
     difference = np.where(m < 1e-4, np.pi / 4.0 * m * (1.0 + 3.0 / 8.0 * m), complete - ellipe(m))
-    slope = 4.0 / np.pi * root * difference
-    rate = slope * t
+    rate = 4.0 / np.pi * root * difference * t
     pieces = (rate[:-2:2] + 4.0 * rate[1::2] + rate[2::2]) * _LOG_STEP / 6.0
     phi = np.cumsum(np.append(4.0 / np.pi * t[0] * np.log(4.0 / t[0]), pieces))
-    psi = (4.0 / np.pi * t / root * complete)[::2]
-    return phi, phi - 0.5 * rate[::2], psi
-
-
-def strip_functions(t: Array) -> tuple[Array, Array, Array]:
-    """Phi(t), Phi(t) - t Phi'(t)/2 and Psi(t) of a semi-elliptic strip; odd in t, any shape, |t| < 6e7.
-
-    The second is the derivative of q * Phi(Y/a) with respect to q where a grows as sqrt(q).
-    """
-    position = (np.log(np.maximum(np.abs(t), 1e-6)) - _LOG_FIRST) / _LOG_STEP
-    node = position.astype(np.intp)
-    weight = position - node
-    found = []
-    for table in _strip_table():
-        low = table.take(node)
-        high = table.take(node + 1)
-        found.append(np.copysign(low + weight * (high - low), t))
-    return found[0], found[1], found[2]
+    psi = 4.0 / np.pi * t / root * complete
+    psi_rate = 4.0 / np.pi * t / root * difference
+    nodes = (phi, phi - 0.5 * rate[::2], psi[::2], (psi + psi_rate)[::2])
+    return tuple((values[:-1], np.diff(values)) for values in nodes)
 
 
 def rectangle_influence(*, x: Array, y: Array, dx: float, dy: float) -> Array:

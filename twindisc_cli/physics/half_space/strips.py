@@ -13,8 +13,11 @@ h = kappa x^2 / 2 + g(y), with the influence functions Phi and Psi of `influence
 
 Hertz's ellipse satisfies both exactly, so what is left there is the width of the strips. The pressure is written
 p = slope_j * sqrt(a_j^2 - x^2): slope_j varies slowly over y (it is constant for Hertz), enters the second condition
-linearly, and a_j = sqrt(2 q_j / (pi slope_j)) closes smoothly at the edge of a patch. One iteration is a Newton step
-in q and a damped linear solve for the slope; strips enter and leave the loaded set between steps.
+almost linearly, and a_j = sqrt(2 q_j / (pi slope_j)) closes smoothly at the edge of a patch.
+
+One iteration is a step in the slope, then a Newton step in q that accounts for it; strips enter and leave the loaded
+set between iterations. Under a change of slope with short waves, q follows such that slope * a stays; the curvature
+then changes with Psi + t Psi' in place of Psi, and with that the iteration converges in a few steps.
 
 A gap that grows with the load on it, g_i + sum_j C_ij q_j, is solved along with the rest: that is a wear step taken
 implicitly, with C_ij the depth that strip i loses during the step per line load on strip j.
@@ -26,8 +29,7 @@ incompressible) material, patches longer than a few strips.
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -40,21 +42,20 @@ from twindisc_cli.physics.half_space import (
     NoConvergenceError,
     ProfileError,
 )
-from twindisc_cli.physics.half_space.influence import strip_functions
+from twindisc_cli.physics.half_space.influence import StripFunctions, strip_functions
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 FEWEST_STRIPS = 8
 _MOST_ITERATIONS = 80
-_SLOPE_DAMPING = 0.5
 # Winkler stiffness of the first guess over E*: the value that makes it exact for a Hertz ellipse with a/b near 0.6.
 _FIRST_STIFFNESS = 1.45
 # Load of a strip that has just entered, over the largest.
 _ENTRY_LOAD = 1e-3
-# A strip right at the edge may pull once loaded and overlap once unloaded. From step 20 on it stays out at an overlap
-# that grows by this much per step, over the largest deflection.
-_FORGIVEN_PER_STEP = 2e-5
+# A strip right at the edge may pull once loaded and overlap once unloaded. After leaving n times it enters again at
+# this overlap times 4^n, over the largest deflection.
+_REENTRY_OVERLAP = 5e-5
 # Strips squared times cases that are solved together: keeps the matrices in the processor's cache.
 _CHUNK = 40_000
 
@@ -123,24 +124,32 @@ class _Problem:
     curvature: Array
     load: Array
     modulus: Array
-    compliance: Array
+    compliance: Array | None
 
     @property
     def width(self) -> float:
         return float(self.y[1] - self.y[0])
 
     def window(self, part: slice) -> _Problem:
-        cut = self.compliance[:, part, part]
-        return _Problem(self.y[part], self.gap[:, part], self.curvature, self.load, self.modulus, cut)
+        """These strips of all cases."""
+        cut = None if self.compliance is None else self.compliance[:, part, part]
+        return replace(self, y=self.y[part], gap=self.gap[:, part], compliance=cut)
+
+    def cases(self, part: slice) -> _Problem:
+        """All strips of these cases."""
+        cut = None if self.compliance is None else self.compliance[part]
+        numbers = self.curvature[part], self.load[part], self.modulus[part]
+        return _Problem(self.y, self.gap[part], *numbers, cut)
 
 
 @dataclass(frozen=True)
 class _State:
-    """An iterate: line load, slope and loaded set of shape (case, strip), approach (case, 1), error (case, 1)."""
+    """An iterate: load, slope, loaded, times left of shape (case, strip), approach and error of shape (case, 1)."""
 
     load: Array
     slope: Array
     loaded: Mask
+    left: Array
     approach: Array
     error: Array
 
@@ -171,28 +180,35 @@ def solve_strips(
     start              an earlier solution of the same shape, close to this one
     relative_accuracy  of the iteration, in the line load over its largest value; the strips' own width comes on top
     """
-    y, gap = np.asarray(y, dtype=float), np.asarray(gap, dtype=float)
-    growth = np.zeros((1, 1)) if compliance is None else np.asarray(compliance, dtype=float)
-    _check(y, gap, growth)
-    given = [np.asarray(value, dtype=float) for value in (curvature_x, normal_load, effective_modulus)]
-    if not all(np.all(np.isfinite(value) & (value > 0.0)) for value in given):
-        raise NoContactError("the contact needs a positive, finite load, rolling curvature and modulus")
-    cases = np.broadcast_shapes(gap.shape[:-1], growth.shape[:-2], *(value.shape for value in given))
-    count, strips = math.prod(cases), y.size
-    gaps = np.broadcast_to(gap, (*cases, strips)).reshape(count, strips)
-    curvature, load, modulus = (np.broadcast_to(value, cases).reshape(count, 1) for value in given)
-    growths = np.broadcast_to(growth, (*cases, strips, strips)).reshape(count, strips, strips)
-    half_length, line_load, approach = np.zeros((count, strips)), np.zeros((count, strips)), np.zeros(count)
-    chunk = max(1, _CHUNK // max(64, strips // 2) ** 2)
-    for first in range(0, count, chunk):
+    problem, cases = _given(y, gap, compliance, curvature_x, normal_load, effective_modulus)
+    chunk = max(1, _CHUNK // max(64, problem.y.size // 2) ** 2)
+    solved = []
+    for first in range(0, len(problem.gap), chunk):
         part = slice(first, first + chunk)
-        problem = _Problem(y, gaps[part], curvature[part], load[part], modulus[part], growths[part])
-        state = _first_state(problem) if start is None else _warm_state(problem, start, part)
-        state = _converge(problem, state, relative_accuracy)
-        half_length[part], line_load[part] = state.half_length, np.where(state.loaded, state.load, 0.0)
-        approach[part] = state.approach[:, 0]
-    shape = (*cases, strips)
-    return StripContact(y, half_length.reshape(shape), line_load.reshape(shape), approach.reshape(cases))
+        chosen = problem.cases(part)
+        state = _first_state(chosen) if start is None else _warm_state(chosen, start, part)
+        solved.append(_converge(chosen, state, relative_accuracy))
+    return StripContact(
+        y=problem.y,
+        half_length=np.concatenate([state.half_length for state in solved]).reshape(*cases, -1),
+        line_load=np.concatenate([state.load for state in solved]).reshape(*cases, -1),
+        approach=np.concatenate([state.approach for state in solved]).reshape(cases),
+    )
+
+
+def equivalent_ellipse(contact: StripContact) -> tuple[Array, Array]:
+    """Semi-axes a, b [m], each (...), of the ellipse with the area of the patch and its ratio of second moments.
+
+    With Kalker's C11(a/b) of this ellipse and one flexibility L = 8 a / (3 C11 G) on all strips, the force at small
+    creepage agrees with the exact theory within 1 % for one patch that grows from Hertz to a flat of 1 mm, and within
+    3 % at 1.4 mm. Two patches far apart have no such ellipse.
+    """
+    length, y = contact.half_length, contact.y
+    area = contact.area
+    centre = _ratio((length * y).sum(-1), length.sum(-1))
+    across = 2.0 * (length * (y - centre[..., None]) ** 2).sum(-1)
+    ratio = np.sqrt(2.0 / 3.0 * (length**3).sum(-1) / across)
+    return np.sqrt(area / np.pi * ratio), np.sqrt(area / np.pi / ratio)
 
 
 def foundation_load(*, gap: Array, strip_width: float, normal_load: Array, effective_modulus: Array) -> Array:
@@ -208,14 +224,33 @@ def foundation_load(*, gap: Array, strip_width: float, normal_load: Array, effec
     return np.asarray(stiffness * np.maximum(np.take_along_axis(depth, last, -1) - gap, 0.0))
 
 
-def _check(y: Array, gap: Array, growth: Array) -> None:
+def _given(y: Array, gap: Array, compliance: Array | None, *numbers: ArrayLike) -> tuple[_Problem, tuple[int, ...]]:
+    """What is given, checked, with all cases in one row, and the shape of the cases."""
+    y, gap = np.asarray(y, dtype=float), np.asarray(gap, dtype=float)
     if y.ndim != 1 or y.size < FEWEST_STRIPS or gap.shape[-1:] != y.shape:
         raise ProfileError(f"gap of shape {gap.shape} does not lie on a grid y of shape {y.shape}")
-    if not (np.isfinite(y).all() and np.isfinite(gap).all() and np.isfinite(growth).all()):
+    if not (np.isfinite(y).all() and np.isfinite(gap).all()):
         raise ProfileError("the profile holds numbers that are not finite (NaN)")
+    if compliance is not None and not (compliance.shape[-2:] == 2 * y.shape and np.isfinite(compliance).all()):
+        raise ProfileError("the compliance must hold a finite number for each pair of strips")
     spacing = np.diff(y)
     if spacing.min() <= 0.0 or np.ptp(spacing) > 1e-6 * spacing.mean():
         raise ProfileError("the transverse grid must ascend in equal steps")
+    values = [np.asarray(number, dtype=float) for number in numbers]
+    if not all(np.all(np.isfinite(value) & (value > 0.0)) for value in values):
+        raise NoContactError("the contact needs a positive, finite load, rolling curvature and modulus")
+    stacked = () if compliance is None else compliance.shape[:-2]
+    cases = np.broadcast_shapes(gap.shape[:-1], stacked, *(value.shape for value in values))
+    growth = None if compliance is None else np.broadcast_to(compliance, (*cases, y.size, y.size))
+    curvature, load, modulus = (np.broadcast_to(value, cases).reshape(-1, 1) for value in values)
+    return _Problem(
+        y=y,
+        gap=np.broadcast_to(gap, (*cases, y.size)).reshape(-1, y.size),
+        curvature=curvature,
+        load=load,
+        modulus=modulus,
+        compliance=None if growth is None else growth.reshape(-1, y.size, y.size),
+    ), cases
 
 
 def _first_state(problem: _Problem) -> _State:
@@ -225,7 +260,7 @@ def _first_state(problem: _Problem) -> _State:
     )
     slope = np.broadcast_to(0.55 * problem.modulus * problem.curvature, load.shape)
     unknown = np.full_like(problem.load, np.nan)
-    return _State(load, slope, load > 0.0, unknown, unknown)
+    return _State(load, slope, load > 0.0, np.zeros_like(load), unknown, unknown)
 
 
 def _warm_state(problem: _Problem, start: StripContact, part: slice) -> _State:
@@ -236,15 +271,14 @@ def _warm_state(problem: _Problem, start: StripContact, part: slice) -> _State:
     scale = problem.load / (load.sum(axis=-1, keepdims=True) * problem.width)
     slope = _spread(2.0 / np.pi * _ratio(load, half_length**2), loaded)
     unknown = np.full_like(problem.load, np.nan)
-    return _State(load * scale, slope, loaded, unknown, unknown)
+    return _State(load * scale, slope, loaded, np.zeros_like(load), unknown, unknown)
 
 
 def _converge(problem: _Problem, state: _State, accuracy: float) -> _State:
     """Step on the strips that are or may become loaded, until nothing changes and no strip beyond them overlaps."""
-    for number in range(_MOST_ITERATIONS):
+    for _ in range(_MOST_ITERATIONS):
         part = _window(state.loaded)
-        forgiven = _FORGIVEN_PER_STEP * max(0, number - 20)
-        state = _put(_step(problem.window(part), _cut(state, part), forgiven), part, problem.y.size)
+        state = _put(_step(problem.window(part), _cut(state, part)), part, problem.y.size)
         if state.error.max() < accuracy:
             state = _touch_beyond(problem, state, part)
         if state.error.max() < accuracy:
@@ -253,82 +287,92 @@ def _converge(problem: _Problem, state: _State, accuracy: float) -> _State:
     raise NoConvergenceError(f"the strips did not settle: change {state.error.max():.1e} in step {_MOST_ITERATIONS}")
 
 
-def _step(problem: _Problem, state: _State, forgiven: float) -> _State:
-    """Newton step in the line load, damped solve for the slope, then strips leave (tension) and enter (overlap).
-
-    forgiven is the overlap over the largest deflection below which a strip stays out.
-    """
+def _step(problem: _Problem, state: _State) -> _State:
+    """Step in the slope and Newton step in the line load, then strips leave (tension) and enter (overlap)."""
     half_length = np.sqrt(2.0 * np.maximum(state.load, 1e-9 * problem.load / problem.width) / (np.pi * state.slope))
-    deflection, tangent, curvature = _matrices(problem, half_length)
-    now = _times(deflection, state.load)
-    known = now - _times(tangent, state.load) + np.pi * problem.modulus * problem.gap
-    free, unit, slope = _solve_loaded(problem, state.loaded, tangent, curvature, known)
+    on = _influence(problem, half_length)
+    slope = _new_slope(problem, state, on)
+    deflected = _times(on.deflection, state.load)
+    tangent = _times(on.load_tangent, state.load)
+    # A steeper slope shortens the strip: what that adds to the deflection at constant load.
+    shortened = state.load * (slope / state.slope - 1.0)
+    shift = _times(on.deflection - on.load_tangent, shortened)
+    known = deflected - tangent + shift + np.pi * problem.modulus * problem.gap
+    free, unit = np.moveaxis(_solve_loaded(state.loaded, on.load_tangent, known, np.ones_like(known)), -1, 0)
     approach = (problem.load / problem.width + free.sum(-1, keepdims=True)) / unit.sum(-1, keepdims=True)
     load = approach * unit - free
-    overlap = approach - known - _times(tangent, load)
-    enter = ~state.loaded & (overlap > forgiven * now.max(-1, keepdims=True))
+    overlap = approach - known - _times(on.load_tangent, load)
+    forgiven = np.where(state.left > 0.0, _REENTRY_OVERLAP * 4.0**state.left, 0.0)
+    enter = ~state.loaded & (overlap > forgiven * deflected.max(-1, keepdims=True))
     leave = state.loaded & (load <= 0.0)
     largest = load.max(-1, keepdims=True)
     change = np.abs(load - state.load).max(-1, keepdims=True) / largest
     return _State(
         load=np.where(enter, _ENTRY_LOAD * largest, np.maximum(load, 0.0)),
-        slope=_new_slope(state, slope, leave),
+        slope=_spread(slope, state.loaded & ~leave),
         loaded=(state.loaded & ~leave) | enter,
+        left=state.left + leave,
         approach=approach / (np.pi * problem.modulus),
         error=np.where((enter | leave).any(-1, keepdims=True), np.inf, change),
     )
 
 
-def _solve_loaded(
-    problem: _Problem, loaded: Mask, tangent: Array, curvature: Array, known: Array
-) -> tuple[Array, Array, Array]:
-    """Loads for the known deflection, loads for a unit of it, slopes for the rolling curvature; 0 where not loaded."""
-    pair = loaded[:, :, None] & loaded[:, None, :]
-    alone = np.eye(problem.y.size) * ~loaded[:, None, :]
-    left = np.stack([np.where(pair, tangent, alone), np.where(pair, 0.5 * curvature, alone)])
-    ones = np.ones_like(known)
-    bend = problem.modulus * problem.curvature * ones
-    right = np.stack([np.stack([known, ones], -1), np.stack([bend, bend], -1)])
-    solved = np.linalg.solve(left, np.where(loaded[:, :, None], right, 0.0))
-    return solved[0, ..., 0], solved[0, ..., 1], solved[1, ..., 0]
+def _new_slope(problem: _Problem, state: _State, on: StripFunctions) -> Array:
+    """The slope after a step towards the rolling curvature, at most halved or doubled."""
+    slope = np.where(state.loaded, state.slope, 0.0)
+    missing = 2.0 * problem.modulus * problem.curvature - _times(on.curvature, slope)
+    change = _solve_loaded(state.loaded, on.slope_tangent, missing)[..., 0]
+    return np.asarray(state.slope * np.clip(1.0 + change / state.slope, 0.5, 2.0))
 
 
-def _new_slope(state: _State, solved: Array, leave: Mask) -> Array:
-    """The damped slope of the strips that stay, carried on to the others."""
-    stay = state.loaded & ~leave
-    ratio = np.clip(np.where(stay, solved, state.slope) / state.slope, 0.5, 2.0)
-    return _spread(state.slope * ratio**_SLOPE_DAMPING, stay)
+def _solve_loaded(loaded: Mask, matrix: Array, *right: Array) -> Array:
+    """Solutions on the loaded strips for each right side, 0 on the others; shape (case, strip, right side)."""
+    left = matrix * (loaded[:, :, None] & loaded[:, None, :])
+    diagonal = np.arange(loaded.shape[-1])
+    left[:, diagonal, diagonal] += ~loaded
+    return np.asarray(np.linalg.solve(left, loaded[:, :, None] * np.stack(right, -1)), dtype=float)
 
 
-def _matrices(problem: _Problem, half_length: Array) -> tuple[Array, Array, Array]:
+def _influence(problem: _Problem, half_length: Array) -> StripFunctions:
     """Influence of strip j on the centre of strip i, times pi E*, each of shape (case, i, j)."""
-    y, growth = problem.y, np.pi * problem.modulus[..., None] * problem.compliance
-    edges = np.append(y, 2.0 * y[-1] - y[-2]) - 0.5 * (y[1] - y[0])
-    deflection, tangent, curvature = strip_functions((edges[:, None] - y) / half_length[:, None, :])
+    y, width = problem.y, problem.width
+    edges = np.append(y, y[-1] + width) - 0.5 * width
     # Seen from y_i the strip j spans edges that are mirrored: the functions are odd and depend on y_i - y_j only.
-    return np.diff(deflection, axis=1) + growth, np.diff(tangent, axis=1) + growth, np.diff(curvature, axis=1)
+    found = strip_functions((edges[:, None] - y) / half_length[:, None, :])
+    over_strip = StripFunctions(*(values[:, 1:] - values[:, :-1] for values in found))
+    if problem.compliance is not None:
+        growth = np.pi * problem.modulus[..., None] * problem.compliance
+        np.add(over_strip.deflection, growth, out=over_strip.deflection)
+        np.add(over_strip.load_tangent, growth, out=over_strip.load_tangent)
+    return over_strip
 
 
 def _window(loaded: Mask) -> slice:
     """The loaded strips of all cases and some beyond each end."""
     found = np.flatnonzero(loaded.any(axis=0))
-    margin = max(3, (found[-1] - found[0]) // 12)
+    margin = 3 + (found[-1] - found[0]) // 32
     return slice(max(0, found[0] - margin), found[-1] + 1 + margin)
 
 
 def _cut(state: _State, part: slice) -> _State:
-    return _State(state.load[:, part], state.slope[:, part], state.loaded[:, part], state.approach, state.error)
+    return replace(
+        state,
+        load=state.load[:, part],
+        slope=state.slope[:, part],
+        loaded=state.loaded[:, part],
+        left=state.left[:, part],
+    )
 
 
 def _put(state: _State, part: slice, size: int) -> _State:
     """The inverse of `_cut`, with the slope carried on to both ends."""
     pad = ((0, 0), (part.start, max(0, size - part.stop)))
-    return _State(
-        np.pad(state.load, pad),
-        np.pad(state.slope, pad, mode="edge"),
-        np.pad(state.loaded, pad),
-        state.approach,
-        state.error,
+    return replace(
+        state,
+        load=np.pad(state.load, pad),
+        slope=np.pad(state.slope, pad, mode="edge"),
+        loaded=np.pad(state.loaded, pad),
+        left=np.pad(state.left, pad),
     )
 
 
@@ -339,13 +383,15 @@ def _touch_beyond(problem: _Problem, state: _State, part: slice) -> _State:
     if not beyond.any():
         return state
     inverse = problem.width / np.abs(problem.y[beyond][:, None] - problem.y[part])
-    influence = inverse / (np.pi * problem.modulus[..., None]) + problem.compliance[:, beyond, part]
+    influence = inverse / (np.pi * problem.modulus[..., None])
+    if problem.compliance is not None:
+        influence = influence + problem.compliance[:, beyond, part]
     deflection = _times(influence, state.load[:, part])
     enter = np.zeros_like(state.loaded)
     enter[:, beyond] = deflection + problem.gap[:, beyond] < state.approach
     load = np.where(enter, _ENTRY_LOAD * state.load.max(-1, keepdims=True), state.load)
     error = np.where(enter.any(-1, keepdims=True), np.inf, state.error)
-    return _State(load, state.slope, state.loaded | enter, state.approach, error)
+    return replace(state, load=load, loaded=state.loaded | enter, error=error)
 
 
 def _check_patch(loaded: Mask) -> None:
