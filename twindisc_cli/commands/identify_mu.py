@@ -58,7 +58,7 @@ def _known(mu: float) -> float | None:
 def _message(found: StepFriction, i: int) -> str:
     """What could make T/N larger than linear theory allows."""
     return (
-        f"T/N = {found.ratio[i]:.3g} at {found.creepage[i] * 100.0:.3g} % exceeds what linear theory allows for any mu: "
+        f"T/N = {found.ratio[i]:.3g} at {found.creepage[i] * 100.0:.3g} % exceeds linear theory's limit for any mu: "
         "the zero of the creepage (speeds, radii), the contact's stiffness (moduli, curvatures) or the load is off"
     )
 
@@ -78,9 +78,7 @@ def _summary(found: StepFriction) -> tuple[str, ...]:
 def _figure(test: Experiment, found: StepFriction) -> Figure:
     from twindisc_cli.figures.friction import identified
 
-    samples = test.measured.traction
-    assert samples is not None
-    return identified(found, samples.creepage, samples.ratio, name=test.name, provenance=test.measured.provenance)
+    return identified(found, test.measured, name=test.name)
 
 
 def _dataset(found: StepFriction) -> Dataset:

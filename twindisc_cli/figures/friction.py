@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from twindisc_cli.figures.style import BLACK, BLUE, GREY, RED, family, legend, measured_points, name_axes, page
 from twindisc_cli.identify.chart import Chart
 from twindisc_cli.identify.steps import StepFriction
+from twindisc_cli.model.experiment import Measured
 
 CREEPAGE, APPARENT = "creepage $\\upsilon_x$ [%]", "apparent friction $T/N$ [1]"
 
@@ -27,7 +29,7 @@ def chart(one: Chart, many: Chart, measured: StepFriction | None, *, name: str, 
     right.plot(many.light_line[reached] * 100.0, 0.98 * many.mu[reached], color=RED, linewidth=1.2, linestyle="--",
                label="$T/N$ = 98 % of $\\mu$")  # fmt: skip
     right.set_xscale("log")
-    right.set_xlim(max(many.creepage[0], many.creepage[-1] * 1e-3) * 100.0, many.creepage[-1] * 100.0)
+    right.set_xlim(15.0 * many.light_line[0], many.creepage[-1] * 100.0)
     name_axes(right, CREEPAGE, APPARENT, "$\\mu$ from 0.05 to 0.70")
     for axes in (left, right):
         if measured is not None:
@@ -38,13 +40,10 @@ def chart(one: Chart, many: Chart, measured: StepFriction | None, *, name: str, 
     return figure
 
 
-def identified(steps: StepFriction, creepage: np.ndarray, ratio: np.ndarray, *, name: str, provenance: str) -> Figure:
-    """The measured T/N over creepage (Fig. 2), all samples (sample,) of creepage [1], and the mu behind each step."""
-    figure, (left, right) = page(1, 2, height=3.2, title=f"{name}: friction identified", provenance=provenance)
-    if len(ratio) > len(steps.ratio):
-        left.plot(creepage * 100.0, ratio, linestyle="none", marker=".", markersize=2.0, color=GREY, label="samples")
-    measured_points(left, steps.creepage * 100.0, steps.ratio, steps.half)
-    name_axes(left, CREEPAGE, APPARENT, "measured traction")
+def identified(steps: StepFriction, measured: Measured, *, name: str) -> Figure:
+    """The measured T/N over creepage (Fig. 2; over time where that is constant), and the mu behind each step."""
+    figure, (left, right) = page(1, 2, height=3.2, title=f"{name}: friction identified", provenance=measured.provenance)
+    _traction(left, steps, measured)
     known, beyond = np.isfinite(steps.mu), np.isinf(steps.mu)
     order = np.arange(1, len(steps.mu) + 1)
     ends = np.array([steps.mu - steps.low, np.where(np.isfinite(steps.high), steps.high, steps.mu) - steps.mu])
@@ -56,9 +55,36 @@ def identified(steps: StepFriction, creepage: np.ndarray, ratio: np.ndarray, *, 
     if np.any(beyond):
         right.plot(order[beyond], steps.ratio[beyond], linestyle="none", marker="x", color=RED, label="no $\\mu$ fits")
     name_axes(right, "step", "coefficient of friction $\\mu$ [1]", "behind it, with 95 % intervals")
+    right.set_xticks(order[:: int(np.ceil(len(order) / 12))])
     for axes in (left, right):
         axes.set_ylim(0.0, None)
         legend(axes, "lower right")
-    left.set_xlim(0.0, None)
-    right.set_xticks(order if len(order) <= 14 else order[:: len(order) // 12])
     return figure
+
+
+def _traction(axes: Axes, steps: StepFriction, measured: Measured) -> None:
+    """Samples and the mean of each step, over creepage; over time where that alone changes."""
+    samples = measured.traction
+    if samples is None:
+        return
+    if np.ptp(samples.creepage) < 0.1 * np.abs(samples.creepage).max() and np.all(np.isfinite(samples.time)):
+        axes.plot(
+            samples.time, samples.ratio, linestyle="none", marker=".", markersize=2.0, color=GREY, label="samples"
+        )
+        name_axes(
+            axes, "time [s]", APPARENT, f"measured traction at {np.mean(samples.creepage) * 100.0:.3g} % creepage"
+        )
+        return
+    if len(samples.ratio) > len(steps.ratio):
+        axes.plot(
+            samples.creepage * 100.0,
+            samples.ratio,
+            linestyle="none",
+            marker=".",
+            markersize=2.5,
+            color=GREY,
+            label="samples",
+        )
+    measured_points(axes, steps.creepage * 100.0, steps.ratio, steps.half)
+    name_axes(axes, CREEPAGE, APPARENT, "measured traction")
+    axes.set_xlim(0.0, 105.0 * float(samples.creepage.max()))

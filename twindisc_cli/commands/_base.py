@@ -1,0 +1,51 @@
+"""What several commands need before they can simulate: the friction of each step, and the wear coefficient."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from twindisc_cli.definition import Test
+from twindisc_cli.errors import DefinitionError, Problem
+from twindisc_cli.identify.steps import friction_in_use
+from twindisc_cli.identify.wear import identify_wear
+from twindisc_cli.model.experiment import Floats
+from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.patch import WeightedPaths, weighted_paths
+
+
+def friction_of_steps(test: Test, model: ForwardModel) -> tuple[Floats, list[str]]:
+    """The mu of each step (step,) and where it is from: given, identified or constant.
+
+    A step without creepage needs none; for any other an unknown one is an error of the definition.
+    """
+    mu, source = friction_in_use(model)
+    idle = np.isnan(mu) & (model.experiment.history.step_creepage == 0.0)
+    mu = np.where(idle, 1.0, mu)
+    unknown = [str(i + 1) for i in np.flatnonzero(np.isnan(mu))]
+    if unknown:
+        what = (
+            f"no friction is known for step {', '.join(unknown)}: no traction was measured there that a mu explains; "
+            "give friction_coefficient under [model], or mu in the step"
+        )
+        raise DefinitionError(Problem(what, str(test.path)))
+    return mu, source
+
+
+def wear_coefficient(test: Test, model: ForwardModel, mu: Floats) -> tuple[float, str]:
+    """K [1] and where it is from: given, or fitted to the measured profile."""
+    given = model.experiment.options.wear_coefficient
+    if np.isfinite(given):
+        return given, "given"
+    if model.experiment.measured.profile is None:
+        what = (
+            "no wear coefficient is known: give wear_coefficient under [model], or a measured profile to find it from"
+        )
+        raise DefinitionError(Problem(what, str(test.path)))
+    found = identify_wear(model, mu)
+    return found.wear_coefficient, f"from the measured profile by {found.method}"
+
+
+def contact_paths(model: ForwardModel, prediction: Prediction) -> WeightedPaths:
+    """The wear paths on which the contact of a prediction moved."""
+    state = prediction.state
+    return weighted_paths(model.path, model.experiment.options.contact, state.half_space, state.wander)

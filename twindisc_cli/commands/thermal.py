@@ -1,0 +1,159 @@
+"""thermal: the temperature of the disc over the test (Eq. 19, Fig. 13), and the flash temperature of the contact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from twindisc_cli.commands._base import contact_paths, friction_of_steps
+from twindisc_cli.definition import Test
+from twindisc_cli.errors import DefinitionError, Problem
+from twindisc_cli.identify.convection import identify_convection
+from twindisc_cli.identify.steps import base_parameters
+from twindisc_cli.model.experiment import Experiment, Floats, Thermal
+from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.physics.flash import Flash, flash_temperature
+from twindisc_cli.results import Array, Axis, Dataset, Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+ZERO_CELSIUS = 273.15
+
+
+@dataclass(frozen=True)
+class Heat:
+    """Time [s], temperature of the disc [K] and dissipated power [W] at each point, flash rise [K]: each (point,).
+
+    of_iteration: the last point of each iteration (iteration,). convection [W/K], its standard error, whence it is.
+    """
+
+    time: Floats
+    temperature: Floats
+    power: Floats
+    flash: Flash
+    of_iteration: np.ndarray[tuple[int], np.dtype[np.int64]]
+    convection: float
+    std: float
+    source: str
+
+
+def run(test: Test) -> Result:
+    """Warm the disc through the history of a test."""
+    experiment = test.experiment
+    thermal = experiment.thermal
+    if thermal is None:
+        raise DefinitionError(
+            Problem("no [thermal] table: the heat capacity and the environment are needed", str(test.path))
+        )
+    heat = _heat(test, ForwardModel(experiment), thermal)
+    start = thermal.initial_temperature
+    return Result(
+        command="thermal",
+        summary=_summary(heat, start),
+        json={
+            "rise_C": float(heat.temperature.max() - start),
+            "peak_C": float(heat.temperature.max()) - ZERO_CELSIUS,
+            "flash_C": float(heat.flash.maximum.max()),
+            "flash_mean_C": float(heat.flash.mean.max()),
+            "convection_W_K": heat.convection,
+            "convection_W_K_std": heat.std if np.isfinite(heat.std) else None,
+            "convection_source": heat.source,
+            "iterations": [_iteration(heat, i, int(point)) for i, point in enumerate(heat.of_iteration)],
+        },
+        dataset=_dataset(heat),
+        figure=lambda: _figure(experiment, heat),
+    )
+
+
+def _heat(test: Test, model: ForwardModel, thermal: Thermal) -> Heat:
+    mu, _ = friction_of_steps(test, model)
+    convection, std, source = thermal.convection, np.nan, "given"
+    if not np.isfinite(convection):
+        if test.experiment.measured.temperature is None:
+            what = (
+                "no convection is known: give convection_W_K under [thermal], or a measured temperature to find it from"
+            )
+            raise DefinitionError(Problem(what, str(test.path)))
+        found = identify_convection(model, mu)
+        convection, std, source = found.value, found.std, "from the measured temperature"
+    base = base_parameters(test.experiment, mu[None])
+    prediction = model.predict({**base, "convection_W_K": np.array([convection])})
+    return Heat(
+        time=model.points.time,
+        temperature=prediction.state.temperature[0],
+        power=prediction.state.power[0],
+        flash=_flash(model, prediction, thermal),
+        of_iteration=model.points.of_iteration,
+        convection=convection,
+        std=std,
+        source=source,
+    )
+
+
+def _flash(model: ForwardModel, prediction: Prediction, thermal: Thermal) -> Flash:
+    """The flash temperature at each point, of the patch as worn by then."""
+    state = prediction.state
+    patch = contact_paths(model, prediction).patch(prediction.section, state.normal_load / state.nominal_load)
+    return flash_temperature(
+        power=state.power[0],
+        creepage=state.creepage[0],
+        a=np.sqrt(patch.area * patch.ratio / np.pi)[0],
+        b=np.sqrt(patch.area / patch.ratio / np.pi)[0],
+        speed=state.rolling_speed[0],
+        conductivity=thermal.conductivity,
+        density=thermal.density,
+        specific_heat=thermal.specific_heat,
+    )
+
+
+def _iteration(heat: Heat, i: int, point: int) -> dict[str, Any]:
+    return {
+        "iteration": i + 1,
+        "time_s": heat.time[point],
+        "power_W": heat.power[point],
+        "temperature_C": heat.temperature[point] - ZERO_CELSIUS,
+        "flash_C": heat.flash.maximum[point],
+    }
+
+
+def _summary(heat: Heat, start: float) -> tuple[str, ...]:
+    hottest = int(np.argmax(heat.temperature))
+    error = f" ± {heat.std:.2g}" if np.isfinite(heat.std) else ""
+    peak, when = heat.temperature[hottest], heat.time[hottest]
+    flash, mean = heat.flash.maximum.max(), heat.flash.mean.max()
+    return (
+        f"convection {heat.convection:.3g}{error} W/K, {heat.source}",
+        f"disc: rises by {peak - start:.3g} K to {peak - ZERO_CELSIUS:.4g} °C, at {when:.0f} s",
+        f"flash: up to {flash:.3g} K at the hottest point above the disc, {mean:.3g} K on average over the patch",
+    )
+
+
+def _figure(test: Experiment, heat: Heat) -> Figure:
+    from twindisc_cli.figures.thermal import temperatures
+
+    return temperatures(
+        time=heat.time,
+        disc=heat.temperature - ZERO_CELSIUS,
+        power=heat.power,
+        hottest=heat.flash.maximum,
+        mean=heat.flash.mean,
+        test=test,
+    )
+
+
+def _dataset(heat: Heat) -> Dataset:
+    inside = np.concatenate([[True], np.diff(heat.time) > 0.0])
+    rows = (
+        ("temperature", heat.temperature, "K", "temperature of the disc"),
+        ("power", heat.power, "W", "dissipated power"),
+        ("flash_maximum", heat.flash.maximum, "K", "rise of the hottest point of the contact above the discs"),
+        ("flash_mean", heat.flash.mean, "K", "mean rise of the contact above the discs"),
+    )
+    return Dataset(
+        axes=(Axis("time", heat.time[inside], "s", "time"),),
+        arrays=tuple(Array(name, ("time",), values[inside], unit, what) for name, values, unit, what in rows),
+        attrs={"convection_W_K": heat.convection, "convection_source": heat.source},
+    )

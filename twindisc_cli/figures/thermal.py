@@ -1,0 +1,39 @@
+"""Figure of heat: the disc's temperature (Fig. 13), the power that warms it, and the flash temperature above it."""
+
+from __future__ import annotations
+
+from matplotlib.figure import Figure
+
+from twindisc_cli.figures.style import BLUE, GREEN, ORANGE, RED, legend, measured_points, name_axes, page
+from twindisc_cli.model.experiment import Experiment, Floats
+
+ZERO_CELSIUS = 273.15
+
+
+def temperatures(
+    *, time: Floats, disc: Floats, power: Floats, hottest: Floats, mean: Floats, test: Experiment
+) -> Figure:
+    """Over time [s]: disc [degC], power [W], the contact's hottest and mean rise above the disc [K], each (point,)."""
+    samples = test.measured.temperature
+    recorded = samples is not None or test.measured.traction is not None
+    provenance = test.measured.provenance if recorded else ""
+    figure, (first, second, third) = page(3, 1, height=6.0, title=f"{test.name}: temperature", provenance=provenance)
+    first.plot(time, disc, color=BLUE, label="disc, Eq. 19")
+    if samples is not None:
+        measured_points(first, samples.time, samples.temperature - ZERO_CELSIUS)
+    if test.thermal is not None:
+        environment = test.thermal.environment_temperature - ZERO_CELSIUS
+        first.axhline(environment, color=GREEN, linewidth=0.8, linestyle="--", label="environment")
+    name_axes(first, "", "temperature [°C]", "mean temperature of the disc")
+    second.plot(time, power, color=ORANGE, drawstyle="steps-pre")
+    name_axes(second, "", "power [W]", "dissipated power")
+    third.plot(time, hottest, color=RED, drawstyle="steps-pre", label="hottest point")
+    third.plot(time, mean, color=ORANGE, drawstyle="steps-pre", label="mean of the patch")
+    name_axes(third, "time [s]", "rise above the disc [K]", "flash temperature of the contact")
+    second.set_ylim(0.0, None)
+    third.set_ylim(0.0, None)
+    for axes in (first, second, third):
+        axes.set_xlim(0.0, float(time[-1]))
+    legend(first, "upper left")
+    legend(third, "upper left")
+    return figure

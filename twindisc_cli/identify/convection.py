@@ -1,0 +1,27 @@
+"""The convection h S [W/K] of a test from its measured temperature (Eq. 18)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from twindisc_cli.identify.least_squares import Fit, fit_positive
+from twindisc_cli.identify.steps import base_parameters
+from twindisc_cli.model.experiment import Floats
+from twindisc_cli.model.forward import ForwardModel
+
+
+def identify_convection(model: ForwardModel, mu: Floats) -> Fit:
+    """Fit the convection to the measured temperature with mu (step,) in the contact; the test must have both."""
+    test = model.experiment
+    samples = test.measured.temperature
+    if samples is None or test.thermal is None:
+        raise ValueError("no temperature was measured, or no heat capacity is known")
+
+    def temperatures(convection: Floats) -> Floats:
+        base = base_parameters(test, np.broadcast_to(mu, (len(convection), len(mu))))
+        return model.predict({**base, "convection_W_K": convection}).temperature
+
+    power = float(np.mean(model.predict(base_parameters(test, mu[None])).state.power))
+    rise = float(np.ptp(samples.temperature)) or 1.0
+    weights = np.ones_like(samples.temperature)
+    return fit_positive(temperatures, measured=samples.temperature, weights=weights, start=max(power, 1e-6) / rise)
