@@ -55,7 +55,7 @@ class Finding:
     @property
     def ok(self) -> bool:
         """Whether the value lies in its range."""
-        return self.low <= self.value <= self.high
+        return bool(self.low <= self.value <= self.high)
 
     @property
     def strain(self) -> float:
@@ -252,7 +252,9 @@ def heat_and_temperature(facts: Facts) -> Iterator[Finding]:
         return
     rises = {"the reported temperature rise": facts.test.reported.get("temperature_rise", np.nan)}
     if samples is not None:
-        rises[f"the {facts.test.measured.provenance} temperature rise"] = float(samples.temperature.max()) - thermal.initial_temperature
+        rises[f"the {facts.test.measured.provenance} temperature rise"] = (
+            float(samples.temperature.max()) - thermal.initial_temperature
+        )
         coldest = min(thermal.environment_temperature, thermal.initial_temperature)
         yield Finding(
             rule="heat and temperature",

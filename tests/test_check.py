@@ -1,0 +1,145 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from definitions import TRACTION, VALID, changed, write
+
+from twindisc_cli.commands.check import Finding, facet_depth, findings, run
+from twindisc_cli.definition import load
+
+CONFIGS = Path(__file__).parents[1] / "configs"
+CURVATURE = 1 / 0.03
+
+
+def found(folder: Path, text: str = VALID, **data: str) -> dict[str, Finding]:
+    return {f.subject: f for f in findings(load(write(folder, text, **data)).experiment)}
+
+
+def facet(depth_um: float, width_mm: float) -> str:
+    y = np.linspace(-1.5, 1.5, 301)
+    height = -depth_um * np.clip(1 - (2 * y / width_mm) ** 2, 0, None)
+    return "y [mm],height [um]\n" + "".join(f"{a:.4f},{b:.5f}\n" for a, b in zip(y, height, strict=True))
+
+
+def with_reported(**reported: float) -> str:
+    return VALID + "[reported]\n" + "".join(f"{key} = {value}\n" for key, value in reported.items())
+
+
+@pytest.mark.parametrize(
+    ("width", "depth"),
+    # the chord of a circle of 30 mm: 1.8 and 1.51 mm by w^2 / 8R, 18 mm by the exact sagitta 30 - sqrt(30^2 - 9^2)
+    [(1.8e-3, 13.5e-6), (1.51e-3, 9.5e-6), (18e-3, 1.3818e-3)],
+)
+def test_depth_of_a_facet(width: float, depth: float) -> None:
+    assert facet_depth(width, CURVATURE) == pytest.approx(depth, rel=2e-3)
+
+
+def test_no_chord_is_longer_than_the_circle() -> None:
+    assert facet_depth(61e-3, CURVATURE) == np.inf
+
+
+@pytest.mark.parametrize(
+    ("width", "ok"),
+    # 6 um on 30 mm is a chord of 1.2 mm; the elastic patch 2b = 0.541 mm widens it to at most 1.316 mm; margin 15 %
+    [(1.2, True), (1.3, True), (1.8, False), (0.9, False)],
+)
+def test_width_against_depth(tmp_path: Path, width: float, ok: bool) -> None:
+    assert found(tmp_path, profile=facet(6.0, width))["the measured width"].ok is ok
+    assert found(tmp_path, with_reported(depth_um=6.0, width_mm=width))["the reported width"].ok is ok
+
+
+def test_the_width_of_a_rough_profile_is_not_its_flanks(tmp_path: Path) -> None:
+    rows = facet(6.0, 1.2).splitlines()
+    noise = np.random.default_rng(1).normal(0.0, 0.25, len(rows) - 1)
+    rough = [
+        rows[0],
+        *(f"{r.split(',')[0]},{float(r.split(',')[1]) + n}" for r, n in zip(rows[1:], noise, strict=True)),
+    ]
+    assert found(tmp_path, profile="\n".join(rough))["the measured width"].value == pytest.approx(1.17, abs=0.08)
+
+
+def test_wear_coefficient_against_the_energy(tmp_path: Path) -> None:
+    # E = N V sum(T/N creepage t) = 72 x 9.42478 x (0.49 x 0.5 % x 168 + 0.55 x 1 % x 168 + 0.58 x 2 % x 84) J
+    energy = 72 * 0.03 * 100 * np.pi * (0.49 * 0.005 * 168 + 0.55 * 0.01 * 168 + 0.58 * 0.02 * 84)
+    volume = 2 * np.pi * 0.03 * 2 / 3 * 1.2e-3 * 6e-6
+    k = volume * 700 * 9.80665e6 / energy
+    for factor, ok in ((1.0, True), (2.0, False), (0.5, False)):
+        text = changed(friction_coefficient=f"wear_coefficient = {k * factor}")
+        finding = found(tmp_path, text, traction=TRACTION, profile=facet(6.0, 1.2))["the declared wear coefficient K"]
+        assert finding.ok is ok
+        assert finding.low == pytest.approx(k / 1.5, rel=1e-3)
+        assert finding.high == pytest.approx(k * 1.5, rel=1e-3)
+
+
+def temperatures(top: float) -> str:
+    return f"time [s],temperature [degC]\n10,20\n200,{20 + top / 2}\n400,{20 + top}\n"
+
+
+def test_a_rise_is_paid_for_by_heat(tmp_path: Path) -> None:
+    # the last step dissipates 0.58 x 72 N x 2 % x 9.42478 m/s = 7.87 W, so at most 9.84 K at 0.8 W/K
+    text = changed(heat_capacity_J_K="heat_capacity_J_K = 100\nconvection_W_K = 0.8")
+    limit = 0.58 * 72 * 0.02 * 0.03 * 100 * np.pi / 0.8
+    for rise, ok in ((0.99 * limit, True), (1.2 * limit, False)):
+        test = load(write(tmp_path, text, traction=TRACTION, temperature=temperatures(rise))).experiment
+        outcomes = [f for f in findings(test) if f.subject == "the measured temperature rise"]
+        assert [f.ok for f in outcomes] == [True, ok]
+        assert outcomes[1].high == pytest.approx(1.05 * limit)
+
+
+def test_no_disc_gets_colder_than_its_environment(tmp_path: Path) -> None:
+    cold = temperatures(5.0).replace("10,20", "10,15")
+    assert not found(tmp_path, traction=TRACTION, temperature=cold)["the disc below its environment"].ok
+    assert found(tmp_path, traction=TRACTION, temperature=temperatures(5.0))["the disc below its environment"].ok
+
+
+@pytest.mark.parametrize(("ratio", "ok"), [(0.47, True), (0.56, False)])
+def test_no_friction_explains_more_than_the_elastic_limit(tmp_path: Path, ratio: float, ok: bool) -> None:
+    # CONTACT rev 2707: a = 0.170591 mm, b = 0.270524 mm, C11 = 3.9388 at G = 79.3 GPa (79.23 here)
+    slope = 206e9 / 2.6 * 0.170591e-3 * 0.270524e-3 * 3.9388 / 72
+    text = VALID.replace("creepage_percent = 0.5", "creepage_percent = 0.25")
+    traction = TRACTION.replace("\n0.5,0.49", f"\n0.25,{ratio}")
+    finding = found(tmp_path, text, traction=traction)["T/N of step 1"]
+    assert finding.high == pytest.approx(1.05 * slope * 0.0025, rel=0.01)
+    assert finding.ok is ok
+
+
+def test_a_negative_traction_and_a_soft_disc(tmp_path: Path) -> None:
+    traction = TRACTION.replace(",0.", ",-0.")
+    text = VALID + "[material.disc1]\nhardness_HV = 70\n"
+    outcome = found(tmp_path, text, traction=traction)
+    assert not outcome["the share of samples with negative T/N"].ok
+    # Hertz: 745 MPa against 70 HV = 686 MPa
+    assert not outcome["Hertz's peak pressure"].ok
+    assert outcome["Hertz's peak pressure"].value == pytest.approx(744.9, rel=2e-3)
+
+
+def test_a_consistent_test_passes(tmp_path: Path) -> None:
+    result = run(load(write(tmp_path, traction=TRACTION, profile=facet(6.0, 1.2), temperature=temperatures(5.0))))
+    assert result.exit_code == 0
+    assert result.json["problems"] == []
+    assert len(result.json["findings"]) >= 6
+
+
+@pytest.mark.parametrize(
+    ("name", "energy", "needed", "printed"),
+    [("ambient", 92.9, "12.9 µm", "1.38e+03 µm"), ("cryogenic", 64.3, "9.13 µm", "966 µm")],
+)
+def test_the_papers_own_numbers_contradict_each_other(name: str, energy: float, needed: str, printed: str) -> None:
+    result = run(load(CONFIGS / f"{name}.toml"))
+    assert result.exit_code == 5
+    problems = {p["subject"]: p for p in result.json["problems"]}
+    assert set(problems) == {"the reconstructed width", "the reported width", "the reported wear coefficient K"}
+    assert needed in problems["the reconstructed width"]["message"]
+    assert printed in problems["the reported width"]["message"]
+    k = problems["the reported wear coefficient K"]
+    assert f"{energy:g} kJ" in k["message"]
+    # the printed K is 14 to 20 times what the depth allows
+    assert 14 <= 9.89e-4 / (k["low"] * 1.5) <= 20
+    json.dumps(result.json)
+
+
+@pytest.mark.parametrize("name", ["eurosprinter", "mtm_running_in"])
+def test_the_measured_tests_do_not(name: str) -> None:
+    result = run(load(CONFIGS / f"{name}.toml"))
+    assert result.exit_code == 0, result.summary
