@@ -8,13 +8,18 @@ from __future__ import annotations
 
 import inspect
 import re
+import sys
+from collections.abc import Iterator
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 from definitions import VALID
 
+import twindisc_cli.effects
 from twindisc_cli.definition.parse import parse
+from twindisc_cli.definition.schema import definition_model
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import CHANNELS, STAGES, Effect
 from twindisc_cli.errors import DefinitionError
@@ -46,7 +51,7 @@ CONTRACT = {
 CREEPAGE = np.array([0.001, 0.02, 0.09, 0.002, 0.004])
 ITERATIONS = 3
 DURATION = 84.0
-UNIT = re.compile(r"1|%|(?:s|h|K|W|J|N|m|mm|um|mrad)(?:-?\d)?(?: (?:s|h|K|W|J|N|m|mm|um)(?:-?\d)?)*")
+UNIT = re.compile(r"1|%|(?:s|h|K|W|J|kJ|N|m|mm|um|mrad)(?:-?\d)?(?: (?:s|h|K|W|J|N|m|mm|um)(?:-?\d)?)*")
 DRAWS = 24
 SETTLED = 1e-6
 """The passes of the model stop when energy and temperature stand still; what moves by less has not changed."""
@@ -210,3 +215,35 @@ def test_finite_anywhere_inside_the_bounds(name: str) -> None:
         found = getattr(prediction, channel)
         assert found.shape[0] == len(inside)
         assert np.isfinite(found).all(), f"{channel} at {inside[~np.isfinite(found).all(axis=1)][:3]}"
+
+
+@pytest.fixture
+def contributed(tmp_path: Path) -> Iterator[str]:
+    """The example of CONTRIBUTING.md, put into the folder of the effects as its text says."""
+    text = (Path(__file__).parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    (name,) = re.findall(r"`twindisc_cli/effects/(\w+)\.py`", text.partition("| part")[0])
+    (tmp_path / f"{name}.py").write_text(text.split("```python\n")[1].partition("```")[0], encoding="utf-8")
+    twindisc_cli.effects.__path__.append(str(tmp_path))
+    for remembered in (catalogue, definition_model):
+        remembered.cache_clear()
+    yield name
+    twindisc_cli.effects.__path__.remove(str(tmp_path))
+    sys.modules.pop(f"twindisc_cli.effects.{name}", None)
+    for remembered in (catalogue, definition_model):
+        remembered.cache_clear()
+
+
+def test_the_example_for_contributors_needs_nothing_but_its_file(contributed: str) -> None:
+    assert contributed in catalogue()
+    assert contributed not in NAMES
+    for check in (
+        test_declaration,
+        test_parameters,
+        test_explanation,
+        test_it_can_be_declared_in_a_test_definition,
+        test_off_leaves_the_model_bit_identical,
+        test_on_changes_the_channels_it_is_seen_in_and_no_other,
+        test_every_parameter_acts,
+        test_finite_anywhere_inside_the_bounds,
+    ):
+        check(contributed)
