@@ -33,7 +33,7 @@ def chart(one: Chart, many: Chart, measured: StepFriction | None, *, name: str, 
     name_axes(right, CREEPAGE, APPARENT, "$\\mu$ from 0.05 to 0.70")
     for axes in (left, right):
         if measured is not None:
-            measured_points(axes, measured.creepage * 100.0, measured.ratio, measured.half)
+            measured_points(axes, measured.creepage * 100.0, measured.ratio, measured.half, label=provenance)
         axes.set_ylim(0.0, None)
         legend(axes, "lower right" if axes is left else "upper left")
     left.set_xlim(0.0, None)
@@ -85,6 +85,8 @@ def _traction(axes: Axes, steps: StepFriction, measured: Measured) -> None:
             color=GREY,
             label="samples",
         )
-    measured_points(axes, steps.creepage * 100.0, steps.ratio, steps.half)
+    measured_points(
+        axes, steps.creepage * 100.0, steps.ratio, steps.half, label=f"{measured.provenance}, mean of a step"
+    )
     name_axes(axes, CREEPAGE, APPARENT, "measured traction")
     axes.set_xlim(0.0, 105.0 * float(samples.creepage.max()))

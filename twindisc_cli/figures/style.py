@@ -71,13 +71,20 @@ def legend(axes: Axes, place: Place = "best", columns: int = 1) -> None:
     axes.legend(handles, labels, fontsize=SMALL, loc=place, ncols=columns, framealpha=0.85, edgecolor="none")
 
 
+def legend_below(axes: Axes, columns: int) -> None:
+    """The legend of a panel that is too full to hold it: under the horizontal axis."""
+    handles, labels = axes.get_legend_handles_labels()
+    axes.legend(handles, labels, fontsize=SMALL, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=columns,
+                frameon=False, handlelength=1.4, columnspacing=1.2)  # fmt: skip
+
+
 def family(count: int) -> Sequence[tuple[float, float, float, float]]:
     """Colours of an ordered family of curves."""
     return [matplotlib.colormaps["viridis"](float(place)) for place in np.linspace(0.0, 0.88, max(count, 1))]
 
 
-def measured_points(axes: Axes, x: ArrayLike, y: ArrayLike, half: ArrayLike | None = None) -> None:
+def measured_points(axes: Axes, x: ArrayLike, y: ArrayLike, half: ArrayLike | None = None, *, label: str) -> None:
     """Measured points, with half the length of their error bars where that is known."""
     bars = None if half is None else np.nan_to_num(np.asarray(half, dtype=float))
     axes.errorbar(x, y, yerr=bars, linestyle="none", marker="o", markersize=4.0, color=BLACK, markerfacecolor="white",
-                  ecolor=GREY, elinewidth=0.7, label="measured")  # fmt: skip
+                  ecolor=GREY, elinewidth=0.7, label=label)  # fmt: skip

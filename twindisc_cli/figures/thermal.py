@@ -20,7 +20,7 @@ def temperatures(
     figure, (first, second, third) = page(3, 1, height=6.0, title=f"{test.name}: temperature", provenance=provenance)
     first.plot(time, disc, color=BLUE, label="disc, Eq. 19")
     if samples is not None:
-        measured_points(first, samples.time, samples.temperature - ZERO_CELSIUS)
+        measured_points(first, samples.time, samples.temperature - ZERO_CELSIUS, label=provenance)
     if test.thermal is not None:
         environment = test.thermal.environment_temperature - ZERO_CELSIUS
         first.axhline(environment, color=GREEN, linewidth=0.8, linestyle="--", label="environment")

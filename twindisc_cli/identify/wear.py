@@ -24,8 +24,9 @@ from twindisc_cli.physics.archard import allowed_coefficient
 class WearFit:
     """K and its standard error [1], by `method` "least squares" or "bisection"; both, and what they rest on.
 
-    measured, simulated: the track of the last profile of the disc that wears; y [m], height, simulated_height [m] of
-    that profile, (sample,); allowed, the K of Archard's W H / E; energy dissipated up to it [J].
+    measured, simulated: the track of the last profile of the disc that wears. Of that profile, (sample,): y and height
+    [m], simulated_height at K, squares_height at the least-squares K; rms of height less simulated_height [m].
+    allowed: the K of Archard's W H / E; energy: what was dissipated up to that profile [J].
     """
 
     wear_coefficient: float
@@ -38,6 +39,8 @@ class WearFit:
     y: Floats
     height: Floats
     simulated_height: Floats
+    squares_height: Floats
+    rms: float
     allowed: float
     energy: float
 
@@ -68,6 +71,7 @@ def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
     error = (measured.depth - track(squares.value).depth) / measured.depth * 100.0
     agrees = abs(error) < TOLERANCE
     k = squares.value if agrees else bisection.wear_coefficient
+    simulated = heights(np.array([k]))[0, last]
     return WearFit(
         wear_coefficient=k,
         std=float(np.hypot(squares.std, squares.value - k)),
@@ -75,10 +79,12 @@ def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
         bisection=bisection,
         least_squares=squares,
         measured=measured,
-        simulated=track(k),
+        simulated=worn_track(y, simulated, smooth=False),
         y=y,
         height=height,
-        simulated_height=heights(np.array([k]))[0, last],
+        simulated_height=simulated,
+        squares_height=squares.predicted[last],
+        rms=float(np.sqrt(np.mean((height - simulated) ** 2))),
         allowed=allowed,
         energy=energy,
     )

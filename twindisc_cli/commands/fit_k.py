@@ -1,0 +1,119 @@
+"""fit-k: Archard's wear coefficient from the measured profile, and what worn volume and energy allow (Figs. 11, 14)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from twindisc_cli.commands._base import friction_of_steps
+from twindisc_cli.definition import Test
+from twindisc_cli.errors import MeasurementError, Problem, ValidityError
+from twindisc_cli.identify.wear import WearFit, identify_wear
+from twindisc_cli.model.experiment import Experiment
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.results import Array, Axis, Dataset, Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+IMPOSSIBLE = 3.0
+"""A stated K this many times off what W H / E allows is called impossible."""
+
+
+def run(test: Test) -> Result:
+    """Find K of a test."""
+    experiment = test.experiment
+    if experiment.measured.profile is None:
+        raise MeasurementError(Problem("no profile was measured; name its file under [measured]", str(test.path)))
+    model = ForwardModel(experiment)
+    mu, _ = friction_of_steps(test, model)
+    fit = identify_wear(model, mu)
+    if not fit.bisection.converged:
+        what = (
+            f"no K from {fit.bisection.bracket[0]:.2g} to {fit.bisection.bracket[1]:.2g} makes the simulated depth "
+            f"{fit.measured.depth * 1e6:.3g} µm to within 1 %"
+        )
+        raise ValidityError(Problem(what, str(test.path)))
+    stated = _stated(experiment)
+    return Result(
+        command="fit-k",
+        summary=(*_summary(fit), *_findings(fit, stated)),
+        json=_json(fit, stated),
+        dataset=_dataset(fit),
+        figure=lambda: _figure(experiment, fit, stated),
+    )
+
+
+def _stated(test: Experiment) -> dict[str, float]:
+    """K given in the definition, by where it is from."""
+    given = {"declared": test.options.wear_coefficient, "reported": test.reported.get("wear_coefficient", np.nan)}
+    return {what: value for what, value in given.items() if np.isfinite(value)}
+
+
+def _json(fit: WearFit, stated: dict[str, float]) -> dict[str, Any]:
+    return {
+        "K": fit.wear_coefficient,
+        "K_std": fit.std,
+        "method": fit.method,
+        "K_bisection": fit.bisection.wear_coefficient,
+        "K_least_squares": fit.least_squares.value,
+        "K_least_squares_std": fit.least_squares.std,
+        "K_from_volume_and_energy": fit.allowed,
+        "bisection": [{"K": k, "Er_percent": error} for k, error in fit.bisection.trail],
+        "bracket": list(fit.bisection.bracket),
+        "depth_um": fit.simulated.depth * 1e6,
+        "measured_depth_um": fit.measured.depth * 1e6,
+        "width_mm": fit.simulated.width * 1e3,
+        "measured_width_mm": fit.measured.width * 1e3,
+        "profile_rms_um": fit.rms * 1e6,
+        "dissipated_energy_kJ": fit.energy * 1e-3,
+        "stated": {what: {"K": k, "times_allowed": k / fit.allowed} for what, k in stated.items()},
+        "findings": list(_findings(fit, stated)),
+    }
+
+
+def _findings(fit: WearFit, stated: dict[str, float]) -> tuple[str, ...]:
+    """Every stated K that the worn volume and the dissipated energy contradict."""
+    return tuple(
+        f"impossible: the {what} K = {k:.3g} is {k / fit.allowed:.2g} times the {fit.allowed:.2g} that worn volume and "
+        "dissipated energy allow"
+        for what, k in stated.items()
+        if not 1.0 / IMPOSSIBLE < k / fit.allowed < IMPOSSIBLE
+    )
+
+
+def _summary(fit: WearFit) -> tuple[str, ...]:
+    squares = fit.least_squares
+    return (
+        f"K = {fit.wear_coefficient:.3g} ± {fit.std:.2g}, by {fit.method}",
+        f"bisection on depth: {fit.bisection.wear_coefficient:.3g} after {len(fit.bisection.trail)} simulations; "
+        f"least squares on the profile: {squares.value:.3g} ± {squares.std:.2g}",
+        f"depth {fit.simulated.depth * 1e6:.3g} µm (measured {fit.measured.depth * 1e6:.3g}), "
+        f"width {fit.simulated.width * 1e3:.3g} mm (measured {fit.measured.width * 1e3:.3g})",
+        f"worn volume and dissipated energy ({fit.energy * 1e-3:.3g} kJ) allow K = {fit.allowed:.3g}",
+    )
+
+
+def _figure(test: Experiment, fit: WearFit, stated: dict[str, float]) -> Figure:
+    from twindisc_cli.figures.wear import fitted
+
+    return fitted(fit, stated=stated, name=test.name, provenance=test.measured.provenance)
+
+
+def _dataset(fit: WearFit) -> Dataset:
+    k, error = np.array(fit.bisection.trail).T
+    return Dataset(
+        axes=(
+            Axis("y", fit.y, "m", "position across the track"),
+            Axis("trial", np.arange(1, len(k) + 1), "1", "number of the bisection"),
+        ),
+        arrays=(
+            Array("measured_height", ("y",), fit.height, "m", "measured height change"),
+            Array("height", ("y",), fit.simulated_height, "m", "simulated height change"),
+            Array("least_squares_height", ("y",), fit.squares_height, "m", "height change at the least-squares K"),
+            Array("bisection_K", ("trial",), k, "1", "wear coefficient tried"),
+            Array("bisection_Er", ("trial",), error, "percent", "depth error of Eq. 17"),
+        ),
+        attrs={"K": fit.wear_coefficient, "K_std": fit.std, "method": fit.method, "K_allowed": fit.allowed},
+    )

@@ -1,0 +1,115 @@
+"""simulate-wear: profile, contact patch and dissipated energy after each iteration of the history (Figs. 8, 12)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from twindisc_cli.commands._base import friction_of_steps, wear_coefficient
+from twindisc_cli.definition import Test
+from twindisc_cli.identify.wear import last_profile
+from twindisc_cli.identify.wear_history import WearHistory, wear_history
+from twindisc_cli.model.experiment import Experiment
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.results import Array, Axis, Dataset, Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def run(test: Test) -> Result:
+    """Wear the discs through the history of a test."""
+    experiment = test.experiment
+    model = ForwardModel(experiment)
+    mu, _ = friction_of_steps(test, model)
+    k, source = wear_coefficient(test, model, mu)
+    history = wear_history(model, mu=mu, wear_coefficient=k)
+    return Result(
+        command="simulate-wear",
+        summary=_summary(history, k, source),
+        json={
+            **_iteration(history, -1),
+            "final_radius_mm": _finite(history.radius[-1] * 1e3),
+            "wear_coefficient": k,
+            "wear_coefficient_source": source,
+            "error_estimate_percent": history.error * 100.0,
+            "iterations": [
+                {"iteration": i + 1, "time_s": t, "creepage_percent": history.creepage[i] * 100.0, "mu": history.mu[i]}
+                | _iteration(history, i)
+                for i, t in enumerate(history.time)
+            ],
+        },
+        dataset=_dataset(history, k, source),
+        figure=lambda: _figure(experiment, history),
+    )
+
+
+def _iteration(history: WearHistory, i: int) -> dict[str, Any]:
+    track = history.track[i]
+    return {
+        "depth_um": track.depth * 1e6,
+        "width_mm": track.width * 1e3,
+        "worn_volume_mm3": history.volume[i] * 1e9,
+        "dissipated_energy_kJ": history.energy[i] * 1e-3,
+        "radius_mm": _finite(history.radius[i] * 1e3),
+        "a_mm": history.a[i] * 1e3,
+        "b_mm": history.b[i] * 1e3,
+        "p0_MPa": history.p0[i] * 1e-6,
+    }
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _summary(history: WearHistory, k: float, source: str) -> tuple[str, ...]:
+    track = history.track[-1]
+    return (
+        f"K = {k:.3g}, {source}",
+        f"disc 2: {track.depth * 1e6:.3g} µm deep, {track.width * 1e3:.3g} mm wide at 5 % of the depth, "
+        f"best circle {history.radius[-1] * 1e3:.3g} mm",
+        f"worn volume {history.volume[-1] * 1e9:.3g} mm³ (both discs), "
+        f"dissipated energy {history.energy[-1] * 1e-3:.3g} kJ",
+        f"patch at the end: a {history.a[-1] * 1e3:.3g} mm, b {history.b[-1] * 1e3:.3g} mm, "
+        f"p0 {history.p0[-1] * 1e-6:.3g} MPa",
+        f"estimated error of the depth: {history.error * 100.0:.2g} %",
+    )
+
+
+def _figure(test: Experiment, history: WearHistory) -> Figure:
+    from twindisc_cli.figures.wear import worn
+
+    profile = test.measured.profile
+    recorded = profile is not None or test.measured.traction is not None
+    last = None if profile is None else last_profile(profile)
+    measured = None if profile is None or last is None else (profile.y[last], profile.height[last])
+    return worn(history, name=test.name, provenance=test.measured.provenance if recorded else "", measured=measured)
+
+
+def _dataset(history: WearHistory, k: float, source: str) -> Dataset:
+    rows = (
+        ("time", history.time, "s", "time at the end of the iteration"),
+        ("creepage", history.creepage, "1", "longitudinal creepage"),
+        ("mu", history.mu, "1", "coefficient of friction"),
+        ("energy", history.energy, "J", "energy dissipated so far"),
+        ("volume", history.volume, "m3", "volume worn off both discs"),
+        ("depth", np.array([t.depth for t in history.track]), "m", "depth of the track of disc 2"),
+        ("width", np.array([t.width for t in history.track]), "m", "width of the track at 5 % of its depth"),
+        ("radius", history.radius, "m", "transverse radius of the best circle of disc 2"),
+        ("a", history.a, "m", "semi-axis of the patch along rolling"),
+        ("b", history.b, "m", "semi-axis of the patch across rolling"),
+        ("p0", history.p0, "Pa", "peak pressure"),
+    )
+    return Dataset(
+        axes=(
+            Axis("iteration", np.arange(1, len(history.time) + 1), "1", "number of the iteration"),
+            Axis("y", history.y, "m", "position across the track"),
+        ),
+        arrays=(
+            *(Array(name, ("iteration",), values, unit, what) for name, values, unit, what in rows),
+            Array("height", ("iteration", "y"), history.height, "m", "height change of disc 2"),
+            Array("disc1_height", ("iteration", "y"), history.disc1_height, "m", "height change of disc 1"),
+        ),
+        attrs={"wear_coefficient": k, "wear_coefficient_source": source, "relative_error_of_depth": history.error},
+    )

@@ -1,0 +1,95 @@
+"""What wear has made of the discs after each iteration of a history (Figs. 8, 12), read off the forward model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from twindisc_cli.identify.steps import base_parameters
+from twindisc_cli.identify.track import Track, worn_track
+from twindisc_cli.model.experiment import Floats
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.patch import WeightedPaths, weighted_paths
+from twindisc_cli.physics.archard import worn_volume
+from twindisc_cli.physics.best_circle import fit_curvature
+
+
+@dataclass(frozen=True)
+class WearHistory:
+    """The state after each iteration, (iteration,), and profiles (iteration, strip).
+
+    time [s], creepage and mu [1] of the iteration; energy dissipated so far [J]; volume worn off both discs [m3];
+    y [m] (strip,); height [m], change of disc 2's profile, and disc1_height of disc 1's; track of disc 2; radius [m]
+    of the best circle through disc 2's profile inside the patch, inf where it is flat, negative where hollow; a, b
+    semi-axes [m] and p0 [Pa] of the patch; error, the estimated relative error of the depth.
+    """
+
+    time: Floats
+    creepage: Floats
+    mu: Floats
+    energy: Floats
+    volume: Floats
+    y: Floats
+    height: Floats
+    disc1_height: Floats
+    track: list[Track]
+    radius: Floats
+    a: Floats
+    b: Floats
+    p0: Floats
+    error: float
+
+
+def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) -> WearHistory:
+    """Wear the discs with mu (step,) and one K [1], declared effects acting."""
+    test, at = model.experiment, model.points.of_iteration
+    prediction = model.predict(base_parameters(test, mu[None], wear_coefficient=wear_coefficient))
+    state, wide = prediction.state, prediction.section.shape
+    paths = weighted_paths(model.path, test.options.contact, state.half_space, state.wander)
+    load = np.broadcast_to(state.normal_load / state.nominal_load, wide)[0, at]
+    own = prediction.section[:, at] / load
+    scale = np.cbrt(load)
+    y, depth = _profiles(paths, own, scale)
+    patch = paths.patch(prediction.section[:, at], load)
+    a, b = np.sqrt(patch.area * patch.ratio / np.pi)[0], np.sqrt(patch.area / patch.ratio / np.pi)[0]
+    share = np.broadcast_to(state.disc1_share, wide)[0, at][:, None]
+    height = -(1.0 - share) * depth
+    return WearHistory(
+        time=test.history.end_time,
+        creepage=np.broadcast_to(state.creepage, wide)[0, at],
+        mu=np.broadcast_to(state.mu, wide)[0, at],
+        energy=state.energy[0, at],
+        volume=worn_volume(y=y, depth=depth, rolling_radius=model.radius),
+        y=y,
+        height=height,
+        disc1_height=-share * depth,
+        track=[worn_track(y, row, smooth=False) for row in height],
+        radius=_radius(y, height, b, test.rig.disc2.transverse_radius),
+        a=a,
+        b=b,
+        p0=paths.at(lambda path: path.p0, own)[0] * scale,
+        error=max(path.error for path in paths.paths),
+    )
+
+
+def _profiles(paths: WeightedPaths, own: Floats, scale: Floats) -> tuple[Floats, Floats]:
+    """Worn depth of both discs [m] on strips y [m], (iteration, strip), at sections of the paths (1, iteration)."""
+    widest = max((path.y for path in paths.paths), key=lambda strips: float(strips[-1]))
+
+    def depth(path_y: Floats, rows: Floats) -> Floats:
+        return np.array([np.interp(widest, path_y, row, left=0.0, right=0.0) for row in rows])
+
+    found = paths.at(lambda path: depth(path.y, path.depth), own)[0] * scale[:, None] ** 2
+    if np.all(scale == 1.0):
+        return widest, found
+    y = widest * float(scale.max())
+    return y, np.array([np.interp(y / s, widest, row) for s, row in zip(scale, found, strict=True)])
+
+
+def _radius(y: Floats, height: Floats, b: Floats, unworn: float) -> Floats:
+    """Transverse radius [m] of the best circle through a worn disc inside the patch of half-width b, (iteration,)."""
+    inside = np.clip((b[:, None] - np.abs(y)) / (y[1] - y[0]) + 0.5, 0.0, 1.0)
+    curvature = 1.0 / unworn - fit_curvature(y, height, inside)
+    with np.errstate(divide="ignore"):
+        return np.asarray(1.0 / curvature)
