@@ -11,6 +11,10 @@ RUNTIME := $(VENV)/.runtime
 DEVELOPMENT := $(VENV)/.development
 SOURCES := $(shell find twindisc_cli -name '*.py' -o -name '*.npz' -o -name '*.html' -o -name '*.toml')
 
+# Two commands at a time, each on one core.
+MAKEFLAGS += --jobs=2
+export OMP_NUM_THREADS = 1
+
 .PHONY: run test lint bench score clean
 .DELETE_ON_ERROR:
 
@@ -50,8 +54,25 @@ $(eval $(call LOOP,cryogenic,))
 $(eval $(call LOOP,eurosprinter,))
 $(eval $(call LOOP,mtm_running_in,))
 
-run: results/figures/.gathered
-	@ls results/figures/*.png
+# The paper's figures, by the command whose page shows them.
+identify-mu_FIGURES := fig02
+contact_FIGURES := fig04 fig05
+friction-chart_FIGURES := fig06 fig07
+simulate-wear_FIGURES := fig08 fig12
+fit-k_FIGURES := fig09 fig11 fig14
+thermal_FIGURES := fig13
+close-loop_FIGURES := loop
+define FIGURE
+FIGURES += results/figures/$(1)_$(2).png
+results/figures/$(1)_$(2).png: results/$(2)/$(3).h5
+	@mkdir -p $$(@D) && cp results/$(2)/$(3).png $$@
+endef
+$(foreach test,ambient cryogenic,$(foreach command,$(ambient_COMMANDS) close-loop,\
+  $(foreach figure,$($(command)_FIGURES),$(eval $(call FIGURE,$(figure),$(test),$(command))))))
+$(foreach test,eurosprinter mtm_running_in,$(eval $(call FIGURE,loop,$(test),close-loop)))
+
+run: $(RESULTS) $(FIGURES)
+	@printf '%s\n' $(sort $(FIGURES))
 
 test: $(DEVELOPMENT)
 	$(BIN)/python -m pytest -n 2
