@@ -39,6 +39,10 @@ class Column:
         return self.name if self.quantity is COUNT else f"{self.name} [{unit}]"
 
 
+Place = tuple[int, Column, tuple[float, float]]
+"""Where a wanted column stands in the file, what it is, and its factor and offset to SI."""
+
+
 @dataclass
 class Table:
     """The rows that could be read: SI columns by name, the numbers as written, the line of each row."""
@@ -109,12 +113,18 @@ def read_table(data: bytes, file: str, wanted: Sequence[Column]) -> Table:
     header = next(csv.reader([lines[start]], delimiter=delimiter))
     table = Table(file, {}, {}, {}, np.zeros(0, dtype=np.int64))
     places = _match(table, header, wanted, start + 1)
-    body = [(n + 1, line) for n, line in enumerate(lines) if n > start and _content(line)]
+    numbers = [n + 1 for n, line in enumerate(lines) if n > start and _content(line)]
+    body = [lines[number - 1] for number in numbers]
     if not body:
         table.note(f"has no rows under its header; expected {expected}")
     table.check()
-    rows = list(csv.reader([line for _, line in body], delimiter=delimiter))
-    _fill(table, rows, [number for number, _ in body], places, len(header), delimiter)
+    table.lines = np.asarray(numbers, dtype=np.int64)
+    values = _plain_numbers(body, len(header), delimiter)
+    if values is not None:
+        table.written = {name: values[:, place] for name, (place, _, _) in places.items()}
+    else:
+        _read_cells(table, body, places, len(header), delimiter)
+    _convert(table, places)
     return table
 
 
@@ -123,12 +133,10 @@ def _content(line: str) -> bool:
     return bool(line.strip(" \t;,")) and not line.lstrip().startswith("#") and not line.startswith("sep=")
 
 
-def _match(
-    table: Table, header: Sequence[str], wanted: Sequence[Column], line: int
-) -> dict[str, tuple[int, Column, tuple[float, float]]]:
+def _match(table: Table, header: Sequence[str], wanted: Sequence[Column], line: int) -> dict[str, Place]:
     """Where each wanted column stands and how it converts; what is missing, misspelt or doubled is noted."""
     by_name = {column.name: column for column in wanted}
-    places: dict[str, tuple[int, Column, tuple[float, float]]] = {}
+    places: dict[str, Place] = {}
     others: list[str] = []
     for place, cell in enumerate(header):
         match = _HEADER.match(cell)
@@ -155,38 +163,49 @@ def _match(
     return places
 
 
-def _fill(
-    table: Table,
-    rows: Sequence[Sequence[str]],
-    lines: Sequence[int],
-    places: Mapping[str, tuple[int, Column, tuple[float, float]]],
-    width: int,
-    delimiter: str,
-) -> None:
-    """Convert the cells; rows that are short, long or hold what is no number are noted and left out."""
-    table.lines = np.asarray(lines, dtype=np.int64)
+def _plain_numbers(body: Sequence[str], width: int, delimiter: str) -> Floats | None:
+    """Rows that hold nothing but finite numbers, (row, width); None where a closer look is needed."""
+    rows = body if delimiter == "," else [line.replace(",", ".") for line in body]
+    try:
+        values: Floats = np.loadtxt(rows, delimiter=delimiter, comments=None, quotechar='"', ndmin=2)
+    except ValueError:
+        return None
+    return values if values.shape == (len(body), width) and np.all(np.isfinite(values)) else None
+
+
+def _read_cells(table: Table, body: Sequence[str], places: Mapping[str, Place], width: int, delimiter: str) -> None:
+    """Read cell by cell; rows that are short, long or hold what is no number are noted and left out."""
+    rows = list(csv.reader(body, delimiter=delimiter))
     counts = np.array([len(row) if any(row[width:]) or len(row) < width else width for row in rows])
     ragged = counts != width
     comma = " (a decimal comma? put ; between the columns)" if delimiter == "," and np.all(counts > width) else ""
     table.flag(ragged, "", lambda row: f"{counts[row]} cells where the header has {width}{comma}")
     keep = ~ragged
-    padded = [row if good else [""] * width for row, good in zip(rows, keep, strict=True)]
-    raw: dict[str, Floats] = {}
     for name, (place, _, _) in places.items():
-        cells = [row[place].strip().replace(",", ".") for row in padded]
-        raw[name] = _numbers(cells)
-        bad = ~np.isfinite(raw[name])
-        table.flag(bad & ~ragged, name, lambda row, place=place: _not_a_number(padded[row][place]))  # type: ignore[misc]
+        cells = ["" if bad else row[place].strip() for row, bad in zip(rows, ragged, strict=True)]
+        values = _numbers([cell.replace(",", ".") for cell in cells])
+        bad = ~np.isfinite(values)
+        table.flag(bad & ~ragged, name, lambda row, cells=cells: _not_a_number(cells[row]))  # type: ignore[misc]
         keep &= ~bad
-    for name, (_, column, (factor, offset)) in places.items():
+        table.written[name] = values
+    _keep(table, keep)
+
+
+def _keep(table: Table, rows: Bools) -> None:
+    table.lines = table.lines[rows]
+    table.written = {name: values[rows] for name, values in table.written.items()}
+
+
+def _convert(table: Table, places: Mapping[str, Place]) -> None:
+    """The SI columns; a count must be whole."""
+    for name, (_, column, _) in places.items():
         if column.quantity is COUNT:
-            fraction = keep & (raw[name] != np.round(raw[name]))
-            table.flag(fraction, name, lambda row, name=name: f"{raw[name][row]:g} is not a whole number")  # type: ignore[misc]
-            keep = keep & ~fraction
-        table.columns[name] = raw[name] * factor + offset
-    table.lines = table.lines[keep]
-    table.columns = {name: values[keep] for name, values in table.columns.items()}
-    table.written = {name: values[keep] for name, values in raw.items()}
+            values = table.written[name]
+            broken = values != np.round(values)
+            table.flag(broken, name, lambda row, values=values: f"{values[row]:g} is not a whole number")  # type: ignore[misc]
+            _keep(table, ~broken)
+    for name, (_, _, (factor, offset)) in places.items():
+        table.columns[name] = table.written[name] * factor + offset
 
 
 def _numbers(cells: list[str]) -> Floats:
