@@ -45,8 +45,8 @@ def coefficients(a_over_b: ArrayLike, poisson: ArrayLike) -> Coefficients:
     Raises ValueError outside 0.05 <= a/b <= 20 and 0 <= nu <= 0.5.
     """
     ratio, nu = np.broadcast_arrays(np.asarray(a_over_b, dtype=float), np.asarray(poisson, dtype=float))
-    _require("a/b", ratio, RATIO_RANGE)
-    _require("Poisson's ratio", nu, POISSON_RANGE)
+    require("a/b", ratio, RATIO_RANGE)
+    require("Poisson's ratio", nu, POISSON_RANGE)
     values = np.exp(chebyshev.chebval2d(*_to_unit_square(ratio, nu), _table()))
     return Coefficients(*values)
 
@@ -57,7 +57,7 @@ def _to_unit_square(ratio: Floats, nu: Floats) -> tuple[Floats, Floats]:
     return 2.0 * (np.log(ratio) - low) / (high - low) - 1.0, 4.0 * nu - 1.0
 
 
-def _require(name: str, values: Floats, bounds: tuple[float, float]) -> None:
+def require(name: str, values: Floats, bounds: tuple[float, float]) -> None:
     """Raise ValueError unless every value lies within the bounds (a NaN does not)."""
     low, high = bounds
     if not np.all((values >= low) & (values <= high)):

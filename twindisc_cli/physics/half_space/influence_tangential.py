@@ -97,8 +97,7 @@ def _tangential(shape: tuple[int, int], aspect: float, poisson: float) -> Floats
     """Kernels xx, xy, yy at all offsets of the grid, (3, 2 ny - 1, 2 nx - 1)."""
 
     def corners(x: Floats, y: Floats) -> Floats:
-        r = np.hypot(x, y)
-        along, across = y * _log_sum(x, y, r), x * _log_sum(y, x, r)
+        r, along, across = np.hypot(x, y), y * _log_sum(x, y), x * _log_sum(y, x)
         return np.stack([along + (1.0 - poisson) * across, -poisson * r, (1.0 - poisson) * along + across])
 
     return _backward_difference(corners, shape, aspect)
@@ -110,9 +109,10 @@ def _normal_corners(x: Floats, y: Floats) -> Floats:
     return np.stack([y * log + x * np.arctan(y / x), x * log + y * np.arctan(x / y)])
 
 
-def _log_sum(x: Floats, y: Floats, r: Floats) -> Floats:
-    """ln(x + r) with r = hypot(x, y), without the cancellation where x is negative."""
-    return np.log(np.where(x < 0.0, y**2 / (r - x), x + r))
+def _log_sum(x: Floats, y: Floats) -> Floats:
+    """ln(x + R) for y other than zero, without the cancellation where x is negative."""
+    size = np.abs(y)
+    return np.asarray(np.arcsinh(x / size) + np.log(size))
 
 
 def _backward_difference(corners: Callable[[Floats, Floats], Floats], shape: tuple[int, int], aspect: float) -> Floats:
