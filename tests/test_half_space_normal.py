@@ -8,7 +8,13 @@ import pytest
 from scipy.integrate import dblquad
 from scipy.special import ellipe, ellipk
 
-from twindisc_cli.physics.half_space import CoarseGridError, DataEdgeError, NoContactError, ProfileError
+from twindisc_cli.physics.half_space import (
+    CoarseGridError,
+    DataEdgeError,
+    NoContactError,
+    NoConvergenceError,
+    ProfileError,
+)
 from twindisc_cli.physics.half_space.influence import rectangle_influence, strip_functions
 from twindisc_cli.physics.half_space.normal import combined_gap, solve_gap, solve_profile
 from twindisc_cli.physics.half_space.strips import solve_strips
@@ -63,6 +69,8 @@ def test_sphere_on_cylinder_is_hertz():
     found = (contact.half_length.max(), contact.semi_width, contact.peak_pressure, contact.approach)
     assert found == pytest.approx(HERTZ, rel=5e-3)
     assert contact.normal_load == pytest.approx(72.0, rel=1e-12)
+    lifted = solve_profile(y=Y, gap=Y**2 / 60e-3 - 3e-6, **RIG)
+    assert lifted.approach == pytest.approx(contact.approach - 3e-6, abs=1e-11)
     # The pressure is the ellipsoid everywhere.
     x, y = contact.x / HERTZ[0], contact.y[:, None] / HERTZ[1]
     ellipsoid = HERTZ[2] * np.sqrt(np.maximum(0.0, 1.0 - x**2 - y**2))
@@ -162,6 +170,8 @@ def test_errors_say_what_is_wrong():
         solve_profile(y=Y, gap=Y**2 / 60e-3, **RIG | {"normal_load": -1.0})
     with pytest.raises(CoarseGridError, match="points across the patch"):
         solve_profile(y=Y[::40], gap=Y[::40] ** 2 / 60e-3, **RIG)
+    with pytest.raises(NoConvergenceError, match="peak pressure still changes"):
+        solve_profile(y=Y, gap=np.maximum(0.0, np.abs(Y) - 0.3e-3), **RIG)
     x, y = np.linspace(-1e-3, 1e-3, 31), np.linspace(-1e-3, 1e-3, 31)
     gap = x**2 / 30e-3 + y[:, None] ** 2 / 60e-3
     with pytest.raises(CoarseGridError, match="elements across"):

@@ -131,6 +131,17 @@ def test_warm_start_changes_nothing_but_the_time():
     assert np.allclose(cold.line_load, warm.line_load, rtol=1e-5, atol=1.0)
 
 
+def test_far_patch_that_comes_into_contact_is_found_from_a_start_without_it():
+    y = np.linspace(-1.2e-3, 1.2e-3, 256)
+    one = (y - 0.7e-3) ** 2 / 20e-3
+    before = solve_strips(y=y, gap=one, **RIG)
+    gap = np.minimum(one, (y + 0.7e-3) ** 2 / 20e-3 + 0.3e-6)
+    warm = solve_strips(y=y, gap=gap, start=before, relative_accuracy=1e-7, **RIG)
+    cold = solve_strips(y=y, gap=gap, relative_accuracy=1e-7, **RIG)
+    assert warm.line_load[y < 0.0].max() > 1e4
+    assert np.allclose(warm.line_load, cold.line_load, rtol=1e-3, atol=1.0)
+
+
 def test_gap_that_grows_with_its_load_is_solved_along():
     y = np.linspace(-0.6e-3, 0.6e-3, 120)
     growth = 2e-12 * np.eye(y.size)

@@ -24,7 +24,12 @@ implicitly, with C_ij the depth that strip i loses during the step per line load
 
 Symbols: y [m] uniform, shape (strip,); g [m] gap of both profiles together, shape (..., strip); kappa [1/m] sum of the
 rolling curvatures; N [N]; E* [Pa]; delta [m] approach. Valid for a gap symmetric in x, smooth bodies of equal (or
-incompressible) material, patches longer than a few strips.
+incompressible) material, patches wider than eight strips.
+
+Accuracy against the full solution of `normal`, 256 strips over 2 mm: Hertz a, b, p0, approach within 0.2 %; flats of
+0.2 to 1.4 mm on a radius of 30 mm, peak pressure within 0.8 %, area 0.3 %, approach 0.04 %, outer edges within a third
+of a strip. A single strip is worse where a sharp shoulder lies inside the patch, for there the pressure along x is not
+a semi-ellipse, and at the outer edges: line load up to 3 % of the largest, half-length up to 5 %.
 """
 
 from __future__ import annotations
@@ -67,7 +72,7 @@ class StripContact:
     y            centres of the strips [m], shape (strip,)
     half_length  a, half the length of the patch in the rolling direction [m], shape (..., strip); 0 outside
     line_load    q, load per width [N/m], shape (..., strip); 0 outside
-    approach     of distant points of the two bodies [m], shape (...)
+    approach     of distant points of the two bodies, from where the gap is as given [m], shape (...)
     """
 
     y: Array
@@ -172,7 +177,7 @@ def solve_strips(
     """Find line load and half-length of every strip, and the approach.
 
     y                  centres of the strips [m], uniform and ascending, shape (strip,)
-    gap                undeformed distance of the profiles on x = 0 [m], any constant added, shape (..., strip)
+    gap                undeformed distance of the profiles on x = 0 [m], shape (..., strip)
     curvature_x        1/R_1 + 1/R_2 in the rolling direction [1/m], shape (...)
     normal_load        N [N], shape (...)
     effective_modulus  E* [Pa], shape (...)
@@ -421,14 +426,7 @@ def _ratio(numerator: Array, denominator: Array) -> Array:
 
 
 def _outer_edge(y: Array, load: Array) -> Array:
-    """Where the line load reaches zero beyond the last loaded strip.
-
-    The last three strips together hold the load of a triangle with the slope seen just inside them, which is steadier
-    than the last strip alone.
-    """
-    width = y[1] - y[0]
+    """Where the line from the last two loaded strips reaches zero, at most one strip beyond the last."""
     last = load.shape[-1] - 1 - np.argmax(load[..., ::-1] > 0.0, axis=-1)
-    q = [np.take_along_axis(load, np.maximum(last - k, 0)[..., None], -1)[..., 0] for k in range(4)]
-    slope = np.maximum(0.5 * (q[3] - q[1]), 0.1 * q[0])
-    length = np.sqrt(2.0 * (q[0] + q[1] + q[2]) / slope)
-    return np.asarray(y[last] + width * np.clip(length - 2.5, 0.0, 1.0))
+    outer, inner = (np.take_along_axis(load, (last - k)[..., None], -1)[..., 0] for k in (0, 1))
+    return np.asarray(y[last] + (y[1] - y[0]) * outer / np.maximum(inner - outer, outer))
