@@ -17,7 +17,7 @@ from twindisc_cli.definition.lines import locate
 from twindisc_cli.definition.parse import parse
 from twindisc_cli.definition.schema import json_schema
 from twindisc_cli.effects import catalogue
-from twindisc_cli.errors import DefinitionError, Problem
+from twindisc_cli.errors import DefinitionError, Problem, nearest
 
 ROOT = Path(__file__).parents[1]
 CONFIGS = sorted((ROOT / "configs").glob("*.toml"))
@@ -288,6 +288,14 @@ def test_unknown_effects_and_parameters_get_the_nearest_name() -> None:
     assert "did you mean falling_friction?" in only_problem(VALID + "[effects.faling_friction]\n", "[effects.")
     text = VALID + "[effects.falling_friction]\nratoi = 0.4\n"
     assert "effects.falling_friction.ratoi: unknown key, did you mean ratio?" in only_problem(text, "ratoi")
+
+
+@pytest.mark.parametrize(
+    ("name", "choice"),
+    [("herz", "hertz"), ("FALLING_friction", "falling_friction"), ("faling", "falling_friction"), ("xyz", None)],
+)
+def test_the_nearest_name(name: str, choice: str | None) -> None:
+    assert nearest(name, ["hertz", "half_space", "falling_friction"]) == choice
 
 
 # Lines

@@ -66,8 +66,12 @@ NEGATIVE_FINDING = 5
 def nearest(name: str, choices: Iterable[str]) -> str | None:
     """The choice that a mistyped name most probably meant, or None where nothing is near."""
     by_folded = {choice.casefold(): choice for choice in choices}
-    close = get_close_matches(name.casefold(), by_folded, n=1, cutoff=0.6)
-    return by_folded[close[0]] if close else None
+    folded = name.casefold()
+    if close := get_close_matches(folded, by_folded, n=1, cutoff=0.6):
+        return by_folded[close[0]]
+    begun = {choice[: len(folded) + 1]: choice for choice in by_folded}
+    cut_short = get_close_matches(folded, begun, n=1, cutoff=0.8) if len(folded) > 3 else []
+    return by_folded[begun[cut_short[0]]] if cut_short else None
 
 
 def did_you_mean(name: str, choices: Iterable[str]) -> str:
