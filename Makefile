@@ -1,6 +1,7 @@
 # make run     every command on every test definition, and the figures of the paper under results/figures
 # make test    the tests         make lint    style, types, layers
 # make bench   measured numbers beside their targets         make score   the closed loop on synthetic tests
+# make schema  the JSON schema of the definitions, after an effect was added or changed
 # make clean   removes results and caches, keeps .venv
 
 PYTHON ?= python3
@@ -15,7 +16,7 @@ SOURCES := $(shell find twindisc_cli -name '*.py' -o -name '*.npz' -o -name '*.h
 MAKEFLAGS += --jobs=2
 export OMP_NUM_THREADS = 1
 
-.PHONY: run test lint bench score clean
+.PHONY: run test lint bench score schema clean
 .DELETE_ON_ERROR:
 
 $(RUNTIME): pyproject.toml constraints.txt
@@ -88,6 +89,9 @@ bench: $(DEVELOPMENT)
 
 score: $(DEVELOPMENT)
 	$(BIN)/python -m tests.score
+
+schema: $(RUNTIME)
+	$(TWINDISC) schema > schema.tmp && mv schema.tmp twindisc_cli/definition/test.schema.json
 
 clean:
 	rm -rf results .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache

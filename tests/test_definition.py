@@ -388,7 +388,7 @@ def test_a_definition_moved_elsewhere_finds_its_data(tmp_path: Path) -> None:
 
 def test_the_shipped_schema_is_the_models() -> None:
     shipped = (files("twindisc_cli.definition") / "test.schema.json").read_text(encoding="utf-8")
-    assert json.loads(shipped) == json_schema(), "run: twindisc schema > twindisc_cli/definition/test.schema.json"
+    assert json.loads(shipped) == json_schema(), "run `make schema`"
 
 
 @pytest.mark.parametrize("path", CONFIGS, ids=lambda p: p.stem)
