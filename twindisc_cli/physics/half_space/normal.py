@@ -33,7 +33,7 @@ from twindisc_cli.physics.half_space.strips import foundation_load
 Array = NDArray[np.float64]
 
 FEWEST_ELEMENTS = 8
-_COARSE, _FINEST = 40, 320
+_COARSE, _FINEST = 40, 640
 _MOST_ITERATIONS = 600
 _TOLERANCE = 1e-6
 # Share of the patch that may enter in a step without the conjugate directions being given up.
@@ -253,8 +253,8 @@ def _refine(solved: _Solver, box: _Box, contact: NormalContact, accuracy: float)
             return replace(contact, relative_change=max(change.values()))
     worst = max(change, key=lambda name: change[name])
     raise NoConvergenceError(
-        f"the {worst} still changes by {change[worst]:.1e} on the finest grid, {accuracy:.1e} was asked for: the profile "
-        "has a sharp edge or roughness inside the patch; smooth it or ask for less"
+        f"the {worst} still changes by {change[worst]:.1e} on the finest grid, {accuracy:.1e} was asked for: smooth what "
+        "is sharp or rough in the profile, or ask for less"
     )
 
 
