@@ -11,11 +11,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twindisc_cli.identify.friction import LIGHT_LINE
+from twindisc_cli.identify.law import NEARLY_FULL, unworn_law
 from twindisc_cli.identify.roots import bracketed_root
-from twindisc_cli.model.experiment import Experiment, Floats, History, Measured
+from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, Measured
 from twindisc_cli.model.forward import ForwardModel, Prediction
 
-FULL = 1.0 - 1e-13
+_FULL = 1.0 - 1e-13
 _MOMENT = 1e-9  # s; long enough for a traction, too short to wear or to warm
 _SMALLEST, _LARGEST = 1e-9, 1.0
 
@@ -36,6 +37,20 @@ class Chart:
 
 def friction_chart(test: Experiment, *, mu: Floats, creepage: Floats) -> Chart:
     """The chart of a test's unworn discs for mu (mu,) at creepages (creepage,) [1]."""
+    if test.effects:
+        return _with_effects(test, mu, creepage)
+    law = unworn_law(test)
+    return Chart(
+        mu=mu,
+        creepage=creepage,
+        apparent=law.apparent(mu[:, None], creepage),
+        light_line=mu / law.slope * law.unsaturation(np.asarray(LIGHT_LINE)),
+        full_slip=mu / law.slope * law.full_slip,
+    )
+
+
+def _with_effects(test: Experiment, mu: Floats, creepage: Floats) -> Chart:
+    """The chart through the forward model."""
     prediction, last = _at(test, mu=mu, creepage=creepage)
     ratio = np.broadcast_to(prediction.state.traction_ratio, prediction.section.shape)
     return Chart(
@@ -43,13 +58,11 @@ def friction_chart(test: Experiment, *, mu: Floats, creepage: Floats) -> Chart:
         creepage=creepage,
         apparent=np.asarray(ratio[:, last]),
         light_line=_reached(test, mu, LIGHT_LINE),
-        full_slip=_reached(test, mu, FULL),
+        full_slip=_reached(test, mu, NEARLY_FULL if test.options.traction == "exact" else _FULL),
     )
 
 
-def _at(
-    test: Experiment, *, mu: Floats, creepage: Floats
-) -> tuple[Prediction, np.ndarray[tuple[int], np.dtype[np.int64]]]:
+def _at(test: Experiment, *, mu: Floats, creepage: Floats) -> tuple[Prediction, Ints]:
     """The contact for each mu at each creepage, and the operating points that hold the creepages."""
     moments = np.full(len(creepage), _MOMENT)
     history = History(

@@ -1,17 +1,21 @@
-"""The coefficient of friction of each step of a test, through the forward model, with all declared effects acting.
+"""The coefficient of friction of each step of a test, with all declared effects acting.
 
 What is found is the base coefficient: where no friction effect is declared, it is the friction in the contact itself.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from twindisc_cli.identify.friction import mean_and_interval, mu_from_traction, states
-from twindisc_cli.model.experiment import Experiment, Floats
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.identify.law import unworn_law
+from twindisc_cli.model.experiment import Experiment, Floats, TractionSamples
+from twindisc_cli.model.forward import ForwardModel
+
+Explanation = tuple[Callable[[Floats], Floats], Callable[[Floats], Floats]]
 
 ISOTHERMAL = 1e6
 """Convection [W/K] where none is known: the disc stays at its environment's temperature."""
@@ -53,16 +57,13 @@ def identify_friction(model: ForwardModel) -> StepFriction:
         raise ValueError("no traction was measured")
     steps = len(model.experiment.history.step_creepage)
     ratio, half = mean_and_interval(samples.ratio, samples.uncertainty, samples.step, steps)
-    creepage = np.bincount(samples.step, samples.creepage, steps) / np.bincount(samples.step, minlength=steps)
+    creepage, _ = mean_and_interval(samples.creepage, samples.uncertainty, samples.step, steps)
     sense = np.where(creepage < 0.0, -1.0, 1.0)
-
-    def traction(mu: Floats) -> Floats:
-        return sense * _per_step(model, _predicted(model, mu).traction)
-
-    targets = sense * ratio + np.outer([0.0, -1.0, 1.0], half)
-    mu, low, high = mu_from_traction(targets, traction=traction)
-    finite = np.where(np.isfinite(mu) & (mu > 0.0), mu, 1.0)[None]
-    share = _share(model, _predicted(model, finite))
+    explain = _through_model if model.experiment.effects or _wears(model.experiment) else _in_closed_form
+    traction, share_at = explain(model, samples)
+    targets = np.stack([sense * ratio, sense * ratio - half, sense * ratio + half])
+    mu, low, high = mu_from_traction(targets, traction=lambda mu: sense * traction(mu))
+    share = share_at(np.where(np.isfinite(mu) & (mu > 0.0), mu, 1.0))
     return StepFriction(
         creepage=creepage, ratio=ratio, half=half, mu=mu, low=low, high=high, share=share, state=states(mu, share)
     )
@@ -82,23 +83,42 @@ def friction_in_use(model: ForwardModel) -> tuple[Floats, list[str]]:
     return mu, [str(name) for name in source]
 
 
-def _predicted(model: ForwardModel, mu: Floats) -> Prediction:
-    return model.predict(base_parameters(model.experiment, mu))
+def _wears(test: Experiment) -> bool:
+    """Whether a wear coefficient is declared, so that the worn patch is known at each step."""
+    return bool(test.options.wear_coefficient > 0.0)
 
 
-def _per_step(model: ForwardModel, values: Floats) -> Floats:
-    """Mean over the samples of each step: (set, sample) to (set, step); NaN where a step has none."""
-    samples = model.experiment.measured.traction
-    steps = len(model.experiment.history.step_creepage)
-    belongs = np.asarray(samples.step[:, None] == np.arange(steps), dtype=float) if samples else np.empty((0, steps))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray(values @ belongs / belongs.sum(axis=0))
+def _in_closed_form(model: ForwardModel, samples: TractionSamples) -> Explanation:
+    """T/N (..., step) over mu (..., step), and T/(mu N) (step,), by the declared law on the unworn patch."""
+    law, mean = unworn_law(model.experiment), _mean_of_steps(model.experiment, samples)
+
+    def traction(mu: Floats) -> Floats:
+        return np.asarray(law.apparent(mu[..., samples.step], samples.creepage) @ mean)
+
+    def share(mu: Floats) -> Floats:
+        return np.asarray(law.saturation(law.slope * np.abs(samples.creepage) / mu[samples.step]) @ mean)
+
+    return traction, share
 
 
-def _share(model: ForwardModel, prediction: Prediction) -> Floats:
-    """T/(mu N) of each step (step,) in the contact, from the power; NaN without creepage."""
-    state = prediction.state
-    with np.errstate(invalid="ignore", divide="ignore"):
-        share = state.power / (state.sliding_speed * state.mu * state.normal_load)
-    at_samples = np.broadcast_to(share, prediction.section.shape)[:, model.points.of_traction]
-    return np.asarray(_per_step(model, at_samples)[0])
+def _through_model(model: ForwardModel, samples: TractionSamples) -> Explanation:
+    """T/N (set, step) over mu (set, step), and T/(mu N) (step,), with the declared effects and wear acting."""
+    mean = _mean_of_steps(model.experiment, samples)
+
+    def traction(mu: Floats) -> Floats:
+        return np.asarray(model.predict(base_parameters(model.experiment, mu)).traction @ mean)
+
+    def share(mu: Floats) -> Floats:
+        state = model.predict(base_parameters(model.experiment, mu[None])).state
+        with np.errstate(invalid="ignore", divide="ignore"):
+            found = state.power / (state.sliding_speed * state.mu * state.normal_load)
+        return np.asarray(found[0, model.points.of_traction] @ mean)
+
+    return traction, share
+
+
+def _mean_of_steps(test: Experiment, samples: TractionSamples) -> Floats:
+    """Matrix (sample, step) that takes the mean over the samples of each step; NaN where a step has none."""
+    belongs = np.asarray(samples.step[:, None] == np.arange(len(test.history.step_creepage)), dtype=float)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(belongs / belongs.sum(axis=0))

@@ -1,0 +1,203 @@
+"""Inversions: friction from traction, K from a depth and from a profile, and the interval of a mean."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from twindisc_cli.definition import load
+from twindisc_cli.identify.friction import mean_and_interval, mu_from_traction, states
+from twindisc_cli.identify.law import unworn_law
+from twindisc_cli.identify.least_squares import fit_positive
+from twindisc_cli.identify.roots import bracketed_root
+from twindisc_cli.identify.steps import friction_in_use, identify_friction
+from twindisc_cli.identify.track import worn_track
+from twindisc_cli.identify.wear_coefficient import bisect_depth
+from twindisc_cli.model.experiment import Experiment, TractionSamples
+from twindisc_cli.model.forward import ForwardModel
+
+CONFIGS = Path(__file__).parent.parent / "configs"
+
+
+@pytest.fixture(scope="module")
+def ambient() -> Experiment:
+    return load(CONFIGS / "ambient.toml").experiment
+
+
+def with_traction(
+    test: Experiment, mu: np.ndarray, *, samples: int = 1, noise: float = 0.0, seed: int = 0
+) -> Experiment:
+    """The test with the T/N that its own law makes of mu (step,), some samples a step, and white noise."""
+    step = np.repeat(np.arange(len(mu)), samples)
+    creepage = test.history.step_creepage[step]
+    ratio = unworn_law(test).apparent(mu[step], creepage)
+    ratio = ratio + noise * np.random.default_rng(seed).standard_normal(len(step))
+    unknown = np.full(len(step), np.nan)
+    traction = TractionSamples(time=unknown, step=step, creepage=creepage, ratio=ratio, uncertainty=unknown)
+    return replace(test, measured=replace(test.measured, traction=traction))
+
+
+def test_roots_are_found_to_rounding_and_ends_where_there_is_none():
+    low, high = np.zeros(4), np.array([2.0, 3.0, 1.0, 50.0])
+    root = bracketed_root(lambda x: x**3 - np.array([2.0, 5.0, 8.0, 1e-9]), low, high)
+    assert root[[0, 1, 3]] == pytest.approx(np.cbrt([2.0, 5.0, 1e-9]), rel=1e-14)
+    assert root[2] == 1.0
+
+
+@pytest.mark.parametrize("law", ["fastsim", "fastrip", "exact"])
+def test_identification_undoes_the_traction_law(ambient, law):
+    test = replace(ambient, options=replace(ambient.options, traction=law))
+    for scale in (0.2, 1.0, 3.0):
+        mu = scale * np.linspace(0.7, 0.05, 12)
+        found = identify_friction(ForwardModel(with_traction(test, mu)))
+        assert found.mu == pytest.approx(mu, rel=1e-9)
+    assert {"partial_slip", "saturated"} == set(found.state)
+
+
+def test_identification_undoes_it_with_effects_and_wear_acting(ambient):
+    effects = {"third_body_layer": {"slope_ratio": 0.6}, "torque_offset": {"offset": 0.02}}
+    test = replace(ambient, effects=effects, options=replace(ambient.options, wear_coefficient=6e-5))
+    mu = np.linspace(0.3, 0.6, 12)
+    model = ForwardModel(with_traction(test, mu))
+    base = {"mu": mu[test.history.step][None], "K": np.array([6e-5]), "convection_W_K": np.array([3.5])}
+    samples = model.experiment.measured.traction
+    made = replace(samples, ratio=model.predict(base).traction[0])
+    again = replace(model.experiment, measured=replace(test.measured, traction=made))
+    assert identify_friction(ForwardModel(again)).mu == pytest.approx(mu, rel=1e-6)
+
+
+def test_more_traction_than_linear_theory_allows_has_no_mu(ambient):
+    test = with_traction(ambient, np.full(12, 0.5))
+    samples = test.measured.traction
+    limit = unworn_law(ambient).slope * samples.creepage[0]
+    ratio = samples.ratio.copy()
+    ratio[0] = 1.001 * limit
+    found = identify_friction(
+        ForwardModel(replace(test, measured=replace(test.measured, traction=replace(samples, ratio=ratio))))
+    )
+    assert found.state[0] == "above_elastic_limit"
+    assert np.isinf(found.mu[0])
+    ratio[0] = 0.999 * limit
+    found = identify_friction(
+        ForwardModel(replace(test, measured=replace(test.measured, traction=replace(samples, ratio=ratio))))
+    )
+    assert found.state[0] == "partial_slip"
+    assert found.mu[0] > 10.0
+
+
+def test_the_saturated_state_begins_at_98_percent():
+    assert states(np.array([0.5, 0.5, np.inf, np.nan]), np.array([0.979, 0.981, 1.0, 1.0])) == [
+        "partial_slip",
+        "saturated",
+        "above_elastic_limit",
+        None,
+    ]
+
+
+def test_interval_of_a_mean_is_students():
+    # t for 95 % and 4 degrees of freedom: 2.776
+    values = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 7.0, 9.0])
+    group = np.array([0, 0, 0, 0, 0, 1, 3])
+    mean, half = mean_and_interval(values, np.array([np.nan] * 5 + [0.5, np.nan]), group, 4)
+    assert mean[[0, 1, 3]] == pytest.approx([3.0, 7.0, 9.0])
+    assert np.isnan(mean[2])
+    assert half[0] == pytest.approx(2.776445 * np.sqrt(2.5 / 5), rel=1e-6)
+    assert half[1] == pytest.approx(1.96 * 0.5, rel=1e-4)
+    assert np.isnan(half[3])
+
+
+def test_intervals_of_mu_cover_the_truth(ambient):
+    mu = np.linspace(0.3, 0.7, 12)
+    inside = []
+    for seed in range(200):
+        found = identify_friction(ForwardModel(with_traction(ambient, mu, samples=6, noise=0.01, seed=seed)))
+        inside.append((found.low <= mu) & (mu <= found.high))
+    assert 0.93 < np.mean(inside) < 0.97
+
+
+def test_interval_is_open_above_where_the_elastic_limit_is_near():
+    ratio = np.array([0.39, 0.45])
+    found = mu_from_traction(ratio, traction=lambda mu: np.minimum(mu, 0.4 * mu / (mu + 0.1)))
+    assert np.isfinite(found[0])
+    assert np.isinf(found[1])
+
+
+def test_a_given_mu_goes_before_an_identified_and_that_before_the_constant(ambient):
+    test = with_traction(ambient, np.full(12, 0.5))
+    given = np.where(test.history.step == 3, 0.33, np.nan)
+    samples = test.measured.traction
+    some = samples.step != 7
+    fewer = TractionSamples(
+        **{key: getattr(samples, key)[some] for key in ("time", "step", "creepage", "ratio", "uncertainty")}
+    )
+    test = replace(
+        test,
+        history=replace(test.history, given_mu=given),
+        options=replace(test.options, friction_coefficient=0.61),
+        measured=replace(test.measured, traction=fewer),
+    )
+    mu, source = friction_in_use(ForwardModel(test))
+    assert mu[[2, 3, 7]] == pytest.approx([0.5, 0.33, 0.61])
+    assert [source[i] for i in (2, 3, 7)] == ["identified", "given", "constant"]
+
+
+def test_bisection_follows_the_papers_rule():
+    found = bisect_depth(lambda k: 1e-4 * k**0.7, measured_depth=1e-4 * 6e-5**0.7, start=3e-6)
+    assert found.converged
+    assert abs(found.trail[-1][1]) < 1.0 <= min(abs(error) for _, error in found.trail[:-1])
+    assert found.bracket[0] < 6e-5 < found.bracket[1]
+    for (k, error), (following, _) in zip(found.trail[:-1], found.trail[1:], strict=True):
+        assert (following > k) == (error > 0.0)
+    low, high = found.bracket
+    assert found.trail[0][0] == pytest.approx(0.5 * (low + high))
+
+
+def test_bisection_says_where_no_k_reaches_the_depth():
+    assert not bisect_depth(lambda _: 1e-6, measured_depth=2e-6, start=1e-4).converged
+
+
+def test_least_squares_of_a_line_is_the_closed_form():
+    rng = np.random.default_rng(3)
+    x = np.linspace(0.5, 2.0, 400)
+    noise = 0.05 * rng.standard_normal(400)
+    found = fit_positive(lambda p: p[:, None] * x, measured=7.0 * x + noise, weights=np.ones(400), start=1.0)
+    best = float((x * (7.0 * x + noise)).sum() / (x**2).sum())
+    assert found.value == pytest.approx(best, rel=1e-9)
+    assert found.std == pytest.approx(0.05 / np.sqrt((x**2).sum()), rel=0.25)
+    assert found.rms == pytest.approx(0.05, rel=0.1)
+
+
+def test_samples_of_no_weight_do_not_count():
+    x = np.linspace(0.5, 2.0, 40)
+    spoiled = np.where(x > 1.5, 100.0, 3.0 * x)
+    found = fit_positive(lambda p: p[:, None] * x, measured=spoiled, weights=(x <= 1.5).astype(float), start=50.0)
+    assert found.value == pytest.approx(3.0, rel=1e-9)
+
+
+def test_standard_error_covers_with_correlated_noise():
+    # AR(1) of 0.8: an error that took the samples as independent would be three times too small
+    x, inside = np.linspace(0.5, 2.0, 400), []
+    for seed in range(150):
+        rng = np.random.default_rng(seed)
+        noise = np.zeros(400)
+        for i in range(1, 400):
+            noise[i] = 0.8 * noise[i - 1] + 0.05 * rng.standard_normal()
+        found = fit_positive(lambda p: p[:, None] * x, measured=7.0 * x + noise, weights=np.ones(400), start=5.0)
+        inside.append(abs(found.value - 7.0) < 2.0 * found.std)
+    assert 0.85 < np.mean(inside) <= 1.0
+
+
+def test_depth_and_width_of_a_facet():
+    y = np.linspace(-2e-3, 2e-3, 801)
+    height = -np.maximum(6e-6 - y**2 / 0.06, 0.0)
+    track = worn_track(y, height, smooth=False)
+    assert track.depth == pytest.approx(6e-6, rel=1e-4)
+    assert track.width == pytest.approx(2 * np.sqrt(0.95 * 6e-6 * 0.06), rel=1e-3)
+    rough = height + 0.2e-6 * np.random.default_rng(1).standard_normal(len(y))
+    smoothed = worn_track(y, rough, smooth=True)
+    assert smoothed.depth == pytest.approx(6e-6, rel=0.03)
+    assert smoothed.width == pytest.approx(track.width, rel=0.03)
+    assert worn_track(y, np.zeros_like(y), smooth=False).depth == 0.0
