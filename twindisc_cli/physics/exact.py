@@ -1,0 +1,134 @@
+"""The exact theory of rolling without lateral creepage and spin, as one curve: T/(mu N) = f(xi; a/b, nu).
+
+    xi = |linear force| / (mu N) = G a b C11 |vx| / (mu N)
+
+    a, b   semi-axes of the Hertzian patch along rolling and across [m];    C11  Kalker's coefficient [1]
+    f      rises as xi at first, and comes near 1 where all of the patch slides (xi about 2.4); there a little of the
+           traction still points across, so that 1 - f falls off as 1/xi^2
+
+The friction coefficient and the load enter only through xi, so that a curve made once serves every case.
+Source: a table made with half_space.rolling (make_tables.py). Error of f below 3e-4 for 0.05 <= a/b <= 20.
+"""
+
+from __future__ import annotations
+
+from functools import cache, lru_cache
+from importlib.resources import files
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import ArrayLike, NDArray
+
+from twindisc_cli.physics._arrays import arrays
+from twindisc_cli.physics.kalker import POISSON_RANGE, RATIO_RANGE, require
+
+Floats = NDArray[np.float64]
+
+_STEP = 0.1
+KNOTS = _STEP * np.arange(36)  # normalised creepages of the table
+_INTERVALS = KNOTS.size - 1
+_NEWTON_STEPS = 8  # inside one interval of the table, from its middle
+_FINE = 385  # ratios a/b at which the curves of one nu are laid out, linear in log(a/b) between them
+
+
+def saturation(xi: ArrayLike, a_over_b: ArrayLike, poisson: float) -> Floats:
+    """T/(mu N) [1] at the normalised creepage xi >= 0 and the ratio of semi-axes a/b [1], which broadcast.
+
+    Raises ValueError outside 0.05 <= a/b <= 20 and 0 <= nu <= 0.5.
+    """
+    curves = _curves(poisson)
+    row, share = _row(a_over_b)
+    creepage = np.broadcast_to(xi, np.broadcast_shapes(np.shape(xi), row.shape))
+    place = np.minimum(creepage, KNOTS[-1]) / _STEP
+    interval = np.minimum(place.astype(np.intp), _INTERVALS - 1)
+    powers = place - interval
+    if row.size == 1:
+        cubic = ((1.0 - share) * curves[row] + share * curves[row + 1]).reshape(_INTERVALS, 4)[interval]
+        value = _cubic(cubic, powers)
+    else:
+        below = _cubic(curves[row, interval], powers)
+        value = below + share * (_cubic(curves[row + 1, interval], powers) - below)
+    return _with_tail(value, creepage)
+
+
+def unsaturation(fraction: ArrayLike, a_over_b: ArrayLike, poisson: float) -> Floats:
+    """The normalised creepage xi at which T/(mu N) is `fraction`, 0 ... 1: the inverse of `saturation`; inf at 1."""
+    row, share = _row(a_over_b)
+    row, share, target = np.broadcast_arrays(row, share, np.asarray(fraction, dtype=float))
+    curves = _curves(poisson)
+    cubics = curves[row] + share[..., None, None] * (curves[row + 1] - curves[row])
+    interval = np.maximum((cubics[..., 0] <= target[..., None]).sum(axis=-1) - 1, 0)
+    cubic = np.take_along_axis(cubics, interval[..., None, None], axis=-2)[..., 0, :]
+    t = np.full(target.shape, 0.5)
+    for _ in range(_NEWTON_STEPS):
+        slope = cubic[..., 1] + t * (2.0 * cubic[..., 2] + 3.0 * t * cubic[..., 3])
+        t = np.clip(t - (_cubic(cubic, t) - target) / np.where(slope > 0.0, slope, np.inf), 0.0, 1.0)
+    rest = 1.0 - cubics[..., -1, :].sum(axis=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        beyond = KNOTS[-1] * np.sqrt(np.maximum(rest, 0.0) / (1.0 - target))
+    found: Floats = np.where(1.0 - target < rest, beyond, _STEP * (interval + t))
+    return np.where(target >= 1.0, np.inf, found)
+
+
+def _with_tail(value: Floats, creepage: Floats) -> Floats:
+    """1 - f falls off as the square of the creepage beyond the last knot."""
+    beyond = np.maximum(creepage / KNOTS[-1], 1.0)
+    found: Floats = 1.0 - (1.0 - value) / beyond**2
+    return found
+
+
+def _cubic(coefficients: Floats, t: Floats) -> Floats:
+    """The cubic of coefficients (..., 4) at t (...)."""
+    c0, c1, c2, c3 = (coefficients[..., k] for k in range(4))
+    value: Floats = c0 + t * (c1 + t * (c2 + t * c3))
+    return value
+
+
+def _row(a_over_b: ArrayLike) -> tuple[NDArray[np.intp], Floats]:
+    """Row of the curves below log(a/b), and the share of the row above."""
+    (ratio,) = arrays(a_over_b)
+    require("a/b", ratio, RATIO_RANGE)
+    low, high = np.log(RATIO_RANGE)
+    place = (np.log(ratio) - low) * ((_FINE - 1) / (high - low))
+    row = np.clip(place.astype(np.intp), 0, _FINE - 2)
+    return row, place - row
+
+
+@lru_cache(maxsize=8)
+def _curves(poisson: float) -> Floats:
+    """Cubics of f over each interval of creepage at the fine ratios a/b, (ratio, interval, 4)."""
+    require("Poisson's ratio", np.asarray(poisson), POISSON_RANGE)
+    along = chebyshev.chebval(4.0 * poisson - 1.0, np.moveaxis(_table(), 1, 0))
+    values = chebyshev.chebval(np.linspace(-1.0, 1.0, _FINE), along).T
+    values = np.concatenate([np.zeros((_FINE, 1)), values], axis=1)
+    return _monotone_cubics(np.maximum.accumulate(np.minimum(values, 1.0), axis=1))
+
+
+def _monotone_cubics(values: Floats) -> Floats:
+    """Cubic spline through values at the knots (row, knot) that starts with slope 1, limited so that it never falls.
+
+    Source: J. M. Hyman, Accurate monotonicity preserving cubic interpolation, SIAM J. Sci. Stat. Comput. 4 (1983) 645.
+    """
+    count = values.shape[1]
+    matrix = 4.0 * np.eye(count) + np.eye(count, k=1) + np.eye(count, k=-1)
+    matrix[0, :2] = 1.0, 0.0
+    matrix[-1, -2:] = 0.0, 1.0
+    right = np.empty_like(values)
+    right[:, 0] = _STEP
+    right[:, 1:-1] = 3.0 * (values[:, 2:] - values[:, :-2])
+    right[:, -1] = 2.0 * (1.0 - values[:, -1]) * _STEP / KNOTS[-1]
+    slope = np.linalg.solve(matrix, right.T).T
+    rise = np.diff(values, axis=1)
+    slope[:, :-1] = np.minimum(slope[:, :-1], 3.0 * rise)
+    slope[:, 1:] = np.minimum(slope[:, 1:], 3.0 * rise)
+    slope = np.maximum(slope, 0.0)
+    first, last = slope[:, :-1], slope[:, 1:]
+    return np.stack([values[:, :-1], first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise], axis=-1)
+
+
+@cache
+def _table() -> Floats:
+    """Chebyshev coefficients of f over log(a/b) and nu at the knots but the first, (a/b, nu, knot)."""
+    with (files("twindisc_cli.physics") / "exact.npz").open("rb") as stream, np.load(stream) as data:
+        table: Floats = data["chebyshev"]
+    return table
