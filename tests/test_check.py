@@ -114,6 +114,11 @@ def test_a_negative_traction_and_a_soft_disc(tmp_path: Path) -> None:
     assert outcome["Hertz's peak pressure"].value == pytest.approx(744.9, rel=2e-3)
 
 
+def test_a_patch_beyond_the_theory_is_told(tmp_path: Path) -> None:
+    text = changed(disc2="disc2 = { rolling_radius_mm = 30.0, transverse_radius_mm = 1e5 }")
+    assert not found(tmp_path, text)["the axis ratio a/b"].ok
+
+
 def test_a_consistent_test_passes(tmp_path: Path) -> None:
     result = run(load(write(tmp_path, traction=TRACTION, profile=facet(6.0, 1.2), temperature=temperatures(5.0))))
     assert result.exit_code == 0

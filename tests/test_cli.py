@@ -16,6 +16,7 @@ from twindisc_cli.cli import app, main
 from twindisc_cli.commands import _runner
 from twindisc_cli.definition import dump, load
 from twindisc_cli.errors import ValidityError
+from twindisc_cli.physics.half_space import DataEdgeError, NoConvergenceError
 from twindisc_cli.results import Array, Axis, Dataset, Result
 
 COMMANDS = {"friction-chart", "identify-mu", "simulate-wear", "fit-k", "thermal", "contact", "close-loop"}
@@ -190,11 +191,14 @@ def test_a_wrong_definition_leaves_with_2_and_wrong_data_with_3(
     assert not (folder / "results").exists()
 
 
-def test_no_convergence_leaves_with_4(folder: Path, stub: Stub, capsys: pytest.CaptureFixture[str]) -> None:
-    stub.error = ValidityError("the bracket holds no root")
+@pytest.mark.parametrize("kind", [ValidityError, NoConvergenceError, DataEdgeError])
+def test_no_convergence_leaves_with_4(
+    folder: Path, stub: Stub, capsys: pytest.CaptureFixture[str], kind: type[Exception]
+) -> None:
+    stub.error = kind("the bracket holds no root")
     write(folder)
     assert exit_code("thermal", "small.toml") == 4
-    assert capsys.readouterr().err == "the bracket holds no root\n"
+    assert capsys.readouterr().err.endswith("the bracket holds no root\n")
 
 
 def test_a_bug_leaves_with_1_in_one_line(

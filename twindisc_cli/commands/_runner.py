@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from twindisc_cli.definition import Test, dump, load, relocate
-from twindisc_cli.errors import DefinitionError, MeasurementError, Problem
+from twindisc_cli.errors import DefinitionError, MeasurementError, Problem, ValidityError
+from twindisc_cli.physics.half_space import ContactError
 from twindisc_cli.results import Result
 from twindisc_cli.results.store import Origin, plain, up_to_date, write
 
@@ -119,7 +120,10 @@ def _deliver(
     if stored:
         _tell(stored.summary, stored.json, stored.files, folder, output, "up to date")
         return stored.exit_code
-    result = compute()
+    try:
+        result = compute()
+    except ContactError as error:
+        raise ValidityError(Problem(str(error), str(tests[0].path))) from error
     extra = {name: _content(name, text, tests[0], folder) for name, text in result.extra_files.items()}
     files = write(folder, result, origin, extra)
     _tell(result.summary, result.json, files, folder, output, "written")

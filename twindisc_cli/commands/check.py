@@ -321,10 +321,12 @@ def pressure(facts: Facts) -> Iterator[Finding]:
 
 
 def small_patch(facts: Facts) -> Iterator[Finding]:
-    """Hertz's theory takes a patch that is small against the radii."""
+    """Hertz's theory takes a patch that is small against the radii, Kalker's one that is not too slender."""
     rig, patch = facts.test.rig, facts.patch
     largest = max(float(patch.a) * rig.curvature_x, float(patch.b) * rig.curvature_y)
-    yield Finding("pressure", "the patch over its radius", largest, 0.0, 0.3, "1", "a half-space")
+    yield Finding("theory", "the patch over its radius", largest, 0.0, 0.3, "1", "a half-space")
+    low, high = kalker.RATIO_RANGE
+    yield Finding("theory", "the axis ratio a/b", float(patch.a / patch.b), low, high, "1", "Kalker's coefficients")
 
 
 RULES: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
