@@ -46,8 +46,9 @@ def identified(steps: StepFriction, measured: Measured, *, name: str) -> Figure:
     _traction(left, steps, measured)
     known, beyond = np.isfinite(steps.mu), np.isinf(steps.mu)
     order = np.arange(1, len(steps.mu) + 1)
-    ends = np.array([steps.mu - steps.low, np.where(np.isfinite(steps.high), steps.high, steps.mu) - steps.mu])
-    right.errorbar(order[known], steps.mu[known], yerr=np.nan_to_num(ends[:, known]), ecolor=BLUE, elinewidth=0.8,
+    mu, low, high = steps.mu[known], steps.low[known], steps.high[known]
+    ends = np.nan_to_num(np.array([mu - low, np.where(np.isfinite(high), high, mu) - mu]))
+    right.errorbar(order[known], mu, yerr=ends, ecolor=BLUE, elinewidth=0.8,
                    linestyle="none", marker="s", markersize=4.0, color=BLUE, label="identified $\\mu$")  # fmt: skip
     right.plot(
         order, steps.ratio, linestyle="none", marker="_", markersize=9.0, color=BLACK, label="$T/N$ taken as $\\mu$"

@@ -1,0 +1,109 @@
+"""friction-chart and identify-mu on the shipped tests, and on bad input."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from definitions import write
+
+from twindisc_cli.commands import friction_chart, identify_mu
+from twindisc_cli.definition import Test, load
+from twindisc_cli.errors import MeasurementError
+from twindisc_cli.identify.chart import friction_chart as chart
+from twindisc_cli.physics import fastsim
+
+CONFIGS = Path(__file__).parent.parent / "configs"
+NAMES = ("ambient", "cryogenic", "eurosprinter", "mtm_running_in")
+
+
+def shipped(name: str) -> Test:
+    return load(CONFIGS / f"{name}.toml")
+
+
+@pytest.fixture(scope="module")
+def ambient() -> Test:
+    return shipped("ambient")
+
+
+def test_chart_of_the_rig(ambient):
+    found = friction_chart.run(ambient).json
+    apparent, mu = np.asarray(found["apparent_friction"]), np.asarray(found["mu"])
+    creepage = np.asarray(found["creepage_percent"]) / 100.0
+    assert apparent.shape == (14, 200)
+    assert mu == pytest.approx(0.05 * np.arange(1, 15))
+    assert np.all(np.diff(apparent, axis=1) >= 0.0)
+    # full sliding at mu = 0.6 above about 1 % creepage (paper, 2.3); G = 79.23 GPa, C11 = 3.9388 (CONTACT rev 2707)
+    full = np.asarray(found["full_slip_creepage_percent"])
+    slope = 206e9 / 2.6 * 0.170638e-3 * 0.270599e-3 * 3.9388 / 72.0
+    assert full == pytest.approx(100.0 * mu * fastsim.FULL_SLIP / slope, rel=1e-3)
+    assert full[11] == pytest.approx(1.02, abs=0.01)
+    assert apparent == pytest.approx(mu[:, None] * fastsim.saturation(slope * creepage / mu[:, None]), rel=2e-3)
+
+
+def test_the_light_line_is_where_the_chart_reaches_98_percent(ambient):
+    mu = np.array([0.1, 0.4, 0.7])
+    once = chart(ambient.experiment, mu=mu, creepage=np.array([0.01]))
+    again = [chart(ambient.experiment, mu=mu[[i]], creepage=once.light_line[[i]]).apparent for i in range(3)]
+    assert np.ravel(again) == pytest.approx(0.98 * mu, rel=1e-9)
+
+
+def test_only_the_first_points_in_air_are_not_saturated(ambient):
+    states = [point["state"] for point in friction_chart.run(ambient).json["measured"]]
+    assert states == ["partial_slip"] * 2 + ["saturated"] * 10
+    states = [point["state"] for point in friction_chart.run(shipped("cryogenic")).json["measured"]]
+    assert states == ["saturated"] * 12
+
+
+def test_declared_effects_bend_the_chart(ambient):
+    mu, creepage = np.array([0.3, 0.6]), np.geomspace(1e-4, 0.1, 30)
+    plain = chart(ambient.experiment, mu=mu, creepage=creepage)
+    layered = chart(
+        replace(ambient.experiment, effects={"third_body_layer": {"slope_ratio": 0.5}}), mu=mu, creepage=creepage
+    )
+    half = chart(ambient.experiment, mu=mu, creepage=0.5 * creepage)
+    assert layered.apparent == pytest.approx(half.apparent, rel=1e-9)
+    assert layered.light_line == pytest.approx(2.0 * plain.light_line, rel=1e-6)
+    assert layered.full_slip == pytest.approx(2.0 * plain.full_slip, rel=0.01)
+
+
+def test_mu_of_the_reconstruction_is_found_again(ambient):
+    # the mu that the traction data were rebuilt from, rounded there to three digits of T/N (data/README.md)
+    expected = [0.45, 0.52, 0.55, 0.57, 0.58, 0.60, 0.60, 0.61, 0.62, 0.62, 0.61, 0.60]
+    steps = identify_mu.run(ambient).json["steps"]
+    assert [step["mu"] for step in steps] == pytest.approx(expected, abs=2e-3)
+    assert [step["naive_mu"] for step in steps][:2] == pytest.approx([0.334, 0.491])
+    for step in steps:
+        assert step["mu_low"] < step["mu"] < step["mu_high"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_shipped_test_has_its_chart_and_its_mu(name):
+    for command in (friction_chart, identify_mu):
+        result = command.run(shipped(name))
+        figure = result.figure()
+        said = " ".join(text.get_text() for text in figure.texts)
+        assert f"{shipped(name).experiment.measured.provenance} data" in said
+
+
+def test_a_traction_above_the_elastic_limit_is_explained(tmp_path):
+    text = "creepage [%],traction ratio [1]\n0.5,0.49\n1,2.4\n2,0.58\n"
+    result = identify_mu.run(load(write(tmp_path, traction=text)))
+    step = result.json["steps"][1]
+    assert step["state"] == "above_elastic_limit"
+    assert step["mu"] is None
+    for cause in ("creepage", "stiffness", "load"):
+        assert cause in step["message"]
+        assert cause in "\n".join(result.summary)
+    result.figure()
+
+
+def test_without_traction_there_is_no_mu_but_there_is_a_chart(tmp_path):
+    test = load(write(tmp_path))
+    with pytest.raises(MeasurementError, match="traction"):
+        identify_mu.run(test)
+    result = friction_chart.run(test)
+    assert result.json["measured"] == []
+    result.figure()

@@ -1,0 +1,81 @@
+"""thermal: the paper's temperatures, the closed form, convection found again, and bad input."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from definitions import changed, write
+
+from twindisc_cli.commands import thermal
+from twindisc_cli.definition import Test, load
+from twindisc_cli.errors import DefinitionError
+from twindisc_cli.model.experiment import TemperatureSamples
+
+CONFIGS = Path(__file__).parent.parent / "configs"
+
+
+def shipped(name: str) -> Test:
+    return load(CONFIGS / f"{name}.toml")
+
+
+@pytest.mark.parametrize("name", ["ambient", "cryogenic"])
+def test_the_disc_warms_by_about_ten_degrees(name):
+    found = thermal.run(shipped(name)).json
+    assert found["rise_C"] == pytest.approx(10.0, abs=1.0)
+    assert found["peak_C"] == pytest.approx(found["rise_C"] + (20.0 if name == "ambient" else -196.0))
+
+
+def test_temperature_falls_where_friction_falls():
+    # the mu in nitrogen falls in step 11, from 4200 to 4620 s; the paper sees a fall near 4500 s
+    iterations = thermal.run(shipped("cryogenic")).json["iterations"]
+    temperature = {round(i["time_s"]): i["temperature_C"] for i in iterations}
+    assert temperature[4620] < temperature[4536] < temperature[4200]
+    rising = [i["temperature_C"] for i in iterations if i["time_s"] <= 4200]
+    assert np.all(np.diff(rising) > 0.0)
+
+
+def test_the_contact_is_hotter_than_the_disc():
+    found = thermal.run(shipped("cryogenic")).json
+    assert found["flash_C"] > 5 * found["rise_C"]
+    assert found["flash_mean_C"] < found["flash_C"]
+
+
+def test_steady_rise_is_power_over_convection():
+    test = shipped("ambient")
+    slow = replace(test.experiment.history, duration=test.experiment.history.duration * 100)
+    found = thermal.run(replace(test, experiment=replace(test.experiment, history=slow))).json
+    last = found["iterations"][-1]
+    assert last["temperature_C"] - 20.0 == pytest.approx(last["power_W"] / 3.5, rel=1e-6)
+    assert last["power_W"] == pytest.approx(0.6 * 72 * 0.03 * 3000 * 2 * np.pi / 60 * 0.09, rel=2e-3)
+
+
+def test_convection_is_found_from_a_temperature():
+    test = shipped("ambient")
+    known = thermal.run(test)
+    columns = {array.name: array.values for array in known.dataset.arrays}
+    time = known.dataset.axes[0].values
+    noise = 0.1 * np.random.default_rng(2).standard_normal(len(time))
+    samples = TemperatureSamples(time=time, temperature=columns["temperature"] + noise)
+    unknown = replace(
+        test.experiment,
+        thermal=replace(test.experiment.thermal, convection=np.nan),
+        measured=replace(test.experiment.measured, temperature=samples),
+    )
+    found = thermal.run(replace(test, experiment=unknown))
+    assert found.json["convection_W_K"] == pytest.approx(3.5, abs=3 * found.json["convection_W_K_std"])
+    assert found.json["convection_W_K_std"] < 0.02
+    assert found.json["convection_source"] == "from the measured temperature"
+    figure = found.figure()
+    assert "reconstructed data" in [text.get_text() for text in figure.texts]
+
+
+def test_what_is_missing_is_named(tmp_path):
+    with pytest.raises(DefinitionError, match="convection"):
+        thermal.run(load(write(tmp_path)))
+    text = changed()
+    begin, end = text.index("[thermal]"), text.index("[history]")
+    with pytest.raises(DefinitionError, match="thermal"):
+        thermal.run(load(write(tmp_path, text[:begin] + text[end:])))
