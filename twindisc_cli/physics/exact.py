@@ -19,7 +19,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
 
-from twindisc_cli.physics._arrays import arrays
+from twindisc_cli.physics._arrays import arrays, together
 from twindisc_cli.physics.kalker import POISSON_RANGE, RATIO_RANGE, require
 
 Floats = NDArray[np.float64]
@@ -41,46 +41,69 @@ def saturation(xi: ArrayLike, a_over_b: ArrayLike, poisson: float) -> Floats:
     creepage = np.broadcast_to(xi, np.broadcast_shapes(np.shape(xi), row.shape))
     place = np.minimum(creepage, KNOTS[-1]) / _STEP
     interval = np.minimum(place.astype(np.intp), _INTERVALS - 1)
-    powers = place - interval
+    t = place - interval
     if row.size == 1:
-        cubic = ((1.0 - share) * curves[row] + share * curves[row + 1]).reshape(_INTERVALS, 4)[interval]
-        value = _cubic(cubic, powers)
-    else:
-        below = _cubic(curves[row, interval], powers)
-        value = below + share * (_cubic(curves[row + 1, interval], powers) - below)
-    return _with_tail(value, creepage)
+        return _with_tail(_cubic(_one_curve(curves, row, share), interval, t), creepage)
+    flat = curves.reshape(4, -1)
+    index = row * _INTERVALS + interval
+    below = _cubic(flat, index, t)
+    return _with_tail(below + share * (_cubic(flat, index + _INTERVALS, t) - below), creepage)
 
 
 def unsaturation(fraction: ArrayLike, a_over_b: ArrayLike, poisson: float) -> Floats:
     """The normalised creepage xi at which T/(mu N) is `fraction`, 0 ... 1: the inverse of `saturation`; inf at 1."""
-    row, share = _row(a_over_b)
-    row, share, target = np.broadcast_arrays(row, share, np.asarray(fraction, dtype=float))
+    target, ratio = together(fraction, a_over_b)
     curves = _curves(poisson)
-    cubics = curves[row] + share[..., None, None] * (curves[row + 1] - curves[row])
-    interval = np.maximum((cubics[..., 0] <= target[..., None]).sum(axis=-1) - 1, 0)
-    cubic = np.take_along_axis(cubics, interval[..., None, None], axis=-2)[..., 0, :]
+    row, share = _row(ratio)
+    interval = _interval_of(target, curves[0], row, share)
+    cubic = _lerp(curves[:, row, interval], curves[:, row + 1, interval], share)
     t = np.full(target.shape, 0.5)
     for _ in range(_NEWTON_STEPS):
-        slope = cubic[..., 1] + t * (2.0 * cubic[..., 2] + 3.0 * t * cubic[..., 3])
-        t = np.clip(t - (_cubic(cubic, t) - target) / np.where(slope > 0.0, slope, np.inf), 0.0, 1.0)
-    rest = 1.0 - cubics[..., -1, :].sum(axis=-1)
+        slope = cubic[1] + t * (2.0 * cubic[2] + 3.0 * t * cubic[3])
+        excess = cubic[0] + t * (cubic[1] + t * (cubic[2] + t * cubic[3])) - target
+        t = np.clip(t - excess / np.where(slope > 0.0, slope, np.inf), 0.0, 1.0)
+    last = _lerp(curves[:, row, -1], curves[:, row + 1, -1], share).sum(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        beyond = KNOTS[-1] * np.sqrt(np.maximum(rest, 0.0) / (1.0 - target))
-    found: Floats = np.where(1.0 - target < rest, beyond, _STEP * (interval + t))
+        beyond = KNOTS[-1] * np.sqrt((1.0 - last) / (1.0 - target))
+    found = np.where(target > last, beyond, _STEP * (interval + t))
     return np.where(target >= 1.0, np.inf, found)
+
+
+def _interval_of(target: Floats, values: Floats, row: NDArray[np.intp], share: Floats) -> NDArray[np.intp]:
+    """The last interval that begins at or below the target, by halving; values (row, interval) where each begins."""
+    low, high = np.zeros(target.shape, dtype=np.intp), np.full(target.shape, _INTERVALS, dtype=np.intp)
+    while np.any(high - low > 1):
+        middle = (low + high) // 2
+        below = _lerp(values[row, middle], values[row + 1, middle], share) <= target
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    return low
+
+
+def _one_curve(curves: Floats, row: NDArray[np.intp], share: Floats) -> Floats:
+    """Cubics of a single ratio a/b, (4, interval)."""
+    k, s = int(row.item()), float(share.item())
+    return _lerp(curves[:, k], curves[:, k + 1], np.asarray(s))
+
+
+def _lerp(first: Floats, second: Floats, share: Floats) -> Floats:
+    """The first value, moved by a share of the way to the second."""
+    return first + share * (second - first)
 
 
 def _with_tail(value: Floats, creepage: Floats) -> Floats:
     """1 - f falls off as the square of the creepage beyond the last knot."""
-    beyond = np.maximum(creepage / KNOTS[-1], 1.0)
-    found: Floats = 1.0 - (1.0 - value) / beyond**2
-    return found
+    far = creepage > KNOTS[-1]
+    if not far.any():
+        return value
+    return np.where(far, 1.0 - (1.0 - value) * (KNOTS[-1] / np.where(far, creepage, 1.0)) ** 2, value)
 
 
-def _cubic(coefficients: Floats, t: Floats) -> Floats:
-    """The cubic of coefficients (..., 4) at t (...)."""
-    c0, c1, c2, c3 = (coefficients[..., k] for k in range(4))
-    value: Floats = c0 + t * (c1 + t * (c2 + t * c3))
+def _cubic(table: Floats, index: NDArray[np.intp], t: Floats) -> Floats:
+    """The cubics of a table (4, cubic) that the index picks, at t; index and t of one shape."""
+    value: Floats = table[3].take(index)
+    for coefficients in table[2::-1]:
+        value *= t
+        value += coefficients.take(index)
     return value
 
 
@@ -96,7 +119,7 @@ def _row(a_over_b: ArrayLike) -> tuple[NDArray[np.intp], Floats]:
 
 @lru_cache(maxsize=8)
 def _curves(poisson: float) -> Floats:
-    """Cubics of f over each interval of creepage at the fine ratios a/b, (ratio, interval, 4)."""
+    """Cubics of f over each interval of creepage at the fine ratios a/b, (4, ratio, interval)."""
     require("Poisson's ratio", np.asarray(poisson), POISSON_RANGE)
     along = chebyshev.chebval(4.0 * poisson - 1.0, np.moveaxis(_table(), 1, 0))
     values = chebyshev.chebval(np.linspace(-1.0, 1.0, _FINE), along).T
@@ -123,7 +146,7 @@ def _monotone_cubics(values: Floats) -> Floats:
     slope[:, 1:] = np.minimum(slope[:, 1:], 3.0 * rise)
     slope = np.maximum(slope, 0.0)
     first, last = slope[:, :-1], slope[:, 1:]
-    return np.stack([values[:, :-1], first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise], axis=-1)
+    return np.stack([values[:, :-1], first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise])
 
 
 @cache
