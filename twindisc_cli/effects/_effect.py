@@ -38,8 +38,9 @@ class Param:
 class Effect:
     """A physical effect the base model lacks.
 
-    `channel` is where it shows first; `seen_in` every channel that may change when it is switched on. The module's
-    docstring is its explanation: formula, symbols, what it leaves behind, validity.
+    `channel` is where it shows first; `seen_in` every channel that may change when it is switched on. An effect that
+    `needs_stops` cannot be told from the base model by one final profile. The module's docstring is its explanation:
+    formula, symbols, what it leaves behind, validity.
     """
 
     stage: Stage
@@ -48,6 +49,7 @@ class Effect:
     params: tuple[Param, ...]
     apply: Callable[..., State]
     source: str
+    needs_stops: bool = False
 
     @property
     def size(self) -> Param:

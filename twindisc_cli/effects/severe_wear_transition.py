@@ -55,4 +55,5 @@ EFFECT = Effect(
     ),
     apply=apply,
     source="R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE J 218 (2004) 467-478",
+    needs_stops=True,
 )

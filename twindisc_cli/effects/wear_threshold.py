@@ -40,4 +40,5 @@ EFFECT = Effect(
     ),
     apply=apply,
     source="S. Fouvry, P. Kapsa, L. Vincent, Wear 200 (1996) 186-205",
+    needs_stops=True,
 )

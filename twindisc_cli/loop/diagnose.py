@@ -24,7 +24,7 @@ from twindisc_cli.loop.diagnosis import (
     Validation,
     Verdict,
 )
-from twindisc_cli.loop.fit import Fit, fit
+from twindisc_cli.loop.fit import Fit, at, fit
 from twindisc_cli.loop.holdout import held_out_steps, training_masks
 from twindisc_cli.loop.problem import Case, Problem, channels_of, noise_of
 from twindisc_cli.loop.screen import Leftover, leftover
@@ -61,14 +61,13 @@ def diagnose(tests: Sequence[Experiment], *, validate: Experiment | None, progre
         raise ValueError("nothing is measured: a closed loop needs traction, a profile or a temperature")
     whole = Problem(cases, channels)
     progress("base model", 0.05)
-    before = refit(whole)
+    before = plain_fit(whole)
     problem, findings = search(whole, lambda channel: progress(f"effects seen in the {channel}", 0.1))
     progress("all channels together", 0.7)
     problem, findings, joint = _together(problem, findings)
     progress("errors and intervals", 0.85)
     left = _left(joint, findings)
-    effects = [_found(finding, joint) for finding in findings if finding.chosen is not None]
-    effects = [e for group in effects for e in group]
+    effects = [effect for finding in findings if finding.chosen is not None for effect in _found(finding, joint)]
     verdict: Verdict = "effects_found" if effects else "unexplained" if left else "no_missing_effect"
     after = _after(problem, findings, joint)
     progress("next experiment", 0.95)
@@ -87,6 +86,35 @@ def diagnose(tests: Sequence[Experiment], *, validate: Experiment | None, progre
         validation=_validated(validate, before, joint) if validate is not None else None,
         seconds=monotonic() - started,
     )
+
+
+def plain_fit(problem: Problem, start: Floats | None = None) -> Fit:
+    """Fit without nuisances, each base parameter to its own channel: what an effect-free identification would give.
+
+    A channel that misses an effect then does not pull at the parameters of the others.
+    """
+    theta = problem.start() if start is None else start.copy()
+    names = [(p.name, p.case) for p in problem.parameters]
+    known: dict[tuple[str, int | None], float] = {}
+    for channel in problem.channels:
+        alone = replace(problem, channels=(channel,), nuisance=None, cases=_fixed(problem.cases, known))
+        fitted = fit(alone)
+        for p, inner in zip(alone.parameters, fitted.theta, strict=True):
+            known[p.name, p.case] = float(p.outer(inner))
+            theta[names.index((p.name, p.case))] = inner
+    return at(problem, theta)
+
+
+def _fixed(cases: Sequence[Case], known: Mapping[tuple[str, int | None], float]) -> list[Case]:
+    """The cases with the base parameters found so far given."""
+    fixed = []
+    for number, case in enumerate(cases):
+        options = case.test.options
+        mu = known.get(("mu", number), options.friction_coefficient)
+        wear = known.get(("K", None), options.wear_coefficient)
+        test = replace(case.test, options=replace(options, friction_coefficient=mu, wear_coefficient=wear))
+        fixed.append(replace(case, model=ForwardModel(test)))
+    return fixed
 
 
 def _steps_held(test: Experiment) -> tuple[int, ...]:
@@ -264,25 +292,22 @@ def _tried(channel: Channel, candidate: Candidate) -> Tried:
 
 
 def _curves(before: Fit, after: Mapping[Channel, tuple[Fit, list[Prediction]]]) -> list[Curve]:
-    curves = []
-    for number, (case, first) in enumerate(
-        zip(before.problem.cases, before.problem.predict(before.theta[None]), strict=True)
-    ):
-        for channel in case.noise:
-            curves.append(
-                Curve(
-                    test=case.test.name,
-                    channel=channel,
-                    measured=case.values(channel),
-                    before=getattr(first, channel)[0],
-                    after=getattr(after[channel][1][number], channel)[0],
-                    held_out=~case.train[channel],
-                    kept=case.noise[channel].kept,
-                    covariates=_covariates(case, channel, first),
-                    provenance=case.test.measured.provenance,
-                )
-            )
-    return curves
+    first = before.problem.predict(before.theta[None])
+    return [
+        Curve(
+            test=case.test.name,
+            channel=channel,
+            measured=case.values(channel),
+            before=getattr(first[number], channel)[0],
+            after=getattr(after[channel][1][number], channel)[0],
+            held_out=~case.train[channel],
+            kept=case.noise[channel].kept,
+            covariates=_covariates(case, channel, first[number]),
+            provenance=case.test.measured.provenance,
+        )
+        for number, case in enumerate(before.problem.cases)
+        for channel in case.noise
+    ]
 
 
 def _covariates(case: Case, channel: Channel, prediction: Prediction) -> dict[str, Floats | Ints]:

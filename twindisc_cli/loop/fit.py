@@ -72,62 +72,74 @@ def fit(problem: Problem, start: Floats | None = None) -> Fit:
     lower, upper = problem.bounds
     margin = 1e-9 * (upper - lower)
     theta = np.clip(problem.start() if start is None else start, lower + margin, upper - margin)
-    target = problem.discount(problem.measured)
     if len(theta) == 0:
-        residual = target - problem.discount(problem.white(problem.predict(theta[None])))[0]
-        empty = np.empty((len(residual), 0))
-        return Fit(problem, theta, residual, empty, float(residual @ residual), 0.0, np.empty((0, 0)))
+        return at(problem, theta)
+    target = problem.discount(problem.measured)
     memory: dict[bytes, tuple[Floats, Floats]] = {}
 
-    def evaluate(at: Floats) -> tuple[Floats, Floats]:
-        key = at.tobytes()
+    def evaluated(inner: Floats) -> tuple[Floats, Floats]:
+        key = inner.tobytes()
         if key not in memory:
-            step = np.where(at + STEP > upper, -STEP, STEP)
-            sets = np.concatenate([at[None], at + np.diag(step)])
-            rows = problem.discount(problem.white(problem.predict(sets)))
-            rows = np.nan_to_num(rows, nan=1e6, posinf=1e6, neginf=-1e6)
-            memory[key] = (target - rows[0], -((rows[1:] - rows[0]) / step[:, None]).T)
+            memory[key] = _linearised(problem, inner, target)
         return memory[key]
 
+    def residual(inner: Floats) -> Floats:
+        return evaluated(inner)[0]
+
+    def slope(inner: Floats) -> Floats:
+        return evaluated(inner)[1]
+
     found = least_squares(
-        lambda at: evaluate(at)[0],
+        residual,
         theta,
-        jac=lambda at: evaluate(at)[1],
+        jac=slope,
         bounds=(lower, upper),
-        method="trf",
         x_scale="jac",
         ftol=1e-6,
         xtol=1e-7,
         gtol=1e-8,
         max_nfev=MOST_STEPS,
     )
-    residual, jacobian = evaluate(found.x)
-    return summarised(problem, found.x, residual, jacobian)
+    return _summarised(problem, np.asarray(found.x), *evaluated(np.asarray(found.x)))
 
 
-def summarised(problem: Problem, theta: Floats, residual: Floats, jacobian: Floats) -> Fit:
+def at(problem: Problem, theta: Floats) -> Fit:
+    """The summary of a problem at given inner parameters (parameter,), without fitting."""
+    return _summarised(problem, theta, *_linearised(problem, theta, problem.discount(problem.measured)))
+
+
+def _linearised(problem: Problem, inner: Floats, target: Floats) -> tuple[Floats, Floats]:
+    """White residual (sample,) and its Jacobian (sample, parameter)."""
+    step = np.where(inner + STEP > problem.bounds[1], -STEP, STEP)
+    sets = np.concatenate([inner[None], inner + np.diag(step)])
+    rows = problem.discount(problem.white(problem.predict(sets)))
+    rows = np.nan_to_num(rows, nan=1e6, posinf=1e6, neginf=-1e6)
+    return target - rows[0], -((rows[1:] - rows[0]) / step[:, None]).T
+
+
+def _summarised(problem: Problem, theta: Floats, residual: Floats, jacobian: Floats) -> Fit:
     """Evidence and covariance at a minimum."""
-    centre, precision, density = _prior(problem, theta)
+    precision, density = _prior(problem, theta)
     hessian = jacobian.T @ jacobian + np.diag(precision)
     chi2 = float(residual @ residual)
     volume = 0.5 * len(theta) * np.log(2.0 * np.pi) - 0.5 * float(np.linalg.slogdet(hessian)[1])
-    evidence = -0.5 * chi2 + density + volume - 0.5 * float(precision @ (theta - centre) ** 2) * 0.0
-    covariance = np.linalg.inv(hessian)
+    evidence = -0.5 * chi2 + density + volume
+    covariance = np.asarray(np.linalg.inv(hessian))
     return Fit(problem, theta, residual, jacobian, chi2, evidence, covariance)
 
 
-def _prior(problem: Problem, theta: Floats) -> tuple[Floats, Floats, float]:
-    """Centre and precision of the normal that stands for the prior, and its log density at theta."""
+def _prior(problem: Problem, theta: Floats) -> tuple[Floats, float]:
+    """Precision of the normal that stands for the prior, and the prior's log density at theta."""
     lower, upper = problem.bounds
-    centre, precision, density = theta.copy(), np.zeros_like(theta), 0.0
+    precision, density = np.zeros_like(theta), 0.0
     for i, p in enumerate(problem.parameters):
         if p.effect is not None and p.off is not None:
             off = p.inner(p.off)
             width = TYPICAL * abs(p.inner(p.start) - off)
-            centre[i], precision[i] = off, width**-2
+            precision[i] = width**-2
             density += -0.5 * ((theta[i] - off) / width) ** 2 - 0.5 * np.log(2.0 * np.pi * width**2)
         else:
             width = upper[i] - lower[i]
             precision[i] = 12.0 / width**2
             density += -float(np.log(width))
-    return centre, precision, density
+    return precision, density

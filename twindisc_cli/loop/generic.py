@@ -77,7 +77,7 @@ def _profile(case: Case, prediction: Prediction) -> Iterator[tuple[str, str, Flo
     edge = float(surface.edge.max()) if surface is not None else 0.5 * float(np.abs(samples.y).max())
     unit = samples.y / max(1.3 * edge, 1e-9)
     inside = np.abs(unit) <= 1.0
-    legendre = np.polynomial.legendre.legvander(np.clip(unit, -1.0, 1.0), 10) * inside[:, None]
+    legendre = np.asarray(np.polynomial.legendre.legvander(np.clip(unit, -1.0, 1.0), 10) * inside[:, None], dtype=float)
     yield "y", "even", legendre[:, 0::2]
     yield "y", "odd", legendre[:, 1::2]
     for centre in np.linspace(-1.0, 1.0, 17):

@@ -89,8 +89,10 @@ def temperature_noise(experiment: Experiment) -> Noise:
     return _estimate(samples.temperature, trend, samples.time, np.zeros_like(step), correlated=True)
 
 
-def profile_noise(profile: ProfileSamples) -> Noise:
+def profile_noise(experiment: Experiment) -> Noise:
     """Noise of the height, from the outer parts of the unworn flanks of every recorded profile."""
+    profile = experiment.measured.profile
+    assert profile is not None
     record = _records(profile)
     flank = _flanks(profile, record)
     position, series = profile.y, record * 2 + (profile.y > 0.0)
@@ -154,11 +156,11 @@ def _estimate(values: Floats, trend: Floats, at: Floats, series: Ints, *, correl
     values, trend, at, series = values[order], trend[order], at[order], series[order]
     spacing = float(np.median(np.diff(at))) if len(at) > 1 else 1.0
     position = at / spacing if spacing > 0.0 else np.arange(len(at), dtype=float)
-    kept = np.ones(len(values), dtype=bool)
+    kept, back = np.ones(len(values), dtype=bool), _unsorted(order)
     free = len(values) - trend.shape[1]
     if free < FEWEST_FREE:
         std = ASSUMED_SHARE * float(np.sqrt(np.mean(values**2)))
-        return Noise(std, 0.0, kept, _back(position, order), _back(series, order), estimated=False)
+        return Noise(std, 0.0, kept, position[back], series[back], estimated=False)
     for _ in range(3):
         left = values - trend @ np.linalg.lstsq(trend[kept], values[kept], rcond=None)[0]
         paid = np.sqrt(kept.sum() / max(kept.sum() - trend.shape[1], 1))
@@ -167,9 +169,7 @@ def _estimate(values: Floats, trend: Floats, at: Floats, series: Ints, *, correl
     calm = kept & _calm(left, trend, kept)
     std, correlation = _reml(values[calm], trend[calm], position[calm], series[calm], correlated)
     floor = 1e-6 * float(np.sqrt(np.mean(values**2))) + 1e-300
-    return Noise(
-        max(std, floor), correlation, _back(kept, order), _back(position, order), _back(series, order), std > floor
-    )
+    return Noise(max(std, floor), correlation, kept[back], position[back], series[back], std > floor)
 
 
 def _calm(left: Floats, trend: Floats, kept: Mask) -> Mask:
@@ -182,11 +182,9 @@ def _calm(left: Floats, trend: Floats, kept: Mask) -> Mask:
     return np.asarray(~np.isin(group, wild)) if len(wild) < len(numbers) // 2 else np.ones(len(left), dtype=bool)
 
 
-def _back(values: NDArray[np.generic], order: Ints) -> NDArray[np.generic]:
-    """Undo a sorting."""
-    restored = np.empty_like(values)
-    restored[order] = values
-    return restored
+def _unsorted(order: Ints) -> Ints:
+    """Index that undoes a sorting."""
+    return np.asarray(np.argsort(order), dtype=np.int64)
 
 
 def _reml(values: Floats, trend: Floats, position: Floats, series: Ints, correlated: bool) -> tuple[float, float]:

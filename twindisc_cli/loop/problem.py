@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import CHANNELS, Channel
 from twindisc_cli.loop.noise import Noise, profile_noise, temperature_noise, traction_noise
-from twindisc_cli.model.experiment import Experiment, Floats, ProfileSamples
+from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.surface import recorded_sections
 
@@ -91,13 +91,8 @@ def channels_of(test: Experiment) -> tuple[Channel, ...]:
 
 def noise_of(test: Experiment) -> dict[Channel, Noise]:
     """Noise of every measured channel."""
-    profile = test.measured.profile
-    makers = {
-        "traction": lambda: traction_noise(test),
-        "profile": lambda: profile_noise(profile if profile is not None else ProfileSamples(*[np.empty(0)] * 4)),
-        "temperature": lambda: temperature_noise(test),
-    }
-    return {channel: makers[channel]() for channel in channels_of(test)}
+    makers = {"traction": traction_noise, "profile": profile_noise, "temperature": temperature_noise}
+    return {channel: makers[channel](test) for channel in channels_of(test)}
 
 
 @dataclass(frozen=True)

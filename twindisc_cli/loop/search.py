@@ -25,11 +25,11 @@ from twindisc_cli.effects._effect import Channel
 from twindisc_cli.loop.fit import Fit, fit
 from twindisc_cli.loop.problem import Case, Problem, effect_parameters
 from twindisc_cli.loop.screen import Leftover, leftover
-from twindisc_cli.model.experiment import Floats
+from twindisc_cli.model.experiment import Experiment, Floats
 
 ALARM = 0.002
 REFUSAL = 0.01
-SHORT = 0.10
+SHORT = 0.15
 ROUNDING = 0.02
 PAIRED = 5
 SET = 0.95
@@ -103,12 +103,22 @@ def refit(problem: Problem, start: Floats | None = None) -> Fit:
 
 
 def _candidates(problem: Problem, channel: Channel, declared: frozenset[str]) -> list[str]:
-    """Effects that show first in a channel and are not in the model yet."""
+    """Effects that show first in a channel, that these data can show, and that are not in the model yet."""
+    stops = max((len(recorded_stops(case.test)) for case in problem.cases), default=0)
     return [
         name
         for name, effect in catalogue().items()
-        if effect.channel == channel and name not in problem.effects and name not in declared
+        if effect.channel == channel
+        and name not in problem.effects
+        and name not in declared
+        and (stops > 1 or not effect.needs_stops)
     ]
+
+
+def recorded_stops(test: Experiment) -> set[tuple[int, int]]:
+    """Disc and iteration of every recorded profile."""
+    profile = test.measured.profile
+    return set() if profile is None else set(zip(profile.disc.tolist(), profile.iteration.tolist(), strict=True))
 
 
 def _explained(base: Fit, channel: Channel, *names: str) -> Candidate:

@@ -87,7 +87,7 @@ def sample_times(history: History, samples: TractionSamples | None) -> Floats:
 def _running(history: History, times: Floats) -> Ints:
     """Iteration that runs at each time."""
     ends = history.end_time
-    return np.minimum(np.searchsorted(ends, times - 1e-9 * ends[-1]), len(ends) - 1)
+    return np.asarray(np.minimum(np.searchsorted(ends, times - 1e-9 * ends[-1]), len(ends) - 1), dtype=np.int64)
 
 
 def _own_creepage(
