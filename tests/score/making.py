@@ -95,10 +95,10 @@ def _attempt(rng: Generator, case: Case) -> Made:
     if drawn:
         ruler = Ruler(bench)
         amounts = tuple(ruler.amount(effect, case.size) for effect in drawn)
-        changes = [ruler.change([effect.at(amount)]) for effect, amount in zip(drawn, amounts, strict=True)]
-        for name, change in zip(case.effects, changes, strict=True):
-            plan = _rescaled(plan, _law(name)[0], ruler.size(change, plan) / case.size)
-        sizes = tuple(ruler.size(change, plan) for change in changes)
+        shown = [bench.readings([effect.at(amount)]) for effect, amount in zip(drawn, amounts, strict=True)]
+        for name, readings in zip(case.effects, shown, strict=True):
+            plan = _rescaled(plan, _law(name)[0], ruler.size(readings, plan) / case.size)
+        sizes = tuple(ruler.size(readings, plan) for readings in shown)
     hidden = tuple(effect.at(amount) for effect, amount in zip(drawn, amounts, strict=True))
     return Made(case, rig, plan, kind, sizes, amounts, hidden)
 

@@ -1,7 +1,7 @@
 """How large a hidden effect is, in units of the detection threshold.
 
-The size is the length, in noise standard deviations over all channels, of what the effect changes in the noiseless
-readings after everything that mu, K and h S could absorb is projected out. Length 1 is the threshold.
+The size is the length, in noise standard deviations over all channels, of what the effect leaves in the noiseless
+readings after mu, K and h S have been fitted to them. Length 1 is the threshold.
 """
 
 from __future__ import annotations
@@ -18,7 +18,9 @@ from .rig import March, Rig, Trace
 from .sensors import CHANNELS, Channels, Plan, read, whiten
 
 Floats = NDArray[np.float64]
-_STEP = 0.01  # relative change of a base parameter
+_BASE = ("mu", "wear", "convection")
+_STEP = 0.01  # change of a base parameter's logarithm for its slope
+_SMALL = 0.02  # step of the fit below which the slopes hold
 
 
 @dataclass(frozen=True)
@@ -42,30 +44,38 @@ class Ruler:
         """March the rig with each base parameter a little changed."""
         self._bench = bench
         self._start = bench.readings([NOTHING])
-        bases = [
-            replace(bench.rig, **{name: getattr(bench.rig, name) * (1.0 + _STEP)})
-            for name in ("mu", "wear", "convection")
-        ]
-        self._base = [self._minus_start(read(rig, March(rig).run(), [NOTHING], bench.plan)) for rig in bases]
+        self._base = [_minus(self._moved(np.eye(len(_BASE))[i] * _STEP), self._start) for i in range(len(_BASE))]
 
-    def _minus_start(self, readings: Channels) -> Channels:
-        return {name: readings[name] - self._start[name] for name in CHANNELS}
+    def _moved(self, logarithms: Floats) -> Channels:
+        """What the sensors read with the base parameters moved, and nothing hidden."""
+        factors = np.exp(logarithms)
+        changed = {name: getattr(self._bench.rig, name) * float(f) for name, f in zip(_BASE, factors, strict=True)}
+        rig = replace(self._bench.rig, **changed)
+        return read(rig, March(rig).run(), [NOTHING], self._bench.plan)
 
-    def change(self, hidden: Sequence[Hidden]) -> Channels:
-        """What `hidden` changes in the readings."""
-        return self._minus_start(self._bench.readings(hidden))
-
-    def size(self, change: Channels, plan: Plan) -> float:
-        """The length of a change in units of the detection threshold under the noise of `plan`."""
-        base = np.linalg.qr(np.column_stack([_whitened(plan, column) for column in self._base]))[0]
-        white = _whitened(plan, change)
-        return float(np.linalg.norm(white - base @ (base.T @ white)))
+    def size(self, readings: Channels, plan: Plan) -> float:
+        """How far `readings` are from what the base model can be fitted to, in noise units of `plan`."""
+        slopes = np.column_stack([_whitened(plan, column) / _STEP for column in self._base])
+        moved, model = np.zeros(len(_BASE)), self._start
+        for _ in range(6):
+            rest = _whitened(plan, _minus(readings, model))
+            step = np.linalg.lstsq(slopes, rest, rcond=None)[0]
+            moved = np.clip(moved + step, -1.5, 1.5)
+            if np.abs(step).max() < _SMALL:
+                break
+            model = self._moved(moved)
+        return float(np.linalg.norm(rest - slopes @ step))
 
     def amount(self, drawn: Drawn, target: float) -> float:
         """How much of the effect is `target` thresholds large, or its largest amount if it cannot be."""
         if drawn.fixed:
             return 1.0
-        return _invert(lambda x: self.size(self.change([drawn.at(x)]), self._bench.plan), target, drawn.largest)
+        plan = self._bench.plan
+        return _invert(lambda x: self.size(self._bench.readings([drawn.at(x)]), plan), target, drawn.largest)
+
+
+def _minus(one: Channels, other: Channels) -> Channels:
+    return {name: one[name] - other[name] for name in CHANNELS}
 
 
 def _whitened(plan: Plan, readings: Channels) -> Floats:
