@@ -26,7 +26,7 @@ from twindisc_cli.loop.diagnosis import (
 )
 from twindisc_cli.loop.fit import Fit, at, fit
 from twindisc_cli.loop.holdout import held_out_steps, training_masks
-from twindisc_cli.loop.problem import Case, Problem, channels_of, noise_of
+from twindisc_cli.loop.problem import Case, Problem, Role, channels_of, noise_of
 from twindisc_cli.loop.screen import Leftover, leftover
 from twindisc_cli.loop.search import (
     ALARM,
@@ -69,21 +69,21 @@ def diagnose(tests: Sequence[Experiment], *, validate: Experiment | None, progre
     left = _left(joint, findings)
     effects = [effect for finding in findings if finding.chosen is not None for effect in _found(finding, joint)]
     verdict: Verdict = "effects_found" if effects else "unexplained" if left else "no_missing_effect"
-    after = _after(problem, findings, joint)
+    after = plain_fit(_revised(whole, joint, findings))
     progress("next experiment", 0.95)
     return Diagnosis(
         verdict=verdict,
         effects=effects,
         unexplained=left,
-        errors={channel: _error(before, after[channel], channel) for channel in channels},
-        base=_base(before, joint),
+        errors={channel: _error(before, after, channel) for channel in channels},
+        base=_base(after, joint),
         tried=[_tried(finding.channel, c) for finding in findings if finding.missing for c in finding.candidates],
         curves=_curves(before, after),
         p_values={finding.channel: finding.p_value for finding in findings},
         held_out_steps={case.test.name: _steps_held(case.test) for case in cases},
         notes=_notes(cases, findings),
         next_experiment=_next(findings, joint, left),
-        validation=_validated(validate, before, joint) if validate is not None else None,
+        validation=_validated(validate, before, after) if validate is not None else None,
         seconds=monotonic() - started,
     )
 
@@ -225,51 +225,56 @@ def _end(fitted: Fit, number: int, side: float) -> float:
     return float(problem.parameters[number].outer(end))
 
 
-def _base(before: Fit, joint: Fit) -> dict[str, Estimate]:
-    """Base parameters of the revised model; those of several tests carry the test's name."""
-    several = len(before.problem.cases) > 1
+def _revised(whole: Problem, joint: Fit, findings: Sequence[Finding]) -> Problem:
+    """The tests with the effects found declared in them, as the revised definition will say."""
+    found = {
+        name: {key: float(value[0]) for key, value in parameters.items()}
+        for name, parameters in joint.problem.effects_of(joint.theta[None]).items()
+        if any(f.chosen is not None and name in f.chosen.names for f in findings)
+    }
+    cases = [
+        replace(case, model=ForwardModel(replace(case.test, effects={**case.test.effects, **found})))
+        for case in whole.cases
+    ]
+    return replace(whole, cases=cases)
+
+
+def _base(after: Fit, joint: Fit) -> dict[str, Estimate]:
+    """Base parameters of the revised model with the spread of the joint fit; named with the test where each has its own."""
+    cases = after.problem.cases
     found: dict[str, Estimate] = {}
-    for fitted in (before, joint):
-        for i, p in enumerate(fitted.problem.parameters):
-            if p.effect is None:
-                own = several and p.case is not None
-                name = f"{p.name} ({fitted.problem.cases[p.case].test.name})" if own and p.case is not None else p.name
-                found[name] = _estimate(fitted, i)
+    for number, p in enumerate(after.problem.parameters):
+        own = len(cases) > 1 and p.case is not None
+        name = f"{p.name} ({cases[p.case].test.name})" if own and p.case is not None else p.name
+        same = [i for i, q in enumerate(joint.problem.parameters) if (q.name, q.case) == (p.name, p.case)]
+        spread = _estimate(joint, same[0]) if same else _estimate(after, number)
+        value = float(p.outer(after.theta[number]))
+        found[name] = replace(
+            spread, value=value, low=value + spread.low - spread.value, high=value + spread.high - spread.value
+        )
     return found
 
 
-def _after(problem: Problem, findings: Sequence[Finding], joint: Fit) -> dict[Channel, tuple[Fit, list[Prediction]]]:
-    """The fit that speaks for each channel after the loop, and its predictions."""
-    together = joint.problem.predict(joint.theta[None])
-    found = {}
-    for finding in findings:
-        if finding.channel in problem.channels and finding.channel in joint.problem.channels:
-            found[finding.channel] = (joint, together)
-        else:
-            found[finding.channel] = (finding.base, finding.base.problem.predict(finding.base.theta[None]))
-    return found
-
-
-def _error(before: Fit, after: tuple[Fit, list[Prediction]], channel: Channel) -> ChannelError:
+def _error(before: Fit, after: Fit, channel: Channel) -> ChannelError:
     cases = before.problem.cases
     unit, factor = UNITS[channel]
-    first = before.problem.predict(before.theta[None])
+    first, last = (fitted.problem.predict(fitted.theta[None]) for fitted in (before, after))
     noises = [case.noise[channel] for case in cases if channel in case.noise]
     return ChannelError(
         unit=unit,
         noise=factor * float(np.sqrt(np.mean([n.std**2 for n in noises]))),
         correlation=float(np.mean([n.correlation for n in noises])),
         before=factor * _rms(cases, first, channel, "train"),
-        after=factor * _rms(cases, after[1], channel, "train"),
+        after=factor * _rms(cases, last, channel, "train"),
         held_out_before=factor * _rms(cases, first, channel, "held_out"),
-        held_out_after=factor * _rms(cases, after[1], channel, "held_out"),
+        held_out_after=factor * _rms(cases, last, channel, "held_out"),
     )
 
 
-def _rms(cases: Sequence[Case], predictions: Sequence[Prediction], channel: Channel, role: str) -> float:
+def _rms(cases: Sequence[Case], predictions: Sequence[Prediction], channel: Channel, role: Role) -> float:
     """Root mean square of measured minus predicted over all tests; NaN without samples."""
     misses = [
-        (case.values(channel) - getattr(p, channel)[0])[case.used(channel, "train" if role == "train" else "held_out")]
+        (case.values(channel) - getattr(p, channel)[0])[case.used(channel, role)]
         for case, p in zip(cases, predictions, strict=True)
         if channel in case.noise
     ]
@@ -291,15 +296,15 @@ def _tried(channel: Channel, candidate: Candidate) -> Tried:
     )
 
 
-def _curves(before: Fit, after: Mapping[Channel, tuple[Fit, list[Prediction]]]) -> list[Curve]:
-    first = before.problem.predict(before.theta[None])
+def _curves(before: Fit, after: Fit) -> list[Curve]:
+    first, last = (fitted.problem.predict(fitted.theta[None]) for fitted in (before, after))
     return [
         Curve(
             test=case.test.name,
             channel=channel,
             measured=case.values(channel),
             before=getattr(first[number], channel)[0],
-            after=getattr(after[channel][1][number], channel)[0],
+            after=getattr(last[number], channel)[0],
             held_out=~case.train[channel],
             kept=case.noise[channel].kept,
             covariates=_covariates(case, channel, first[number]),
@@ -379,10 +384,10 @@ def _next(findings: Sequence[Finding], joint: Fit, left: Sequence[Unexplained]) 
     return None
 
 
-def _validated(test: Experiment, before: Fit, joint: Fit) -> Validation:
+def _validated(test: Experiment, before: Fit, after: Fit) -> Validation:
     """Predict a test that was not fitted, with the base parameters of the first and the effects found."""
     case = replace(_case(test), train={c: np.zeros(len(n.kept), dtype=bool) for c, n in noise_of(test).items()})
-    predictions = [_predict_other(case, fitted) for fitted in (before, joint)]
+    predictions = [_predict_other(case, fitted) for fitted in (before, after)]
     errors = {}
     for channel, noise in case.noise.items():
         unit, factor = UNITS[channel]
@@ -393,13 +398,13 @@ def _validated(test: Experiment, before: Fit, joint: Fit) -> Validation:
 
 def _predict_other(case: Case, fitted: Fit) -> Prediction:
     """Prediction of another test with fitted parameters; those of a single test are taken from the first."""
-    values = {p.key: fitted.value(p)[0] for p in reversed(fitted.problem.parameters) if p.effect is None}
+    values = {p.key: fitted.value(p)[0] for p in reversed(fitted.problem.parameters)}
     options, thermal = case.test.options, case.test.thermal
     base = {
         "mu": values.get("mu", options.friction_coefficient),
         "K": values.get("K", options.wear_coefficient),
         "convection_W_K": values.get("convection_W_K", thermal.convection if thermal else np.nan),
     }
-    return case.model.predict(
-        {key: np.array([value]) for key, value in base.items()}, fitted.problem.effects_of(fitted.theta[None])
-    )
+    declared = fitted.problem.cases[0].test.effects
+    effects = {name: {key: np.array([v]) for key, v in table.items()} for name, table in declared.items()}
+    return case.model.predict({key: np.array([value]) for key, value in base.items()}, effects)
