@@ -47,6 +47,17 @@ def test_roots_are_found_to_rounding_and_ends_where_there_is_none():
     assert root[2] == 1.0
 
 
+def test_roots_take_few_evaluations():
+    calls = []
+
+    def curved(x):
+        calls.append(1)
+        return np.tanh(x) - np.array([0.3, -0.9, 0.999])
+
+    assert bracketed_root(curved, np.full(3, -30.0), np.full(3, 30.0)) == pytest.approx(np.arctanh([0.3, -0.9, 0.999]))
+    assert len(calls) < 25
+
+
 @pytest.mark.parametrize("law", ["fastsim", "fastrip", "exact"])
 def test_identification_undoes_the_traction_law(ambient, law):
     test = replace(ambient, options=replace(ambient.options, traction=law))
@@ -67,6 +78,14 @@ def test_identification_undoes_it_with_effects_and_wear_acting(ambient):
     made = replace(samples, ratio=model.predict(base).traction[0])
     again = replace(model.experiment, measured=replace(test.measured, traction=made))
     assert identify_friction(ForwardModel(again)).mu == pytest.approx(mu, rel=1e-6)
+
+
+def test_a_braking_disc_has_the_friction_of_a_driving_one(ambient):
+    mu = np.linspace(0.7, 0.05, 12)
+    braking = replace(ambient, history=replace(ambient.history, creepage=-ambient.history.creepage))
+    model = ForwardModel(with_traction(braking, mu))
+    assert np.all(model.experiment.measured.traction.ratio < 0.0)
+    assert identify_friction(model).mu == pytest.approx(mu, rel=1e-9)
 
 
 def test_more_traction_than_linear_theory_allows_has_no_mu(ambient):

@@ -82,10 +82,10 @@ def test_the_error_of_the_steps_is_told_and_small(ambient):
 def test_halving_the_steps_changes_next_to_nothing(ambient, contact, monkeypatch):
     test = with_k(ambient, 6e-5, contact=contact)
     before = simulate_wear.run(test).json
-    wear._uniform_path.cache_clear()
     monkeypatch.setattr(wear, "GROWTH", 0.5 * wear.GROWTH)
-    after = simulate_wear.run(test).json
-    wear._uniform_path.cache_clear()
+    rig = replace(test.experiment.rig, normal_load=72.0 * (1 + 1e-12))  # another rig to what remembers its paths
+    after = simulate_wear.run(replace(test, experiment=replace(test.experiment, rig=rig))).json
+    assert after["depth_um"] != before["depth_um"]
     assert after["depth_um"] == pytest.approx(before["depth_um"], rel=0.005)
     assert after["width_mm"] == pytest.approx(before["width_mm"], rel=0.005)
 
@@ -107,6 +107,12 @@ def test_the_papers_story(ambient, fitted):
     early = [i for i in nitrogen["iterations"] if i["time_s"] <= 2000.0]
     assert early[-1]["worn_volume_mm3"] < 0.1 * nitrogen["worn_volume_mm3"]
     assert early[-1]["depth_um"] < 0.1 * nitrogen["depth_um"]
+
+
+def test_where_the_shapes_differ_the_error_takes_in_both_methods(fitted):
+    apart = fitted["K_least_squares"] - fitted["K_bisection"]
+    assert fitted["method"] == "bisection"
+    assert fitted["K_std"] == pytest.approx(np.hypot(fitted["K_least_squares_std"], apart))
 
 
 def test_the_printed_k_is_impossible(fitted):
