@@ -12,8 +12,9 @@ from twindisc_cli.definition import Test
 from twindisc_cli.errors import DefinitionError, Problem
 from twindisc_cli.identify.convection import identify_convection
 from twindisc_cli.identify.steps import base_parameters
-from twindisc_cli.model.experiment import Experiment, Floats, Thermal
+from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, Thermal
 from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.physics.disc_heat import implicit_step
 from twindisc_cli.physics.flash import Flash, flash_temperature
 from twindisc_cli.results import Array, Axis, Dataset, Result
 
@@ -27,14 +28,16 @@ ZERO_CELSIUS = 273.15
 class Heat:
     """Time [s], temperature of the disc [K] and dissipated power [W] at each point, flash rise [K]: each (point,).
 
-    of_iteration: the last point of each iteration (iteration,). convection [W/K], its standard error, whence it is.
+    of_iteration: the last point of each iteration; eq_19: the disc [K] there by Eq. 19 as the paper steps it, one
+    implicit step an iteration: each (iteration,). convection [W/K], its standard error, whence it is.
     """
 
     time: Floats
     temperature: Floats
     power: Floats
     flash: Flash
-    of_iteration: np.ndarray[tuple[int], np.dtype[np.int64]]
+    of_iteration: Ints
+    eq_19: Floats
     convection: float
     std: float
     source: str
@@ -81,16 +84,35 @@ def _heat(test: Test, model: ForwardModel, thermal: Thermal) -> Heat:
         convection, std, source = found.value, found.std, "from the measured temperature"
     base = base_parameters(test.experiment, mu[None])
     prediction = model.predict({**base, "convection_W_K": np.array([convection])})
+    energy = prediction.state.energy[0, model.points.of_iteration]
     return Heat(
         time=model.points.time,
         temperature=prediction.state.temperature[0],
         power=prediction.state.power[0],
         flash=_flash(model, prediction, thermal),
         of_iteration=model.points.of_iteration,
+        eq_19=_paper_steps(energy, test.experiment.history, thermal, convection),
         convection=convection,
         std=std,
         source=source,
     )
+
+
+def _paper_steps(energy: Floats, history: History, thermal: Thermal, convection: float) -> Floats:
+    """Eq. 19, one implicit step an iteration, from the energy dissipated by the end of each [J], (iteration,)."""
+    power = np.diff(energy, prepend=0.0) / history.duration
+    steps, now = [], np.asarray(thermal.initial_temperature)
+    for watts, seconds in zip(power, history.duration, strict=True):
+        now = implicit_step(
+            now,
+            power=watts,
+            duration=seconds,
+            capacity=thermal.heat_capacity,
+            convection=convection,
+            environment=thermal.environment_temperature,
+        )
+        steps.append(now)
+    return np.array(steps)
 
 
 def _flash(model: ForwardModel, prediction: Prediction, thermal: Thermal) -> Flash:
@@ -115,6 +137,7 @@ def _iteration(heat: Heat, i: int, point: int) -> dict[str, Any]:
         "time_s": heat.time[point],
         "power_W": heat.power[point],
         "temperature_C": heat.temperature[point] - ZERO_CELSIUS,
+        "temperature_eq19_C": heat.eq_19[i] - ZERO_CELSIUS,
         "flash_C": heat.flash.maximum[point],
     }
 
@@ -137,6 +160,7 @@ def _figure(test: Experiment, heat: Heat) -> Figure:
     return temperatures(
         time=heat.time,
         disc=heat.temperature - ZERO_CELSIUS,
+        steps=(heat.time[heat.of_iteration], heat.eq_19 - ZERO_CELSIUS),
         power=heat.power,
         hottest=heat.flash.maximum,
         mean=heat.flash.mean,
@@ -153,7 +177,13 @@ def _dataset(heat: Heat) -> Dataset:
         ("flash_mean", heat.flash.mean, "K", "mean rise of the contact above the discs"),
     )
     return Dataset(
-        axes=(Axis("time", heat.time[inside], "s", "time"),),
-        arrays=tuple(Array(name, ("time",), values[inside], unit, what) for name, values, unit, what in rows),
+        axes=(
+            Axis("time", heat.time[inside], "s", "time"),
+            Axis("iteration_end", heat.time[heat.of_iteration], "s", "time at the end of the iteration"),
+        ),
+        arrays=(
+            *(Array(name, ("time",), values[inside], unit, what) for name, values, unit, what in rows),
+            Array("temperature_eq19", ("iteration_end",), heat.eq_19, "K", "disc by one implicit step an iteration"),
+        ),
         attrs={"convection_W_K": heat.convection, "convection_source": heat.source},
     )

@@ -11,14 +11,25 @@ ZERO_CELSIUS = 273.15
 
 
 def temperatures(
-    *, time: Floats, disc: Floats, power: Floats, hottest: Floats, mean: Floats, test: Experiment
+    *,
+    time: Floats,
+    disc: Floats,
+    steps: tuple[Floats, Floats],
+    power: Floats,
+    hottest: Floats,
+    mean: Floats,
+    test: Experiment,
 ) -> Figure:
-    """Over time [s]: disc [degC], power [W], the contact's hottest and mean rise above the disc [K], each (point,)."""
+    """Over time [s]: disc [degC], power [W], the contact's hottest and mean rise above the disc [K], each (point,).
+
+    steps: times [s] and disc [degC] of Eq. 19 as the paper steps it, each (iteration,).
+    """
     samples = test.measured.temperature
     recorded = samples is not None or test.measured.traction is not None
     provenance = test.measured.provenance if recorded else ""
     figure, (first, second, third) = page(3, 1, height=6.0, title=f"{test.name}: temperature", provenance=provenance)
-    first.plot(time, disc, color=BLUE, label="disc, Eq. 19")
+    first.plot(time, disc, color=BLUE, label="disc, Eq. 18 exactly")
+    first.plot(*steps, color=ORANGE, linestyle="none", marker=".", markersize=3.0, label="disc, Eq. 19 step by step")
     if samples is not None:
         measured_points(first, samples.time, samples.temperature - ZERO_CELSIUS, label=provenance)
     if test.thermal is not None:

@@ -33,12 +33,6 @@ def worn_volume(*, y: ArrayLike, depth: ArrayLike, rolling_radius: ArrayLike) ->
     return 2.0 * np.pi * radius * np.trapezoid(depth, y, axis=-1)
 
 
-def energy_volume(*, energy: ArrayLike, wear_coefficient: ArrayLike, hardness: ArrayLike) -> Floats:
-    """The volume [m^3] that the dissipated `energy` [J] wears off (Eq. 13); all broadcast."""
-    k, energy, hardness = arrays(wear_coefficient, energy, hardness)
-    return k * energy / hardness
-
-
 def allowed_coefficient(*, volume: ArrayLike, energy: ArrayLike, hardness: ArrayLike) -> Floats:
     """The one K [1] that joins a worn `volume` [m^3] and a dissipated `energy` [J], W H / E; all broadcast."""
     volume, energy, hardness = arrays(volume, energy, hardness)
