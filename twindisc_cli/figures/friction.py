@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from twindisc_cli.figures.style import BLACK, BLUE, GREY, RED, family, legend, measured_points, name_axes, page
-from twindisc_cli.identify.chart import Chart
-from twindisc_cli.identify.steps import StepFriction
 from twindisc_cli.model.experiment import Measured
+
+if TYPE_CHECKING:
+    from twindisc_cli.identify.chart import Chart
+    from twindisc_cli.identify.steps import StepFriction
 
 CREEPAGE, APPARENT = "creepage $\\upsilon_x$ [%]", "apparent friction $T/N$ [1]"
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -21,8 +23,10 @@ from twindisc_cli.figures.style import (
     name_axes,
     page,
 )
-from twindisc_cli.identify.wear import WearFit
-from twindisc_cli.identify.wear_history import WearHistory
+
+if TYPE_CHECKING:
+    from twindisc_cli.identify.wear import WearFit
+    from twindisc_cli.identify.wear_history import WearHistory
 
 ACROSS, HEIGHT = "$y$ [mm]", "height change [µm]"
 _PROFILES = 7
