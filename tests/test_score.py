@@ -178,7 +178,7 @@ def test_what_the_base_parameters_absorb_has_no_size(bench):
     shown, own = read(other, March(other).run(), [NOTHING], bench.plan), bench.readings([NOTHING])
     length = np.linalg.norm(np.concatenate([whiten(bench.plan, name, shown[name] - own[name]) for name in CHANNELS]))
     assert length > 100.0
-    assert ruler.size(shown, bench.plan) < 0.2
+    assert ruler.size(shown, bench.plan) < 5e-3 * length
 
 
 @pytest.mark.parametrize("name", [*CATALOGUE, *UNKNOWN])

@@ -118,7 +118,7 @@ def misalignment(rng: Generator, rig: Rig, base: Trace) -> Drawn:
 def load_error(rng: Generator, rig: Rig, base: Trace) -> Drawn:
     """The load is not the one set; T/N is still taken over the one set."""
     sign = _either(rng)
-    return Drawn(lambda size: Hidden(load=1.0 + sign * size), 0.45 if sign < 0 else 0.8)
+    return Drawn(lambda size: Hidden(load=1.0 + sign * size), 0.3 if sign < 0 else 0.4)
 
 
 def exact_elasticity(rng: Generator, rig: Rig, base: Trace) -> Drawn:
@@ -253,7 +253,7 @@ def parasitic_heat(rng: Generator, rig: Rig, base: Trace) -> Drawn:
 
 def heat_partition(rng: Generator, rig: Rig, base: Trace) -> Drawn:
     """Only a share of the dissipated power enters the disc."""
-    return Drawn(lambda size: Hidden(share=1.0 - size), 0.7)
+    return Drawn(lambda size: Hidden(share=1.0 - size), 0.6)
 
 
 def shaft_conduction(rng: Generator, rig: Rig, base: Trace) -> Drawn:

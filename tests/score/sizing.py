@@ -56,14 +56,15 @@ class Ruler:
     def size(self, readings: Channels, plan: Plan) -> float:
         """How far `readings` are from what the base model can be fitted to, in noise units of `plan`."""
         slopes = np.column_stack([_whitened(plan, column) / _STEP for column in self._base])
-        moved, model = np.zeros(len(_BASE)), self._start
-        for _ in range(6):
-            rest = _whitened(plan, _minus(readings, model))
-            step = np.linalg.lstsq(slopes, rest, rcond=None)[0]
-            moved = np.clip(moved + step, -1.5, 1.5)
+        moved, rest = np.zeros(len(_BASE)), _whitened(plan, _minus(readings, self._start))
+        for _ in range(12):
+            step = np.clip(np.linalg.lstsq(slopes, rest, rcond=None)[0], -0.4, 0.4)
             if np.abs(step).max() < _SMALL:
                 break
-            model = self._moved(moved)
+            moved = moved + step
+            after = _whitened(plan, _minus(readings, self._moved(moved)))
+            slopes += np.outer(rest - after - slopes @ step, step) / (step @ step)  # Broyden
+            rest = after
         return float(np.linalg.norm(rest - slopes @ step))
 
     def amount(self, drawn: Drawn, target: float) -> float:
