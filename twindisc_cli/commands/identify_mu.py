@@ -26,11 +26,17 @@ def run(test: Test) -> Result:
     found = identify_friction(ForwardModel(experiment))
     return Result(
         command="identify-mu",
-        summary=_summary(found),
+        summary=(*_summary(found), *_note(experiment)),
         json={"steps": [_step(found, i) for i in range(len(found.mu))]},
         dataset=_dataset(found),
         figure=lambda: _figure(experiment, found),
     )
+
+
+def _note(test: Experiment) -> tuple[str, ...]:
+    """What mu is where declared effects change the friction or the traction."""
+    effects = ", ".join(sorted(test.effects))
+    return (f"mu is the base coefficient on which the declared effects act: {effects}",) if effects else ()
 
 
 def _step(found: StepFriction, i: int) -> dict[str, Any]:

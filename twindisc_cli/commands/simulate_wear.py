@@ -8,6 +8,7 @@ import numpy as np
 
 from twindisc_cli.commands._base import friction_of_steps, wear_coefficient
 from twindisc_cli.definition import Test
+from twindisc_cli.errors import DefinitionError, Problem
 from twindisc_cli.identify.wear import last_profile
 from twindisc_cli.identify.wear_history import WearHistory, wear_history
 from twindisc_cli.model.experiment import Experiment
@@ -23,7 +24,12 @@ def run(test: Test) -> Result:
     experiment = test.experiment
     model = ForwardModel(experiment)
     mu, _ = friction_of_steps(test, model)
-    k, source = wear_coefficient(test, model, mu)
+    k, source = wear_coefficient(model, mu)
+    if np.isnan(k):
+        what = (
+            "no wear coefficient is known: give wear_coefficient under [model], or a measured profile to find it from"
+        )
+        raise DefinitionError(Problem(what, str(test.path)))
     history = wear_history(model, mu=mu, wear_coefficient=k)
     return Result(
         command="simulate-wear",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from twindisc_cli.commands._base import contact_paths, friction_of_steps
+from twindisc_cli.commands._base import contact_paths, friction_of_steps, wear_coefficient
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import DefinitionError, Problem
 from twindisc_cli.identify.convection import identify_convection
@@ -29,7 +29,8 @@ class Heat:
     """Time [s], temperature of the disc [K] and dissipated power [W] at each point, flash rise [K]: each (point,).
 
     of_iteration: the last point of each iteration; eq_19: the disc [K] there by Eq. 19 as the paper steps it, one
-    implicit step an iteration: each (iteration,). convection [W/K], its standard error, whence it is.
+    implicit step an iteration: each (iteration,). convection [W/K], its standard error, whence it is;
+    patch, which patch the flash is of.
     """
 
     time: Floats
@@ -41,6 +42,7 @@ class Heat:
     convection: float
     std: float
     source: str
+    patch: str
 
 
 def run(test: Test) -> Result:
@@ -64,6 +66,7 @@ def run(test: Test) -> Result:
             "convection_W_K": heat.convection,
             "convection_W_K_std": heat.std if np.isfinite(heat.std) else None,
             "convection_source": heat.source,
+            "patch": heat.patch,
             "iterations": [_iteration(heat, i, int(point)) for i, point in enumerate(heat.of_iteration)],
         },
         dataset=_dataset(heat),
@@ -82,7 +85,8 @@ def _heat(test: Test, model: ForwardModel, thermal: Thermal) -> Heat:
             raise DefinitionError(Problem(what, str(test.path)))
         found = identify_convection(model, mu)
         convection, std, source = found.value, found.std, "from the measured temperature"
-    base = base_parameters(test.experiment, mu[None])
+    k, wear = wear_coefficient(model, mu)
+    base = base_parameters(test.experiment, mu[None], wear_coefficient=k)
     prediction = model.predict({**base, "convection_W_K": np.array([convection])})
     energy = prediction.state.energy[0, model.points.of_iteration]
     return Heat(
@@ -95,6 +99,7 @@ def _heat(test: Test, model: ForwardModel, thermal: Thermal) -> Heat:
         convection=convection,
         std=std,
         source=source,
+        patch="of the unworn discs" if np.isnan(k) else f"worn with K = {k:.3g}, {wear}",
     )
 
 
@@ -151,6 +156,7 @@ def _summary(heat: Heat, start: float) -> tuple[str, ...]:
         f"convection {heat.convection:.3g}{error} W/K, {heat.source}",
         f"disc: rises by {peak - start:.3g} K to {peak - ZERO_CELSIUS:.4g} °C, at {when:.0f} s",
         f"flash: up to {flash:.3g} K at the hottest point above the disc, {mean:.3g} K on average over the patch",
+        f"patch: {heat.patch}",
     )
 
 
