@@ -7,6 +7,7 @@ from typing import Any
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import CHANNELS, Effect, Param
 from twindisc_cli.errors import DefinitionError, Problem, did_you_mean
+from twindisc_cli.report.words import explanation
 from twindisc_cli.results import Dataset, Result
 
 _INDENT = "  "
@@ -50,7 +51,7 @@ def _explained(name: str, effect: Effect) -> list[str]:
     return [
         name,
         "",
-        *effect.explanation.splitlines(),
+        *explanation(name).splitlines(),
         "",
         f"Seen in: {seen}; first in the {effect.channel}.",
         f"Source: {effect.source}.",
@@ -82,7 +83,7 @@ def _full(name: str, effect: Effect) -> dict[str, Any]:
         **_brief(name, effect),
         "stage": effect.stage,
         "seen_in": [channel for channel in CHANNELS if channel in effect.seen_in],
-        "explanation": effect.explanation,
+        "explanation": explanation(name),
         "parameters": [
             {
                 "name": p.name,

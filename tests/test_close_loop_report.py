@@ -1,0 +1,635 @@
+"""What close-loop shows of a diagnosis: figure, page, summary, JSON, arrays and the revised definition.
+
+The diagnosis is made up: seeded curves about a known course, so that what is drawn and told has a known answer.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import tomllib
+from base64 import b64decode
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+import xarray
+from definitions import VALID
+from matplotlib.figure import Figure
+
+from twindisc_cli import cli
+from twindisc_cli.commands import _loop_told as told
+from twindisc_cli.commands import close_loop
+from twindisc_cli.commands._loop_rows import rows_of, strongest
+from twindisc_cli.commands.close_loop import result_of, revised, run, summary
+from twindisc_cli.definition import Test, load
+from twindisc_cli.effects import catalogue
+from twindisc_cli.errors import DefinitionError
+from twindisc_cli.figures.close_loop import figure
+from twindisc_cli.loop.diagnosis import (
+    ChannelError,
+    Curve,
+    Diagnosis,
+    Estimate,
+    FoundEffect,
+    NextExperiment,
+    Tried,
+    Unexplained,
+    Validation,
+)
+from twindisc_cli.report import words
+from twindisc_cli.results import Result
+from twindisc_cli.results.store import plain
+
+NOISE = {"traction": 0.004, "profile": 0.1e-6, "temperature": 0.15}
+SAMPLES = 60
+DURATION = 420.0
+"""Three steps of two, two and one iterations of 84 s (see definitions.VALID)."""
+
+
+@pytest.fixture(scope="module", name="test")
+def small(tmp_path_factory: pytest.TempPathFactory) -> Test:
+    return made(tmp_path_factory.mktemp("small"), "small")
+
+
+def made(folder: Path, name: str, extra: str = "") -> Test:
+    """A test with three measured channels, two profiles of disc 2, one of disc 1."""
+    time = DURATION * (np.arange(SAMPLES) + 1.0) / SAMPLES
+    creepage = np.where(time <= 168.0, 0.5, np.where(time <= 336.0, 1.0, 2.0))
+    y = np.linspace(-2.0, 2.0, SAMPLES)
+    tables = {
+        "traction": ("time [s],creepage [%],traction ratio [1]", np.stack([time, creepage, 0.5 + 0 * time], axis=1)),
+        "profile": (
+            "y [mm],height [um],disc,iteration",
+            np.concatenate(
+                [np.stack([y, 0 * y - 1, 0 * y + d, 0 * y + i], axis=1) for d, i in ((1, 5), (2, 3), (2, 5))]
+            ),
+        ),
+        "temperature": ("time [s],temperature [degC]", np.stack([time, 20.0 + 0.01 * time], axis=1)),
+    }
+    for channel, (head, table) in tables.items():
+        rows = "\n".join(",".join(f"{value:.9g}" for value in row) for row in table)
+        (folder / f"{name}_{channel}.csv").write_text(f"{head}\n{rows}\n", encoding="utf-8")
+    measured = "".join(f'{channel} = "{name}_{channel}.csv"\n' for channel in tables)
+    text = VALID.replace('name = "small"', f'name = "{name}"\ndescription = "dry <b>& slow</b>"')
+    text = text.replace("friction_coefficient = 0.6\n", "")
+    path = folder / f"{name}.toml"
+    path.write_text(f'{text}{extra}\n[measured]\n{measured}provenance = "reconstructed"\n', encoding="utf-8")
+    return load(path)
+
+
+def curves(test: Test, seed: int = 3) -> list[Curve]:
+    """Measured = a course + noise; the model after is the course; the model before misses a known part of it."""
+    draw = np.random.default_rng(seed)
+    measured = test.experiment.measured
+    assert measured.traction and measured.profile and measured.temperature
+    time, y = measured.traction.time, measured.profile.y
+    thermal = {"time": time, "creepage": measured.traction.creepage, "cycles": 50.0 * time, "energy": 20.0 * time}
+    thermal["temperature"] = 293.15 + 0.01 * time
+    truth = {
+        "traction": (0.5 - 5.0 * thermal["creepage"], 5.0 * (thermal["creepage"] - 0.01), thermal),
+        "profile": (
+            -4e-6 * np.exp(-((y / 1e-3) ** 2)),
+            -1e-6 * np.exp(-((y / 1e-3) ** 2)),
+            {"y": y, "disc": measured.profile.disc, "iteration": measured.profile.iteration},
+        ),
+        "temperature": (thermal["temperature"], 2e-3 * (time - 210.0), thermal),
+    }
+    made = []
+    for channel, (course, miss, covariates) in truth.items():
+        noisy = course + NOISE[channel] * draw.standard_normal(len(course))
+        held, kept = np.arange(len(course)) % 5 == 2, np.arange(len(course)) != 7
+        name = test.experiment.name
+        made.append(Curve(name, channel, noisy, course + miss, course, held, kept, covariates, "reconstructed"))  # type: ignore[arg-type]
+    return made
+
+
+def error(channel: str, before: float, after: float) -> ChannelError:
+    unit, factor = {"traction": ("1", 1.0), "profile": ("um", 1e6), "temperature": ("K", 1.0)}[channel]
+    noise = factor * NOISE[channel]
+    return ChannelError(unit, noise, 0.0, before * noise, after * noise, 1.1 * before * noise, 1.02 * after * noise)
+
+
+def tried(channel: Any, *names: str, gain: float, p: float = 0.4, **more: Any) -> Tried:
+    values = {"probability": 0.0, "at_bound": (), "passed": False, "left_length": 2.0, **more}
+    return Tried(channel=channel, effects=names, gain=gain, evidence=0.4 * gain, left_p_value=p, **values)
+
+
+def found(test: Test) -> Diagnosis:
+    """Two effects in two channels, one of them with a twin."""
+    twins = ("film_breakdown",)
+    ratio, decay = Estimate(0.412, 0.011, 0.394, 0.430, "1"), Estimate(3.2, 0.4, 2.6, 3.9, "s m-1")
+    return Diagnosis(
+        verdict="effects_found",
+        effects=[
+            FoundEffect("falling_friction", "traction", {"ratio": ratio, "decay_s_m": decay}, twins, 0.71),
+            FoundEffect("lateral_wander", "profile", {"std_mm": Estimate(0.2, 0.01, 0.18, 0.22, "mm")}, (), 0.999),
+        ],
+        unexplained=[],
+        errors={"traction": error("traction", 15.0, 1.0), "profile": error("profile", 4.0, 1.01),
+                "temperature": error("temperature", 1.0, 1.0)},
+        base={"mu": Estimate(0.6, 0.001, 0.598, 0.602, "1"), "K": Estimate(7e-5, 4e-7, 6.9e-5, 7.1e-5, "1")},
+        tried=[
+            tried("traction", "film_breakdown", gain=900.0, passed=True, probability=0.29),
+            tried("traction", "sensor_drift", gain=800.0, p=1e-5, left_length=12.0),
+            tried("traction", "falling_friction", gain=910.0, passed=True, probability=0.71),
+            tried("traction", "misalignment", gain=700.0, at_bound=("misalignment.yaw_mrad",)),
+            tried("traction", "load_error", gain=1.0),
+            tried("profile", "lateral_wander", gain=400.0, passed=True, probability=0.999),
+            tried("profile", "half_space_contact", "wear_partition", gain=300.0, p=1e-4, left_length=9.0),
+        ],
+        curves=curves(test),
+        p_values={"traction": 1e-6, "profile": 1e-4, "temperature": 0.43},
+        held_out_steps={test.experiment.name: (1,)},
+        notes=["the humidity was not recorded"],
+        next_experiment=NextExperiment(
+            why="low and high creepages in turn: expected to separate falling_friction from film_breakdown",
+            steps=[{"creepage_percent": 0.5, "iterations": 3.0}, {"creepage_percent": 2.0, "iterations": 2.0}],
+            rivals=("falling_friction", "film_breakdown"),
+            separation=8.1,
+            separation_now=1.2,
+            channel_wanted="temperature",
+        ),
+        validation=None,
+        seconds=2.0,
+    )  # fmt: skip
+
+
+def nothing(test: Test) -> Diagnosis:
+    return replace(found(test), verdict="no_missing_effect", effects=[], tried=[], next_experiment=None, notes=[])
+
+
+def unknown(test: Test) -> Diagnosis:
+    left = [
+        Unexplained("traction", "time", "smooth", 0.31, 1e-9),
+        Unexplained("traction", "energy", "smooth", 0.3, 1e-9),
+    ]
+    refused = [replace(t, passed=False, left_p_value=1e-5) for t in found(test).tried if t.channel == "traction"]
+    return replace(found(test), verdict="unexplained", effects=[], unexplained=left, tried=refused)
+
+
+RESULTS: dict[tuple[str, str], Result] = {}
+
+
+def result(kind: Any, test: Test) -> Result:
+    """The result of a diagnosis of one test, drawn once."""
+    key = (kind.__name__, str(test.path))
+    if key not in RESULTS:
+        RESULTS[key] = result_of(kind(test), [test], None)
+    return RESULTS[key]
+
+
+def text_of(drawn: Figure) -> str:
+    parts = [text.get_text() for text in drawn.texts]
+    for axes in drawn.axes:
+        legend = axes.get_legend()
+        parts += [axes.get_title(), axes.get_xlabel(), axes.get_ylabel(), *(t.get_text() for t in axes.texts)]
+        parts += [text.get_text() for text in legend.get_texts()] if legend else []
+    suptitle = drawn.get_suptitle()
+    return "\n".join([*parts, suptitle])
+
+
+def line(axes: Any, label: str) -> Any:
+    return next(drawn for drawn in axes.get_lines() if drawn.get_label() == label)
+
+
+# --- words
+
+
+def test_numbers_for_reading() -> None:
+    # Rules of GUM 7.2.6: the error with two digits, the value to the same decimal.
+    assert words.with_error(0.41231, 0.01149) == "0.412 ± 0.011"
+    assert words.with_error(6.931e-5, 4.2e-7) == "(6.931 ± 0.042)e-5"
+    assert words.with_error(30123.0, 512.0, "W K-1") == "30123 ± 512 W K⁻¹"
+    assert words.with_error(1.0, 0.0, "N mm-2") == "1.00 N mm⁻²"
+    assert [words.number(v) for v in (0.0, 4200.0, 0.00412, 7e-5, math.nan)] == ["0", "4200", "0.00412", "7.00e-5", "–"]
+    assert [words.percent(v) for v in (0.31, 0.999, 0.001)] == ["31 %", "> 99 %", "< 1 %"]
+    assert [words.p_value(v) for v in (0.0, 0.03)] == ["p < 0.001", "p = 0.03"]
+    assert words.listed(["a", "b", "c"], "or") == "a, b or c"
+
+
+@pytest.mark.parametrize("name", sorted(catalogue()))
+def test_effects_are_named_as_in_their_explanation(name: str) -> None:
+    assert words.plain_name(name)[0].islower()
+    assert catalogue()[name].explanation.lower().startswith(words.plain_name(name).lower() + ":")
+    assert "point)" not in words.explanation(name)
+
+
+# --- verdict and summary
+
+
+def test_where_data_cannot_tell_no_single_name_is_told(test: Test) -> None:
+    first = told.sentences(found(test))[0]
+    assert first == (
+        "The model lacks in the traction falling friction or film breakdown; in the worn profile lateral wander."
+    )
+    assert "cannot tell" in told.sentences(found(test))[1]
+    sure = replace(found(test), effects=found(test).effects[1:])
+    assert told.sentences(sure)[0] == "The model lacks lateral wander."
+    assert not any("cannot tell" in sentence for sentence in told.sentences(sure))
+
+
+def test_the_headline_error_is_on_data_held_out(test: Test) -> None:
+    # 15 times the noise of 0.004, 1.1 times that where it is held out: 0.066; after 1.02 times the noise: 0.00408.
+    assert "falls from 0.0660 to 0.00408 on data held out" in told.sentences(found(test))[2]
+    held = replace(error("traction", 15.0, 1.0), held_out_before=math.nan, held_out_after=math.nan)
+    diagnosis = replace(found(test), errors={**found(test).errors, "traction": held})
+    assert "falls from 0.0600 to 0.00400 on the data fitted, for none" in told.sentences(diagnosis)[2]
+
+
+@pytest.mark.parametrize("kind", [found, nothing, unknown])
+def test_summary_is_ten_lines_with_the_verdict_first(test: Test, kind: Any) -> None:
+    diagnosis = kind(test)
+    crowded = replace(diagnosis, notes=[f"note {i}" for i in range(20)])
+    for lines in (summary(diagnosis), summary(crowded)):
+        assert len(lines) <= 10
+        assert lines[0].startswith(f"{diagnosis.verdict}: ")
+        assert not any("nan" in text for text in lines)
+    assert "notes in close-loop.html" in summary(crowded)[-1]
+
+
+def test_summary_holds_what_decides(test: Test) -> None:
+    text = "\n".join(summary(found(test)))
+    for needed in (
+        "error 0.0600 -> 0.00400, held out 0.0660 -> 0.00408, noise 0.00400",
+        "ratio = 0.412 ± 0.011, decay_s_m = 3.20 ± 0.40 s m⁻¹",
+        "cannot be told from film_breakdown",
+        "K = (7.000 ± 0.040)e-5",
+        "next: low and high creepages in turn",
+        "humidity",
+    ):
+        assert needed in text
+    assert "depends on time (31 % of the variance) or dissipated energy" in summary(unknown(test))[0]
+
+
+# --- figure
+
+
+@pytest.mark.parametrize("kind", [found, nothing, unknown])
+def test_figure_has_three_panels_a_channel_and_says_where_data_are_from(test: Test, kind: Any) -> None:
+    drawn = figure(rows_of(kind(test), [test.experiment]), title="small: a verdict", provenance="reconstructed")
+    text = text_of(drawn)
+    assert "reconstructed data" in text
+    assert "small: a verdict" in text
+    assert sum(axes.get_title() == "what the model leaves" for axes in drawn.axes) == 3
+    for needed in ("measured, held out", "outlier", "model before", "model after", "creepage [%]", "noise, ±2 std"):
+        assert needed in text
+
+
+def test_panels_show_the_samples_in_the_units_of_their_labels(test: Test) -> None:
+    diagnosis = found(test)
+    drawn = figure(rows_of(diagnosis, [test.experiment]), title="", provenance="reconstructed")
+    by_title = {(axes.get_title(), axes.get_ylabel()): axes for axes in drawn.axes}
+    traction, _, temperature = diagnosis.curves
+    left = by_title["traction: measured and model", "traction ratio T/N [1]"]
+    assert np.array_equal(
+        line(left, "model after").get_xydata(), np.stack([traction.covariates["time"], traction.after], 1)
+    )
+    held = traction.held_out & traction.kept
+    assert np.array_equal(line(left, "measured, held out").get_ydata(), traction.measured[held])
+    assert left.get_xlim() == (0.0, DURATION)
+    celsius = by_title["temperature: measured and model", "disc temperature [°C]"]
+    assert np.allclose(line(celsius, "model before").get_ydata(), temperature.before - 273.15)
+    height = by_title["profile: measured and model", "height change [µm]"]
+    drawn_heights = np.concatenate([np.asarray(drawn_line.get_ydata()) for drawn_line in height.get_lines()])
+    deepest = float(drawn_heights.min())
+    assert deepest == pytest.approx(-5.0, abs=0.3)
+    assert {"disc 1, iteration 5", "disc 2, iteration 3", "disc 2, iteration 5"} <= set(text_of(drawn).splitlines())
+    rest = by_title["what the model leaves", "measured − model [µm]"]
+    (band,) = [patch for patch in rest.patches if patch.get_label() == "noise, ±2 std"]
+    assert band.get_extents().transformed(rest.transData.inverted()).intervaly == pytest.approx((-0.2, 0.2))
+
+
+def test_the_course_of_the_leftover_is_its_mean_at_each_level(test: Test) -> None:
+    # Before, the model is 5 (creepage - 1 %) too high; without noise the mean leftover at 0.5, 1 and 2 % follows.
+    clean = [replace(c, measured=c.after) for c in found(test).curves]
+    (row, *_) = rows_of(replace(found(test), curves=clean), [test.experiment])
+    drawn = figure([row], title="", provenance="synthetic")
+    (panel,) = [axes for axes in drawn.axes if axes.get_title() == "what the model leaves"]
+    assert line(panel, "before").get_xydata() == pytest.approx(np.array([[0.5, 0.025], [1.0, 0.0], [2.0, -0.05]]))
+    assert line(panel, "after").get_ydata() == pytest.approx(0.0)
+
+
+def test_the_leftover_is_drawn_over_what_it_depends_on(test: Test) -> None:
+    assert strongest(found(test), "traction") == "creepage"
+    assert strongest(found(test), "profile") == "y"
+    assert strongest(found(test), "temperature") in ("time", "cycles", "energy", "temperature")
+    assert strongest(unknown(test), "traction") == "time"
+
+
+def test_ranking_puts_what_holds_first_and_says_why_others_do_not(test: Test) -> None:
+    (row, profile, temperature) = rows_of(found(test), [test.experiment])
+    assert [(r.label, r.note) for r in row.ranking] == [
+        ("falling friction", "71 %"),
+        ("film breakdown", "29 %"),
+        ("sensor drift", "leaves structure"),
+        ("misalignment", "yaw_mrad at a bound"),
+        ("load error", "too little"),
+    ]
+    assert [r.chosen for r in row.ranking] == [True, False, False, False, False]
+    assert row.ranking[0].gain == pytest.approx(math.sqrt(910.0))
+    assert profile.ranking[1].label.replace("\n", " ") == "half-space contact + wear partition"
+    assert temperature.ranking == []
+    assert "nothing is missing here" in temperature.outcome
+    assert "as measured" in rows_of(unknown(test), [test.experiment])[2].outcome
+
+
+def test_samples_without_times_are_drawn_over_creepage(tmp_path: Path) -> None:
+    test = made(tmp_path, "small")
+    samples = test.experiment.measured.traction
+    assert samples is not None
+    untimed = replace(samples, time=np.full(SAMPLES, np.nan))
+    experiment = replace(test.experiment, measured=replace(test.experiment.measured, traction=untimed))
+    row = rows_of(found(test), [experiment])[0]
+    assert row.x == "creepage [%]"
+    assert row.spans == []
+
+
+def test_tests_fitted_together_follow_each_other(tmp_path: Path) -> None:
+    first, second = made(tmp_path, "one"), made(tmp_path, "two")
+    diagnosis = replace(found(first), curves=[*curves(first), *curves(second)])
+    rows = rows_of(diagnosis, [first.experiment, second.experiment])
+    traction, profile, _ = rows
+    assert [t.label for t in traction.traces] == ["one", "two"]
+    assert traction.traces[1].x.min() > traction.traces[0].x.max()
+    assert traction.spans[3].begin > traction.spans[2].end
+    assert profile.traces[-1].label == "two disc 2, iteration 5"
+    assert "one disc 1, iteration 5" in text_of(figure(rows, title="", provenance="measured and synthetic"))
+    data = result_of(diagnosis, [first, second], None).dataset
+    assert {"traction_1_sample", "traction_2_sample"} <= {axis.name for axis in data.axes}
+
+
+# --- page
+
+
+class Reader(HTMLParser):
+    """The text of a page by element, its links, and whether every element is closed."""
+
+    VOID = ("meta", "img", "br", "link", "input")
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.links: list[str] = []
+        self.seen: list[tuple[str, str]] = []
+        self.feed(html)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.links += [value or "" for key, value in attrs if key in ("src", "href")]
+        self.seen.append((tag, ""))
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open:
+            self.seen.append((self.open[-1], data))
+
+    def text(self, *tags: str) -> str:
+        return " ".join(" ".join(data for tag, data in self.seen if not tags or tag in tags).split())
+
+
+def page(of: Result) -> str:
+    html = of.extra_files["close-loop.html"]
+    assert isinstance(html, str)
+    return html
+
+
+@pytest.mark.parametrize("kind", [found, nothing, unknown])
+def test_page_is_whole_and_needs_nothing_beside_it(test: Test, kind: Any) -> None:
+    html = page(result(kind, test))
+    reader = Reader(html)
+    assert reader.open == []
+    (image,) = reader.links
+    assert b64decode(image.removeprefix("data:image/png;base64,"))[:8] == b"\x89PNG\r\n\x1a\n"
+    assert "http" not in html.replace(image, "")
+    assert "script" not in {tag for tag, _ in reader.seen}
+    assert "nan" not in reader.text("td", "p", "li").split()
+    assert "reconstructed data" in reader.text("span")
+    assert "dry <b>& slow</b>" in reader.text("h3")
+    assert ("b", "") not in reader.seen
+    assert "@media print" in html
+
+
+def test_page_begins_with_the_verdict(test: Test) -> None:
+    for kind in (found, nothing, unknown):
+        diagnosis = kind(test)
+        text = Reader(page(result(kind, test))).text("h1", "h2", "p", "td", "th")
+        assert text.index(told.sentences(diagnosis)[0]) < text.index("Error before and after")
+
+
+def test_page_tells_effects_with_formula_source_and_interval(test: Test) -> None:
+    reader = Reader(page(result(found, test)))
+    assert "mu(w) = mu_0 [A + (1 - A) exp(-B w)]" in reader.text("pre")
+    assert "mu(v) = mu_0 [r + (1 - r)" in reader.text("pre"), "the alternative is explained too"
+    for name in ("falling_friction", "film_breakdown", "lateral_wander"):
+        assert catalogue()[name].source in reader.text("p")
+    assert "0.412 ± 0.011 0.394 to 0.430" in reader.text("td")
+    assert "mu at infinite sliding speed over mu at rest" in reader.text("td")
+
+
+def test_page_lists_every_explanation_tried(test: Test) -> None:
+    cells = Reader(page(result(found, test))).text("td")
+    for needed in (
+        "falling friction 30.2 71 %",
+        "sensor drift 28.3",
+        "p < 0.001, 12.0 noise units long",
+        "refused: what it leaves is not noise",
+        "refused: yaw_mrad ran into a bound",
+        "half-space contact + wear partition",
+        "takes away no more than chance would",
+    ):
+        assert needed in cells
+
+
+def test_page_says_where_to_look_for_what_is_unexplained(test: Test) -> None:
+    cells = Reader(page(result(unknown, test))).text("td")
+    assert "traction time a smooth trend 31 % p < 0.001 what changes as the test goes on" in cells
+
+
+def test_page_gives_the_next_experiment_ready_to_run(test: Test, tmp_path: Path) -> None:
+    reader = Reader(page(result(found, test)))
+    (table,) = [data for tag, data in reader.seen if tag == "pre" and data.startswith("[history]")]
+    steps = tomllib.loads(table)["history"]["steps"]
+    assert [(s["creepage_percent"], s["iterations"]) for s in steps] == [(0.5, 3), (2.0, 2)]
+    begin, end = VALID.index("[history]"), VALID.index("[model]")
+    (tmp_path / "next.toml").write_text(f"{VALID[:begin]}{table}\n\n{VALID[end:]}", encoding="utf-8")
+    assert load(tmp_path / "next.toml").experiment.history.creepage.tolist() == [0.005] * 3 + [0.02] * 2
+    assert "Record the disc temperature as well" in reader.text("p")
+
+
+def test_page_counts_what_was_held_out(test: Test) -> None:
+    items = Reader(page(result(found, test))).text("li")
+    assert "step 2 (1 %)" in items
+    assert "12 of 60 of the traction, 36 of 180 of the worn profile and 12 of 60 of the disc temperature" in items
+
+
+def test_a_test_that_was_only_predicted_is_told_apart(tmp_path: Path) -> None:
+    first, other = made(tmp_path, "one"), made(tmp_path, "other")
+    nowhere = replace(error("profile", 9.0, 1.5), before=math.nan, after=math.nan)
+    diagnosis = replace(found(first), validation=Validation("other", {"profile": nowhere}))
+    outcome = result_of(diagnosis, [first], other)
+    reader = Reader(page(outcome))
+    assert "other was not fitted" in reader.text("p")
+    assert "only predicted" in reader.text("li")
+    assert "1.5 times the noise" in reader.text("td")
+    assert outcome.json["validation"]["error"]["profile"]["held_out_before"] == pytest.approx(0.99)
+    assert "predicted, never fitted: other: worn profile 0.990 -> 0.153 µm" in outcome.summary
+
+
+# --- numbers for programs
+
+
+def test_json_holds_the_keys_of_the_contract(test: Test) -> None:
+    told_json = json.loads(json.dumps(plain(result(found, test).json)))
+    assert told_json["verdict"] == "effects_found"
+    (first, second) = told_json["effects"]
+    assert first["effect"] == "falling_friction"
+    assert first["alternatives"] == ["film_breakdown"]
+    assert first["parameters"]["ratio"] == {"value": 0.412, "std": 0.011, "low": 0.394, "high": 0.43, "unit": "1"}
+    assert second["channel"] == "profile"
+    assert told_json["error"]["profile"]["unit"] == "um"
+    assert set(told_json["error"]["traction"]) == {
+        "unit", "noise", "before", "after", "held_out_before", "held_out_after",
+    }  # fmt: skip
+    assert told_json["base"]["K"]["std"] == 4e-7
+    assert told_json["next_experiment"]["steps"][0] == {"creepage_percent": 0.5, "iterations": 3}
+    assert told_json["revised"] == "revised.toml"
+    assert told_json["hold_out_steps"] == {"small": [2]}
+
+
+def test_json_of_what_is_not_there(test: Test) -> None:
+    first = replace(nothing(test), errors={"traction": found(test).errors["traction"]}, curves=curves(test)[:1])
+    told_json = result_of(first, [test], None).json
+    assert told_json["error"]["profile"] == told_json["error"]["temperature"] == {}
+    assert told_json["next_experiment"]["steps"] == []
+    assert told_json["effects"] == told_json["unexplained"] == []
+    left = result(unknown, test).json["unexplained"]
+    assert left[0] == {"channel": "traction", "covariate": "time", "kind": "smooth", "share_of_variance": 0.31,
+                       "p_value": 1e-9}  # fmt: skip
+
+
+def test_exit_code_5_only_where_the_cause_is_in_no_catalogue(test: Test) -> None:
+    assert [result(kind, test).exit_code for kind in (found, nothing, unknown)] == [0, 0, 5]
+    partly = replace(found(test), unexplained=unknown(test).unexplained)
+    outcome = result_of(partly, [test], None)
+    assert outcome.exit_code == 0
+    assert any("stays unexplained" in sentence for sentence in told.sentences(partly))
+    assert any(text.startswith("unexplained: ") for text in outcome.summary)
+
+
+# --- the revised definition
+
+
+def test_revised_definition_runs_with_what_was_found(test: Test) -> None:
+    path = test.path.with_name("revised.toml")
+    path.write_text(revised(found(test), test), encoding="utf-8")
+    again = load(path).experiment
+    assert again.effects == {
+        "falling_friction": {"ratio": 0.412, "decay_s_m": 3.2},
+        "lateral_wander": {"std_mm": 0.2},
+    }
+    assert again.options.friction_coefficient == 0.6
+    assert again.options.wear_coefficient == 7e-5
+    assert again.measured.provenance == "reconstructed"
+    assert again.history.creepage.tolist() == test.experiment.history.creepage.tolist()
+    assert path.read_text().startswith("# small, with falling friction and lateral wander added")
+
+
+def test_revised_definition_keeps_what_was_given(tmp_path: Path) -> None:
+    test = made(
+        tmp_path,
+        "given",
+        "wear_coefficient = 1e-4\n\n[effects.torque_offset]\noffset = 0.01\n\n[loop]\nhold_out_steps = [2]\n",
+    )
+    document = tomllib.loads(revised(found(test), test))
+    assert document["model"]["wear_coefficient"] == 1e-4
+    assert document["loop"]["hold_out_steps"] == [2]
+    assert set(document["effects"]) == {"torque_offset", "falling_friction", "lateral_wander"}
+
+
+def test_revised_definition_takes_the_base_of_its_own_test(tmp_path: Path) -> None:
+    first, second = made(tmp_path, "one"), made(tmp_path, "two")
+    mu = {f"mu ({name})": Estimate(value, 0.01, 0.0, 1.0, "1") for name, value in (("one", 0.3), ("two", 0.5))}
+    diagnosis = replace(found(first), base={**mu, "K": Estimate(7e-5, 1e-6, 6e-5, 8e-5, "1")})
+    assert tomllib.loads(revised(diagnosis, first))["model"]["friction_coefficient"] == 0.3
+    assert tomllib.loads(revised(diagnosis, second))["model"]["friction_coefficient"] == 0.5
+    names = {array.name for array in result_of(diagnosis, [first, second], None).dataset.arrays}
+    assert {"base_mu_one", "base_mu_two", "base_K"} <= names
+
+
+def test_a_parameter_at_its_bound_stays_valid(test: Test) -> None:
+    bound = catalogue()["third_body_layer"].params[0].lower
+    just_below = Estimate(bound * (1.0 - 1e-12), 0.01, 0.0, 1.0, "1")
+    effect = FoundEffect("third_body_layer", "traction", {"slope_ratio": just_below}, (), 1.0)
+    path = test.path.with_name("at_bound.toml")
+    path.write_text(revised(replace(found(test), effects=[effect]), test), encoding="utf-8")
+    assert load(path).experiment.effects == {"third_body_layer": {"slope_ratio": bound}}
+
+
+# --- files
+
+
+@pytest.fixture
+def faked(monkeypatch: pytest.MonkeyPatch, test: Test) -> None:
+    monkeypatch.setattr(close_loop, "diagnose", lambda tests, *, validate, progress: found(test))
+
+
+def called(*arguments: str) -> int:
+    with pytest.raises(SystemExit) as left:
+        cli.main(["close-loop", *arguments])
+    return int(left.value.code or 0)
+
+
+def test_files_are_written_whole_and_the_same_each_time(
+    faked: None, test: Test, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    assert called(str(test.path), "-o", str(out), "--json") == 0
+    folder = out / "small"
+    files = {path.name: path.read_bytes() for path in folder.iterdir()}
+    assert set(files) == {"close-loop.h5", "close-loop.png", "close-loop.html", "revised.toml"}
+    told_json = json.loads(capsys.readouterr().out)
+    assert told_json["revised"] == str(folder / "revised.toml")
+    assert load(folder / "revised.toml").experiment.measured.profile is not None
+    assert called(str(test.path), "-o", str(out), "--force") == 0
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == files
+
+
+@pytest.mark.parametrize("kind", [found, nothing])
+def test_all_numbers_are_in_the_hdf5_file(
+    monkeypatch: pytest.MonkeyPatch, test: Test, tmp_path: Path, kind: Any
+) -> None:
+    monkeypatch.setattr(close_loop, "diagnose", lambda tests, *, validate, progress: kind(test))
+    assert called(str(test.path), "-o", str(tmp_path / "out")) == 0
+    path = tmp_path / "out" / "small" / "close-loop.h5"
+    diagnosis = kind(test)
+    with xarray.open_dataset(path, engine="h5netcdf") as data:
+        assert data["traction_error"].sel(error_kind="held_out_after") == diagnosis.errors["traction"].held_out_after
+        assert data["profile_error"].attrs["units"] == "um"
+        assert np.array_equal(data["profile_measured"], diagnosis.curves[1].measured)
+        assert data["profile_measured"].attrs["units"] == "m"
+        assert np.array_equal(data["traction_at_creepage"], diagnosis.curves[0].covariates["creepage"])
+        assert np.array_equal(data["temperature_held_out"], diagnosis.curves[2].held_out)
+        assert data["base_K"].sel(estimate_kind="value") == 7e-5
+        assert data.sizes["candidate"] == len(diagnosis.tried)
+        if diagnosis.effects:
+            assert data["falling_friction_decay_s_m"].attrs["units"] == "s m-1"
+            assert data["candidate_effects"].values[0] == "film_breakdown"
+            assert data["candidate_gain"].values[1] == 800.0
+    with h5py.File(str(path)) as file:
+        named = [item for item in file.values() if isinstance(item, h5py.Dataset)]
+        assert all(item.attrs["units"] and item.attrs["long_name"] for item in named)
+
+
+def test_a_test_without_data_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "bare.toml").write_text(VALID, encoding="utf-8")
+    with pytest.raises(DefinitionError, match=r"bare\.toml: measured: names no data"):
+        run([load(tmp_path / "bare.toml")], None, lambda what, fraction: None)

@@ -1,0 +1,103 @@
+"""From a diagnosis to the arrays of close-loop.h5: curves, explanations tried, estimates and errors."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from twindisc_cli.loop.diagnosis import ChannelError, Curve, Diagnosis, Estimate, Tried
+from twindisc_cli.results import Array, Axis, Dataset
+
+SI = {"traction": "1", "profile": "m", "temperature": "K"}
+COVARIATES: Mapping[str, tuple[str, str]] = {
+    "time": ("s", "time since the start of the test"),
+    "creepage": ("1", "longitudinal creepage"),
+    "cycles": ("1", "revolutions so far"),
+    "energy": ("J", "energy dissipated so far, of the model before"),
+    "temperature": ("K", "disc temperature of the model before"),
+    "y": ("m", "position across the track"),
+    "disc": ("1", "disc whose profile was recorded"),
+    "iteration": ("1", "iterations completed when the profile was recorded"),
+}
+ERRORS = ("noise", "before", "after", "held_out_before", "held_out_after")
+ESTIMATES = ("value", "std", "low", "high")
+
+
+def dataset_of(diagnosis: Diagnosis) -> Dataset:
+    """All numbers of a diagnosis."""
+    several = len({curve.test for curve in diagnosis.curves}) > 1
+    axes = [
+        Axis("error_kind", np.array(ERRORS, dtype=object), "1", "kind of error"),
+        Axis("estimate_kind", np.array(ESTIMATES, dtype=object), "1", "value, standard deviation, 90 % interval"),
+        Axis("candidate", np.arange(1, len(diagnosis.tried) + 1), "1", "explanation tried"),
+    ]
+    arrays = [_error(channel, error) for channel, error in diagnosis.errors.items()]
+    if diagnosis.validation is not None:
+        arrays += [_error(f"validation_{channel}", e) for channel, e in diagnosis.validation.errors.items()]
+    arrays += [_estimate(f"base_{name}", e, f"base parameter {name}") for name, e in diagnosis.base.items()]
+    for effect in diagnosis.effects:
+        for key, estimate in effect.parameters.items():
+            arrays.append(_estimate(f"{effect.name}_{key}", estimate, f"parameter {key} of {effect.name}"))
+    arrays += _candidates(diagnosis.tried)
+    numbers: dict[str, int] = {}
+    for curve in diagnosis.curves:
+        number = numbers.setdefault(curve.test, len(numbers) + 1)
+        prefix = f"{curve.channel}_{number}" if several else curve.channel
+        axes.append(Axis(f"{prefix}_sample", np.arange(len(curve.measured)), "1", f"{curve.channel} of {curve.test}"))
+        arrays += _curve(curve, prefix)
+    tests = {f"test_{number}": name for name, number in numbers.items()} if several else {}
+    return Dataset(tuple(axes), tuple(arrays), {"verdict": diagnosis.verdict, **tests})
+
+
+def _error(name: str, error: ChannelError) -> Array:
+    values = np.array([getattr(error, kind) for kind in ERRORS])
+    return Array(f"{name}_error", ("error_kind",), values, error.unit, "root mean square of measured minus model")
+
+
+def _estimate(name: str, estimate: Estimate, what: str) -> Array:
+    values = np.array([getattr(estimate, kind) for kind in ESTIMATES])
+    return Array(re.sub(r"\W+", "_", name).strip("_"), ("estimate_kind",), values, estimate.unit, what)
+
+
+def _candidates(tried: Sequence[Tried]) -> list[Array]:
+    """One entry for each explanation; names as text, joined by +."""
+    texts = {
+        "channel": ("channel it was tried for", [t.channel for t in tried]),
+        "effects": ("effects of the explanation", [" + ".join(t.effects) for t in tried]),
+        "at_bound": ("parameters that ran into a bound", [" ".join(t.at_bound) for t in tried]),
+    }
+    numbers = {
+        "gain": "fall of chi squared",
+        "evidence": "log evidence",
+        "probability": "probability among the explanations that hold",
+        "left_p_value": "significance of what is left",
+        "left_length": "length of what is left, in noise units",
+        "passed": "whether it holds",
+    }
+    return [
+        *(
+            Array(f"candidate_{key}", ("candidate",), np.array(values, dtype=object), "1", what)
+            for key, (what, values) in texts.items()
+        ),
+        *(
+            Array(f"candidate_{key}", ("candidate",), np.array([float(getattr(t, key)) for t in tried]), "1", what)
+            for key, what in numbers.items()
+        ),
+    ]
+
+
+def _curve(curve: Curve, prefix: str) -> list[Array]:
+    """Measured, before and after, what was held out or kept, and the covariates of one channel of one test."""
+    dims, unit = (f"{prefix}_sample",), SI[curve.channel]
+    what = {"measured": "measured", "before": "model before", "after": "model after"}
+    marks = {"held_out": "never used to fit or to choose", "kept": "not an outlier"}
+    return [
+        *(Array(f"{prefix}_{key}", dims, getattr(curve, key), unit, text) for key, text in what.items()),
+        *(Array(f"{prefix}_{key}", dims, getattr(curve, key), "1", text) for key, text in marks.items()),
+        *(
+            Array(f"{prefix}_at_{name}", dims, np.asarray(values), *COVARIATES[name])
+            for name, values in curve.covariates.items()
+        ),
+    ]

@@ -1,0 +1,121 @@
+"""Words and numbers of the report, the same on the page, in the figure and on the terminal."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+
+from twindisc_cli.effects import catalogue
+
+CHANNEL: Mapping[str, str] = {"traction": "traction", "profile": "worn profile", "temperature": "disc temperature"}
+COVARIATE: Mapping[str, str] = {
+    "creepage": "creepage",
+    "time": "time",
+    "cycles": "revolutions",
+    "energy": "dissipated energy",
+    "temperature": "disc temperature",
+    "y": "position across the track",
+}
+KIND: Mapping[str, str] = {
+    "smooth": "a smooth trend",
+    "levels": "another level at each creepage",
+    "iterations": "jumps between iterations",
+    "wave": "a periodic course",
+    "position in the step": "the same course within every step",
+    "even": "symmetric about the middle of the track",
+    "odd": "antisymmetric about the middle of the track",
+    "bump": "a local bump or dent",
+    "line": "a straight line under the profile",
+    "stops": "another size at each recorded profile",
+}
+LOOK_AT: Mapping[tuple[str, str], str] = {
+    ("traction", "creepage"): "what changes with sliding: the friction law, films and third bodies, compliant layers",
+    ("traction", "time"): "what changes as the test goes on: running-in, contamination, the zero of the torque meter",
+    ("traction", "cycles"): "what changes from revolution to revolution: running-in, transfer layers",
+    ("traction", "energy"): "what the dissipated energy changes: roughness, oxides, hardened or softened surfaces",
+    ("traction", "temperature"): "what warms up: the surfaces, a lubricant, the torque meter",
+    ("profile", "y"): "how wear spreads across the track: patch shape, alignment, play, both discs, the profilometer",
+    ("profile", "time"): "a wear coefficient that changed over the history",
+    ("temperature", "time"): "heat sources and cooling that change with time, and the environment",
+    ("temperature", "temperature"): "how the cooling depends on the temperature itself: radiation, boiling",
+    ("temperature", "energy"): "where the dissipated heat goes: debris, the other disc, the shaft",
+    ("temperature", "creepage"): "heat that depends on speed or power: drag, partition, the contact of the sensor",
+}
+"""What a tribologist would look at where a channel's leftover depends on a covariate."""
+
+MOST_DECIMALS = 6
+_UNITS = {"um": "µm", "degC": "°C", "1": ""}
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def plain_name(effect: str) -> str:
+    """The name of an effect as its explanation begins: `Falling friction` becomes `falling friction`."""
+    title = catalogue()[effect].explanation.partition(":")[0] if effect in catalogue() else effect.replace("_", " ")
+    return title[:1].lower() + title[1:]
+
+
+def explanation(effect: str) -> str:
+    """The explanation of an effect, without the shapes of arrays."""
+    return re.sub(r",? \((?:set, )?point,?\)", "", catalogue()[effect].explanation)
+
+
+def unit(symbol: str) -> str:
+    """A unit for reading: `N mm-2` becomes `N mm⁻²`, 1 becomes nothing."""
+    text = " ".join(_UNITS.get(part, part) for part in symbol.split())
+    return re.sub(r"(?<=[A-Za-z])-?\d", lambda m: m[0].translate(_RAISED), text)
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A number with some significant digits; a dash where it is not known."""
+    if not math.isfinite(value):
+        return "–"
+    if value == 0.0:
+        return "0"
+    if not 1e-3 <= abs(value) < 1e5:
+        mantissa, power = f"{value:.{digits - 1}e}".split("e")
+        return f"{mantissa}e{int(power)}"
+    return f"{value:.{max(0, digits - 1 - math.floor(math.log10(abs(value))))}f}"
+
+
+def quantity(value: float, symbol: str, digits: int = 3) -> str:
+    """A number with its unit."""
+    return f"{number(value, digits)} {unit(symbol)}".strip()
+
+
+def with_error(value: float, std: float, symbol: str = "1") -> str:
+    """`0.412 ± 0.011`: the error with two digits, the value to the same decimal, the unit behind."""
+    if not (math.isfinite(value) and math.isfinite(std) and std > 0.0):
+        return quantity(value, symbol)
+    size = max(abs(value), std)
+    power = 0 if 1e-3 <= size < 1e5 else math.floor(math.log10(size))
+    decimals = min(max(0, 1 - math.floor(math.log10(std)) + power), MOST_DECIMALS)
+    pair = f"{value / 10.0**power:.{decimals}f} ± {std / 10.0**power:.{decimals}f}"
+    return f"({pair})e{power} {unit(symbol)}".rstrip() if power else f"{pair} {unit(symbol)}".rstrip()
+
+
+def percent(share: float) -> str:
+    """A share in percent, without pretending to certainty."""
+    if not math.isfinite(share):
+        return "–"
+    if share >= 0.995:
+        return "> 99 %"
+    return "< 1 %" if share < 0.005 else f"{100.0 * share:.0f} %"
+
+
+def p_value(value: float) -> str:
+    """`p = 0.03`, or `p < 0.001`."""
+    return "p < 0.001" if value < 1e-3 else f"p = {value:.2g}"
+
+
+def listed(items: Sequence[str], last: str = "and") -> str:
+    """`a, b and c`."""
+    several = list(items)
+    if len(several) < 2:
+        return "".join(several)
+    return f"{', '.join(several[:-1])} {last} {several[-1]}"
+
+
+def look_at(channel: str, covariate: str) -> str:
+    """Where to look for the cause of a leftover."""
+    return LOOK_AT.get((channel, covariate), f"what changes with the {COVARIATE.get(covariate, covariate)}")
