@@ -438,7 +438,8 @@ def test_page_tells_effects_with_formula_source_and_interval(test: Test) -> None
 def test_page_lists_every_explanation_tried(test: Test) -> None:
     cells = Reader(page(result(found, test))).text("td")
     for needed in (
-        "falling friction 30.2 71 %",
+        "falling friction 30.2 71 % p = 0.4, 2.0 noise units long holds; added to the model",
+        "film breakdown 30.0 29 % p = 0.4, 2.0 noise units long holds traction",
         "sensor drift 28.3",
         "p < 0.001, 12.0 noise units long",
         "refused: what it leaves is not noise",

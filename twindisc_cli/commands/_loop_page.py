@@ -114,7 +114,7 @@ def _tried(diagnosis: Diagnosis) -> list[view.TriedRow]:
             gain=f"{told.length(tried.gain):.1f}",
             probability=percent(tried.probability) if tried.passed else "",
             left=f"{p_value(tried.left_p_value)}, {tried.left_length:.1f} noise units long",
-            outcome=told.outcome(tried)[1],
+            outcome=told.outcome(tried)[1] + ("; added to the model" if told.is_chosen(diagnosis, tried) else ""),
             passed=tried.passed,
         )
         for channel in CHANNELS

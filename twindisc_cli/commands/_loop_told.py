@@ -110,8 +110,7 @@ def against_noise(error: ChannelError) -> str:
 def outcome(tried: Tried) -> tuple[str, str]:
     """What came of an explanation: in a word for the figure, in a sentence for the page."""
     if tried.passed:
-        likely = percent(tried.probability)
-        return likely, f"explains it; probability {likely}"
+        return percent(tried.probability), "holds"
     if tried.gain < TOO_LITTLE:
         return "too little", "takes away no more than chance would"
     if tried.at_bound:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from textwrap import fill
 
 import numpy as np
@@ -170,8 +171,11 @@ def _history(axes: Axes, row: Row) -> None:
     beside = axes.twinx()
     for span in row.spans[1::2]:
         beside.axvspan(span.begin, span.end, color=SHADE, linewidth=0.0, zorder=0)
-    edges = np.array([[span.begin, span.end] for span in row.spans]).ravel()
-    beside.plot(edges, np.repeat([span.creepage for span in row.spans], 2), color=GREEN, linewidth=0.8, alpha=0.7)
+    gaps = [before.end < span.begin for before, span in pairwise(row.spans)]
+    pause = np.flatnonzero(gaps) * 2 + 2
+    edges = np.insert(np.array([[span.begin, span.end] for span in row.spans]).ravel(), pause, np.nan)
+    levels = np.insert(np.repeat([span.creepage for span in row.spans], 2), pause, np.nan)
+    beside.plot(edges, levels, color=GREEN, linewidth=0.8, alpha=0.7)
     beside.set_ylabel("creepage [%]", fontsize=TEXT, color=GREEN)
     beside.tick_params(labelsize=SMALL, length=2.0, width=0.5, colors=GREEN)
     beside.set_ylim(0.0, 1.15 * max(max(span.creepage for span in row.spans), 1e-9))
