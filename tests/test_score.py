@@ -232,7 +232,11 @@ def answer(*effects, leftover=(), after=0.0041):
 
 
 NOTHING_HIDDEN = {"truth": []}
-LAG = {"truth": ["thermocouple_lag"], "noise_rms": {"traction": 0.004}}
+LAG = {
+    "truth": ["thermocouple_lag"],
+    "iterations": [2, 1],
+    "noise": {"traction": [[8, 8 * 0.009**2], [8, 8 * 0.0038**2], [8, 8 * 0.0042**2]]},
+}
 PAIR = {"truth": ["falling_friction", "lateral_wander"]}
 BURST = {"truth": "unexplained:traction:time", "covariates": ["time", "cycles"]}
 
@@ -269,6 +273,8 @@ def test_judge_tells_a_false_explanation_and_the_noise_floor():
     assert not judge(BURST, answer(("running_in_friction",), leftover=["traction:time"]))["falsely_explained"]
     assert judge(LAG, answer(("thermocouple_lag",)))["at_floor"]
     assert not judge(LAG, answer(("thermocouple_lag",), after=0.0047))["at_floor"]
+    whole_step = answer(("thermocouple_lag",), after=0.0066) | {"hold_out_steps": {"test": [1]}}
+    assert judge(LAG, whole_step)["at_floor"]
     assert not judge(LAG, answer(("heat_partition", "thermocouple_lag")))["first_0"]
 
 

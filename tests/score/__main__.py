@@ -12,27 +12,31 @@ from time import perf_counter
 import numpy as np
 
 from .cases import GROUPS, plan
-from .scoring import Line, Row, is_right, make, score, score_folder, table
+from .scoring import Line, Row, is_right, make, score, score_existing, table, tests_with_truth
 
 
 def main() -> int:
     """The command line of the score."""
     options = _options()
-    start = perf_counter()
+    cases = plan(options.tests, options.seed, options.cases)
     if options.make:
-        make(plan(options.tests, options.seed, options.cases), options.make, options.processes)
+        make(cases, options.make, options.processes)
         return 0
+    start = perf_counter()
     if options.folder:
-        rows = [score_folder(path.parent) for path in sorted(options.folder.glob("*/truth.json"))]
-        _print_rows(rows)
+        running, count = (
+            score_existing(options.folder, processes=options.processes),
+            len(tests_with_truth(options.folder)),
+        )
     else:
-        cases = plan(options.tests, options.seed, options.cases)
-        rows = []
-        for row in score(cases, keep=options.keep, processes=options.processes):
-            rows.append(row)
-            print(f"{len(rows)}/{len(cases)} {_summary(row)}", file=sys.stderr, flush=True)
-        rows.sort(key=lambda row: str(row["name"]))
-        _print_table(table(rows))
+        running, count = score(cases, keep=options.keep, processes=options.processes), len(cases)
+    rows: list[Row] = []
+    for row in running:
+        rows.append(row)
+        print(f"{len(rows)}/{count} {_summary(row)}", file=sys.stderr, flush=True)
+    rows.sort(key=lambda row: str(row["name"]))
+    _print_table(table(rows))
+    print(f"right as a whole: {sum(is_right(row) for row in rows)} of {len(rows)}")
     seconds = [row["seconds"] for row in rows]
     print(
         f"{len(rows)} tests in {perf_counter() - start:.0f} s; the loop took {np.median(seconds):.1f} s a test "
@@ -59,7 +63,9 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--figure", type=Path, help="file for the figure over effect size")
     parser.add_argument("--keep", type=Path, help="folder where the tests and, apart, their truth are kept")
     parser.add_argument("--make", type=Path, help="only make the tests, in this folder")
-    parser.add_argument("--folder", type=Path, help="score the tests in this folder that have a truth.json instead")
+    parser.add_argument(
+        "--folder", type=Path, help="score the tests of this folder (kept, made, or with a truth.json) instead"
+    )
     return parser.parse_args()
 
 
@@ -81,12 +87,6 @@ def _summary(row: Row) -> str:
     mark = "right" if is_right(row) else "WRONG"
     said = " + ".join([*named, *(f"unexplained {u}" for u in left)]) or "nothing"
     return f"{row['name']}: {hidden} -> {said}: {mark}, {row['seconds']:.1f} s"
-
-
-def _print_rows(rows: Sequence[Row]) -> None:
-    for row in rows:
-        print(_summary(row))
-    print(f"right: {sum(is_right(row) for row in rows)} of {len(rows)}")
 
 
 def _print_table(lines: Sequence[Line]) -> None:

@@ -130,9 +130,9 @@ def truth(made: Made) -> dict[str, object]:
     if unknown:
         channel, covariates, _ = UNKNOWN[unknown[0]]
         what = f"unexplained:{channel}:{covariates[0]}"
-    true_noise = {name: float(np.sqrt(np.mean((made.measured[name] - made.clean[name]) ** 2))) for name in CHANNELS}
     return {
         "truth": what,
+        "group": made.case.group,
         "alternatives": [],
         "kind": unknown[0] if unknown else None,
         "covariates": list(UNKNOWN[unknown[0]][1]) if unknown else [],
@@ -151,10 +151,26 @@ def truth(made: Made) -> dict[str, object]:
         "sigma": made.plan.sigma,
         "rho": made.plan.rho,
         "outliers": made.plan.outliers,
-        "noise_rms": true_noise,
+        "noise": _true_noise(made),
+        "iterations": list(made.rig.iterations),
         "depth_um": -1e6 * float(made.clean["profile"].min()),
         "energy_kJ": 1e-3 * made.energy,
     }
+
+
+def _true_noise(made: Made) -> dict[str, object]:
+    """The noise that was added: for the channels over time samples and sum of squares of each iteration, in 1 and K;
+    for the profile the root mean square in um."""
+    noise: dict[str, object] = {}
+    for name in CHANNELS:
+        squares = (made.measured[name] - made.clean[name]) ** 2
+        if name == "profile":
+            noise[name] = 1e6 * float(np.sqrt(np.mean(squares)))
+            continue
+        iteration = (made.plan.time(name) / made.rig.duration).astype(int)
+        count, total = np.bincount(iteration), np.bincount(iteration, squares)
+        noise[name] = [[int(n), float(s)] for n, s in zip(count, total, strict=True)]
+    return noise
 
 
 def make_test(case: Case, folder: Path, truth_file: Path) -> Made:

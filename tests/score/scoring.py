@@ -17,6 +17,8 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+import numpy as np
+
 from .making import Case, make_test
 
 Row = dict[str, Any]
@@ -87,14 +89,25 @@ def _at_floor(truth: Row, answer: Row) -> bool | None:
         after = error.get("held_out_after")
         if after is None:
             continue
-        floor = max(error["noise"], truth.get("noise_rms", {}).get(channel, 0.0) * _unit(channel, error))
+        floor = max(error["noise"], _held_out_noise(truth, answer, channel))
         verdicts.append(after <= _SLACK * floor)
     return all(verdicts) if verdicts else None
 
 
-def _unit(channel: str, error: Row) -> float:
-    """SI to the unit of the answer."""
-    return 1e6 if channel == "profile" and error.get("unit") in ("um", "µm") else 1.0
+def _held_out_noise(truth: Row, answer: Row, channel: str) -> float:
+    """The true noise (1, um, K) of the samples that the loop held out: its steps, and the last iteration of others."""
+    noise = truth.get("noise", {}).get(channel, 0.0)
+    if not isinstance(noise, list):
+        return float(noise)
+    steps = {step for held in answer.get("hold_out_steps", {}).values() for step in held}
+    ends = np.cumsum(truth["iterations"])
+    held = [
+        i
+        for step, (end, count) in enumerate(zip(ends, truth["iterations"], strict=True), start=1)
+        for i in range(end - (count if step in steps else 1), end)
+    ]
+    count, total = np.array(noise)[[i for i in held if i < len(noise)]].sum(axis=0)
+    return float(np.sqrt(total / max(count, 1)))
 
 
 # ---------------------------------------------------------------------------------------------- running
@@ -126,20 +139,31 @@ def make(cases: Iterable[Case], home: Path, processes: int = 2) -> None:
             future.result()
 
 
-def score_folder(folder: Path) -> Row:
-    """Run the loop on the test in `folder`, whose truth.json stays out of its sight; judge."""
-    truth = json.loads((folder / "truth.json").read_text())
+def tests_with_truth(folder: Path) -> list[tuple[Path, Path]]:
+    """Tests and their truth: folder/tests/NAME with folder/truth/NAME.json, or folder/NAME with its truth.json."""
+    if (folder / "tests").is_dir():
+        return [(folder / "tests" / path.stem, path) for path in sorted((folder / "truth").glob("*.json"))]
+    return [(path.parent, path) for path in sorted(folder.glob("*/truth.json"))]
+
+
+def score_folder(folder: Path, truth_file: Path) -> Row:
+    """Run the loop on a copy of the test in `folder`, from which the truth is left out; judge."""
+    truth = json.loads(truth_file.read_text())
     with tempfile.TemporaryDirectory() as temporary:
         home = Path(temporary) / folder.name
         shutil.copytree(folder, home, ignore=shutil.ignore_patterns("truth*"), copy_function=shutil.copyfile)
         answer, seconds = run_loop(home)
     hidden = truth["truth"]
     group = "unknown" if isinstance(hidden, str) else ("null", "single", "two")[min(len(hidden), 2)]
-    return _row(group, folder.name, truth, answer, seconds)
+    return _row(truth.get("group") or group, folder.name, truth, answer, seconds)
 
 
 def _row(group: str, name: str, truth: Row, answer: Row, seconds: float) -> Row:
-    kept = {k: answer[k] for k in ("verdict", "effects", "unexplained", "error", "base", "failed") if k in answer}
+    kept = {
+        k: answer[k]
+        for k in ("verdict", "effects", "unexplained", "error", "base", "hold_out_steps", "failed")
+        if k in answer
+    }
     return {
         "group": group, "name": name, "truth": truth, "answer": kept, "seconds": seconds,
         "judged": judge(truth, answer),
@@ -147,9 +171,16 @@ def _row(group: str, name: str, truth: Row, answer: Row, seconds: float) -> Row:
 
 
 def score(cases: Iterable[Case], *, keep: Path | None = None, processes: int = 2) -> Iterator[Row]:
-    """Score the cases, `processes` at once, in the order in which they finish."""
+    """Make and score the cases, `processes` at once, in the order in which they finish."""
     with ProcessPoolExecutor(processes) as pool:
         for future in as_completed([pool.submit(score_case, case, keep) for case in cases]):
+            yield future.result()
+
+
+def score_existing(folder: Path, *, processes: int = 2) -> Iterator[Row]:
+    """Score the tests that lie in a folder."""
+    with ProcessPoolExecutor(processes) as pool:
+        for future in as_completed([pool.submit(score_folder, *pair) for pair in tests_with_truth(folder)]):
             yield future.result()
 
 
