@@ -135,7 +135,7 @@ def found(test: Test) -> Diagnosis:
         base={"mu": Estimate(0.6, 0.001, 0.598, 0.602, "1"), "K": Estimate(7e-5, 4e-7, 6.9e-5, 7.1e-5, "1")},
         tried=[
             tried("traction", "film_breakdown", gain=900.0, passed=True, probability=0.29),
-            tried("traction", "sensor_drift", gain=800.0, p=1e-5, left_length=12.0),
+            tried("traction", "sensor_drift", gain=950.0, p=1e-5, left_length=12.0),
             tried("traction", "falling_friction", gain=910.0, passed=True, probability=0.71),
             tried("traction", "misalignment", gain=700.0, at_bound=("misalignment.yaw_mrad",)),
             tried("traction", "load_error", gain=1.0),
@@ -312,6 +312,8 @@ def test_the_course_of_the_leftover_is_its_mean_at_each_level(test: Test) -> Non
     (panel,) = [axes for axes in drawn.axes if axes.get_title() == "what the model leaves"]
     assert line(panel, "before").get_xydata() == pytest.approx(np.array([[0.5, 0.025], [1.0, 0.0], [2.0, -0.05]]))
     assert line(panel, "after").get_ydata() == pytest.approx(0.0)
+    dots = next(drawn_line for drawn_line in panel.get_lines() if drawn_line.get_marker() == ".")
+    assert sorted(set(np.round(dots.get_ydata(), 9))) == [-0.05, 0.0, 0.025]
 
 
 def test_the_leftover_is_drawn_over_what_it_depends_on(test: Test) -> None:
@@ -440,7 +442,7 @@ def test_page_lists_every_explanation_tried(test: Test) -> None:
     for needed in (
         "falling friction 30.2 71 % p = 0.4, 2.0 noise units long holds; added to the model",
         "film breakdown 30.0 29 % p = 0.4, 2.0 noise units long holds traction",
-        "sensor drift 28.3",
+        "sensor drift 30.8",
         "p < 0.001, 12.0 noise units long",
         "refused: what it leaves is not noise",
         "refused: yaw_mrad ran into a bound",
@@ -624,7 +626,7 @@ def test_all_numbers_are_in_the_hdf5_file(
         if diagnosis.effects:
             assert data["falling_friction_decay_s_m"].attrs["units"] == "s m-1"
             assert data["candidate_effects"].values[0] == "film_breakdown"
-            assert data["candidate_gain"].values[1] == 800.0
+            assert data["candidate_gain"].values[1] == 950.0
     with h5py.File(str(path)) as file:
         named = [item for item in file.values() if isinstance(item, h5py.Dataset)]
         assert all(item.attrs["units"] and item.attrs["long_name"] for item in named)
