@@ -313,7 +313,7 @@ def test_the_course_of_the_leftover_is_its_mean_at_each_level(test: Test) -> Non
     assert line(panel, "before").get_xydata() == pytest.approx(np.array([[0.5, 0.025], [1.0, 0.0], [2.0, -0.05]]))
     assert line(panel, "after").get_ydata() == pytest.approx(0.0)
     dots = next(drawn_line for drawn_line in panel.get_lines() if drawn_line.get_marker() == ".")
-    assert sorted(set(np.round(dots.get_ydata(), 9))) == [-0.05, 0.0, 0.025]
+    assert sorted(set(np.round(np.asarray(dots.get_ydata()), 9))) == [-0.05, 0.0, 0.025]
 
 
 def test_the_leftover_is_drawn_over_what_it_depends_on(test: Test) -> None:
