@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from time import monotonic
 
@@ -24,7 +24,7 @@ from twindisc_cli.loop.diagnosis import (
     Validation,
     Verdict,
 )
-from twindisc_cli.loop.fit import Fit, at, fit
+from twindisc_cli.loop.fit import Fit, at, fit, settled
 from twindisc_cli.loop.holdout import held_out_steps, training_masks
 from twindisc_cli.loop.problem import Case, Problem, Role, channels_of, noise_of
 from twindisc_cli.loop.screen import Leftover, leftover
@@ -62,14 +62,14 @@ def diagnose(tests: Sequence[Experiment], *, validate: Experiment | None, progre
     whole = Problem(cases, channels)
     progress("base model", 0.05)
     before = plain_fit(whole)
-    problem, findings = search(whole, lambda channel: progress(f"effects seen in the {channel}", 0.1))
+    findings = search(whole, lambda channel: progress(f"effects seen in the {channel}", 0.1))
     progress("all channels together", 0.7)
-    problem, findings, joint = _together(problem, findings)
+    findings, joint = _together(whole, findings)
     progress("errors and intervals", 0.85)
     left = _left(joint, findings)
     effects = [effect for finding in findings if finding.chosen is not None for effect in _found(finding, joint)]
     verdict: Verdict = "effects_found" if effects else "unexplained" if left else "no_missing_effect"
-    after = plain_fit(_revised(whole, joint, findings))
+    after = plain_fit(_revised(whole, joint))
     progress("next experiment", 0.95)
     return Diagnosis(
         verdict=verdict,
@@ -88,33 +88,19 @@ def diagnose(tests: Sequence[Experiment], *, validate: Experiment | None, progre
     )
 
 
-def plain_fit(problem: Problem, start: Floats | None = None) -> Fit:
+def plain_fit(problem: Problem) -> Fit:
     """Fit without nuisances, each base parameter to its own channel: what an effect-free identification would give.
 
     A channel that misses an effect then does not pull at the parameters of the others.
     """
-    theta = problem.start() if start is None else start.copy()
+    theta, cases = problem.start(), problem.cases
     names = [(p.name, p.case) for p in problem.parameters]
-    known: dict[tuple[str, int | None], float] = {}
     for channel in problem.channels:
-        alone = replace(problem, channels=(channel,), nuisance=None, cases=_fixed(problem.cases, known))
-        fitted = fit(alone)
-        for p, inner in zip(alone.parameters, fitted.theta, strict=True):
-            known[p.name, p.case] = float(p.outer(inner))
+        alone = fit(replace(problem, channels=(channel,), nuisance=None, cases=cases))
+        cases = settled(cases, alone)
+        for p, inner in zip(alone.problem.parameters, alone.theta, strict=True):
             theta[names.index((p.name, p.case))] = inner
     return at(problem, theta)
-
-
-def _fixed(cases: Sequence[Case], known: Mapping[tuple[str, int | None], float]) -> list[Case]:
-    """The cases with the base parameters found so far given."""
-    fixed = []
-    for number, case in enumerate(cases):
-        options = case.test.options
-        mu = known.get(("mu", number), options.friction_coefficient)
-        wear = known.get(("K", None), options.wear_coefficient)
-        test = replace(case.test, options=replace(options, friction_coefficient=mu, wear_coefficient=wear))
-        fixed.append(replace(case, model=ForwardModel(test)))
-    return fixed
 
 
 def _steps_held(test: Experiment) -> tuple[int, ...]:
@@ -135,14 +121,16 @@ def _carried(problem: Problem, *fits: Fit) -> Floats:
     return np.array([known.get((p.name, p.case), p.inner(p.start)) for p in problem.parameters])
 
 
-def _together(problem: Problem, findings: list[Finding]) -> tuple[Problem, list[Finding], Fit]:
-    """Refit all explained channels jointly; let rivals be weighed by all of them, and drop what no longer pays."""
-    if not problem.channels:
-        only = findings[0].base
-        return only.problem, findings, only
-    fits = [f.chosen.fit if f.chosen else f.base for f in findings if f.channel in problem.channels]
-    problem = replace(problem, nuisance=None)
-    joint = refit(problem, _carried(problem, *reversed(fits)))
+def _together(whole: Problem, findings: list[Finding]) -> tuple[list[Finding], Fit]:
+    """Refit all explained channels jointly; rivals are weighed by all of them."""
+    explained = [f for f in findings if f.chosen is not None or not f.missing]
+    if not explained:
+        return findings, findings[0].base
+    names = [name for f in explained if f.chosen for name in f.chosen.names]
+    problem = replace(whole, channels=tuple(f.channel for f in explained), effects=tuple(names))
+    if not any(f.channel == "traction" for f in explained):
+        problem = replace(problem, cases=findings[-1].base.problem.cases)
+    joint = refit(problem, _carried(problem, *(f.chosen.fit if f.chosen else f.base for f in explained)))
     for number, finding in enumerate(findings):
         rivals = [c for c in finding.candidates if c.passed and c.probability > NEGLIGIBLE][:RIVALS]
         if finding.chosen is None or len(rivals) < 2:
@@ -153,7 +141,7 @@ def _together(problem: Problem, findings: list[Finding]) -> tuple[Problem, list[
         rest = [c for c in finding.candidates if c.names not in {w.names for w in weighed}]
         findings[number] = replace(finding, candidates=[*weighed, *rest], chosen=best)
         joint = best.fit
-    return joint.problem, findings, joint
+    return findings, joint
 
 
 def _jointly(joint: Fit, others: Sequence[str], rival: Candidate) -> Candidate:
@@ -225,22 +213,17 @@ def _end(fitted: Fit, number: int, side: float) -> float:
     return float(problem.parameters[number].outer(end))
 
 
-def _revised(whole: Problem, joint: Fit, findings: Sequence[Finding]) -> Problem:
+def _revised(whole: Problem, joint: Fit) -> Problem:
     """The tests with the effects found declared in them, as the revised definition will say."""
-    found = {
-        name: {key: float(value[0]) for key, value in parameters.items()}
-        for name, parameters in joint.problem.effects_of(joint.theta[None]).items()
-        if any(f.chosen is not None and name in f.chosen.names for f in findings)
-    }
     cases = [
-        replace(case, model=ForwardModel(replace(case.test, effects={**case.test.effects, **found})))
-        for case in whole.cases
+        replace(case, model=replace(case.model, experiment=replace(case.test, effects=other.test.effects)))
+        for case, other in zip(whole.cases, settled(whole.cases, joint), strict=True)
     ]
     return replace(whole, cases=cases)
 
 
 def _base(after: Fit, joint: Fit) -> dict[str, Estimate]:
-    """Base parameters of the revised model with the spread of the joint fit; named with the test where each has its own."""
+    """Base parameters of the revised model with the spread of the joint fit; several tests add their names."""
     cases = after.problem.cases
     found: dict[str, Estimate] = {}
     for number, p in enumerate(after.problem.parameters):

@@ -11,17 +11,19 @@ Source: D. J. C. MacKay, Neural Computation 4 (1992) 415-447.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares
 
-from twindisc_cli.loop.problem import Parameter, Problem
+from twindisc_cli.loop.problem import Case, Parameter, Problem
 from twindisc_cli.model.experiment import Floats
 
 STEP = 1e-4
 MOST_STEPS = 40
 TYPICAL = 3.0
+FREE = 4.0
 
 
 @dataclass(frozen=True)
@@ -50,21 +52,24 @@ class Fit:
 
     @property
     def at_bound(self) -> tuple[str, ...]:
-        """Names of effect parameters that ran into a bound which is not their "off"."""
+        """Names of effect parameters that the data press against a bound.
+
+        A bound that is the parameter's "off", or where an effect is complete (a share of one), is none of these; nor is
+        one that may be left by a tenth of the range without a cost.
+        """
         lower, upper = self.problem.bounds
+        slope = self.jacobian.T @ self.residual
         found = []
         for i, p in enumerate(self.problem.parameters):
             width = upper[i] - lower[i]
+            low = self.theta[i] - lower[i] < upper[i] - self.theta[i]
             near = min(self.theta[i] - lower[i], upper[i] - self.theta[i]) < 1e-3 * width
-            bound = p.lower if self.theta[i] - lower[i] < upper[i] - self.theta[i] else p.upper
-            if p.effect is not None and near and bound != p.off and not _natural(p, bound):
+            bound, inward = (p.lower, 0.1 * width) if low else (p.upper, -0.1 * width)
+            complete = p.unit == "1" and p.off == 0.0 and bound == 1.0
+            cost = 2.0 * slope[i] * inward + inward**2 / self.covariance[i, i]
+            if p.effect is not None and near and bound != p.off and not complete and cost > FREE:
                 found.append(p.name)
         return tuple(found)
-
-
-def _natural(parameter: Parameter, bound: float) -> bool:
-    """Whether a bound is where the effect is complete (a share of one) and so no sign of distress."""
-    return parameter.unit == "1" and parameter.off == 0.0 and bound == parameter.upper == 1.0
 
 
 def fit(problem: Problem, start: Floats | None = None) -> Fit:
@@ -106,6 +111,30 @@ def fit(problem: Problem, start: Floats | None = None) -> Fit:
 def at(problem: Problem, theta: Floats) -> Fit:
     """The summary of a problem at given inner parameters (parameter,), without fitting."""
     return _summarised(problem, theta, *_linearised(problem, theta, problem.discount(problem.measured)))
+
+
+def settled(cases: Sequence[Case], fitted: Fit) -> list[Case]:
+    """The cases with what was fitted given: base parameters as options, effects as declared ones."""
+    problem = fitted.problem
+    found = {
+        name: {key: float(value[0]) for key, value in parameters.items()}
+        for name, parameters in problem.effects_of(fitted.theta[None]).items()
+    }
+    values = {(p.key, p.case): fitted.value(p)[0] for p in problem.parameters if p.effect is None}
+    given = []
+    for number, case in enumerate(cases):
+        test = case.test
+        options = replace(
+            test.options,
+            friction_coefficient=values.get(("mu", number), test.options.friction_coefficient),
+            wear_coefficient=values.get(("K", None), test.options.wear_coefficient),
+        )
+        thermal = test.thermal
+        if thermal is not None:
+            thermal = replace(thermal, convection=values.get(("convection_W_K", number), thermal.convection))
+        test = replace(test, options=options, thermal=thermal, effects={**test.effects, **found})
+        given.append(replace(case, model=replace(case.model, experiment=test)))
+    return given
 
 
 def _linearised(problem: Problem, inner: Floats, target: Floats) -> tuple[Floats, Floats]:

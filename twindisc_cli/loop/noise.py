@@ -25,6 +25,7 @@ Mask = NDArray[np.bool_]
 CORRELATIONS = np.concatenate([[0.0], np.linspace(0.05, 0.9, 18), [0.93, 0.96]])
 FEWEST_FREE = 8
 ASSUMED_SHARE = 0.01
+STILL = 1e-4
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,8 @@ def traction_noise(experiment: Experiment) -> Noise:
     given = samples.uncertainty
     if np.isfinite(given).all():
         return Noise(float(np.sqrt(np.mean(given**2))), 0.0, *_all_kept(times, samples.step), estimated=True)
-    return _estimate(samples.ratio, trend, times, np.zeros_like(samples.step), correlated=timed)
+    size = float(np.sqrt(np.mean(samples.ratio**2)))
+    return _estimate(samples.ratio, trend, times, np.zeros_like(samples.step), size, correlated=timed)
 
 
 def temperature_noise(experiment: Experiment) -> Noise:
@@ -86,7 +88,8 @@ def temperature_noise(experiment: Experiment) -> Noise:
     iteration = np.minimum(np.searchsorted(ends, samples.time - 1e-9 * ends[-1]), len(ends) - 1)
     step = experiment.history.step[iteration]
     trend = _polynomials(samples.time, step, 9, 4)
-    return _estimate(samples.temperature, trend, samples.time, np.zeros_like(step), correlated=True)
+    size = float(np.ptp(samples.temperature))
+    return _estimate(samples.temperature, trend, samples.time, np.zeros_like(step), size, correlated=True)
 
 
 def profile_noise(experiment: Experiment) -> Noise:
@@ -96,12 +99,13 @@ def profile_noise(experiment: Experiment) -> Noise:
     record = _records(profile)
     flank = _flanks(profile, record)
     position, series = profile.y, record * 2 + (profile.y > 0.0)
+    size = float(np.ptp(profile.height))
     if flank.sum() >= 6 * FEWEST_FREE:
         trend = _polynomials(profile.y[flank], series[flank], 1, 6)
-        found = _estimate(profile.height[flank], trend, position[flank], series[flank], correlated=True)
+        found = _estimate(profile.height[flank], trend, position[flank], series[flank], size, correlated=True)
     else:
         trend = _polynomials(profile.y, record, 24, 3)
-        found = _estimate(profile.height, trend, position, record, correlated=True)
+        found = _estimate(profile.height, trend, position, record, size, correlated=True)
     spacing = float(np.median(np.diff(np.unique(profile.y))))
     kept = np.ones(len(profile.y), dtype=bool)
     return Noise(found.std, found.correlation, kept, position / spacing, record, found.estimated)
@@ -150,17 +154,20 @@ def _all_kept(position: Floats, series: Ints) -> tuple[Mask, Floats, Ints]:
     return np.ones(len(position), dtype=bool), position, np.zeros_like(series)
 
 
-def _estimate(values: Floats, trend: Floats, at: Floats, series: Ints, *, correlated: bool) -> Noise:
-    """REML estimate of standard deviation and correlation about the trend (sample, column)."""
+def _estimate(values: Floats, trend: Floats, at: Floats, series: Ints, size: float, *, correlated: bool) -> Noise:
+    """REML estimate of standard deviation and correlation about the trend (sample, column).
+
+    Where too few samples scatter, or none does, a share of the channel's size is assumed.
+    """
     order = np.lexsort((at, series))
     values, trend, at, series = values[order], trend[order], at[order], series[order]
     spacing = float(np.median(np.diff(at))) if len(at) > 1 else 1.0
     position = at / spacing if spacing > 0.0 else np.arange(len(at), dtype=float)
     kept, back = np.ones(len(values), dtype=bool), _unsorted(order)
     free = len(values) - trend.shape[1]
+    assumed = Noise(max(ASSUMED_SHARE * size, 1e-300), 0.0, kept, position[back], series[back], estimated=False)
     if free < FEWEST_FREE:
-        std = ASSUMED_SHARE * float(np.sqrt(np.mean(values**2)))
-        return Noise(std, 0.0, kept, position[back], series[back], estimated=False)
+        return assumed
     for _ in range(3):
         left = values - trend @ np.linalg.lstsq(trend[kept], values[kept], rcond=None)[0]
         paid = np.sqrt(kept.sum() / max(kept.sum() - trend.shape[1], 1))
@@ -168,8 +175,9 @@ def _estimate(values: Floats, trend: Floats, at: Floats, series: Ints, *, correl
         kept = np.abs(left) <= 5.0 * max(scatter, 1e-300)
     calm = kept & _calm(left, trend, kept)
     std, correlation = _reml(values[calm], trend[calm], position[calm], series[calm], correlated)
-    floor = 1e-6 * float(np.sqrt(np.mean(values**2))) + 1e-300
-    return Noise(max(std, floor), correlation, kept[back], position[back], series[back], std > floor)
+    if std <= STILL * size:
+        return assumed
+    return Noise(std, correlation, kept[back], position[back], series[back], estimated=True)
 
 
 def _calm(left: Floats, trend: Floats, kept: Mask) -> Mask:

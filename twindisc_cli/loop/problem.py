@@ -244,14 +244,20 @@ class Problem:
         shrink = 1.0 / np.sqrt(1.0 + size**2) - 1.0
         return np.asarray(rows + ((rows @ left) * shrink) @ left.T)
 
-    def with_nuisance(self, theta: Floats) -> Problem:
-        """The same problem with the nuisances as they are at theta (parameter,)."""
-        columns = []
+    def with_nuisance(self, theta: Floats, slopes: Floats) -> Problem:
+        """The same problem with the nuisances as they are at theta (parameter,).
+
+        What the base parameters can imitate, whose slopes are (sample, base), is taken out of them: it costs nothing
+        there, and a nuisance, which is only known for small changes, must not stand in for a large one.
+        """
+        span = np.linalg.qr(slopes)[0] if slopes.shape[1] else slopes
         plain = self.white(self.predict(theta[None]))[0]
+        columns = []
         for name, parameters, width in TOLERANCES:
             if name not in self.effects:
                 extra = {name: {p.key: np.array([parameters.get(p.key, p.start)]) for p in effect_parameters(name)}}
-                columns.append(width * (self.white(self.predict(theta[None], extra))[0] - plain))
+                moved = width * (self.white(self.predict(theta[None], extra))[0] - plain)
+                columns.append(moved - span @ (span.T @ moved))
         return replace(self, nuisance=np.array(columns).T)
 
 

@@ -7,8 +7,9 @@ iteration, so that it does not reach the other channels. An explanation passes t
     no generic function is still significant, or what is left is short against what was explained, and
     no parameter ran into a bound.
 
-Two effects in one channel must leave nothing at all, each must explain a good part, and together they must say more
-than the best generic function; otherwise the channel is reported as unexplained.
+Two effects in one channel must act at different stages of the model (two laws for one quantity would fit anything),
+must leave nothing at all, each must explain a good part, and together they must say more than the best generic
+function; otherwise the channel is reported as unexplained.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from scipy.stats import chi2
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Channel
-from twindisc_cli.loop.fit import Fit, fit
+from twindisc_cli.loop.fit import Fit, fit, settled
 from twindisc_cli.loop.problem import Case, Problem, effect_parameters
 from twindisc_cli.loop.screen import Leftover, leftover
 from twindisc_cli.model.experiment import Experiment, Floats
@@ -81,7 +82,7 @@ class Finding:
 
 def search_channel(problem: Problem, channel: Channel, declared: frozenset[str]) -> Finding:
     """Find what one channel misses under the effects that the problem already has."""
-    base = refit(replace(problem, nuisance=None))
+    base = refit(problem)
     before = leftover(base, channel)
     singles = [_explained(base, channel, name) for name in _candidates(problem, channel, declared)]
     p_value = min([before.p_value, *(_p_of(c, len(singles)) for c in singles)])
@@ -98,8 +99,9 @@ def search_channel(problem: Problem, channel: Channel, declared: frozenset[str])
 
 def refit(problem: Problem, start: Floats | None = None) -> Fit:
     """Fit, find the nuisances there, and fit again."""
-    first = fit(problem, start)
-    return fit(problem.with_nuisance(first.theta), first.theta)
+    first = fit(replace(problem, nuisance=None), start)
+    base = [i for i, p in enumerate(problem.parameters) if p.effect is None]
+    return fit(problem.with_nuisance(first.theta, first.jacobian[:, base]), first.theta)
 
 
 def _candidates(problem: Problem, channel: Channel, declared: frozenset[str]) -> list[str]:
@@ -188,9 +190,11 @@ def _pairs(base: Fit, before: Leftover, singles: Sequence[Candidate], channel: C
     alone = {c.names[0]: c for c in singles}
     found = []
     for pair in combinations(names, 2):
+        if catalogue()[pair[0]].stage == catalogue()[pair[1]].stage:
+            continue
         candidate = _explained(base, channel, *pair)
         weakest = min(candidate.gain - alone[name].gain for name in pair)
-        if weakest > max(25.0, (0.15**2) * candidate.gain) and candidate.evidence > unknown + 10.0:
+        if weakest > max(25.0, (0.15**2) * candidate.gain) and candidate.evidence > unknown:
             found.append(_gated(candidate, channel, strict=True))
     return found
 
@@ -232,19 +236,19 @@ def free_friction(case: Case) -> Case:
     return replace(case, free_mu=np.interp(np.arange(count), seen, mu[seen]))
 
 
-def search(problem: Problem, progress: Progress) -> tuple[Problem, list[Finding]]:
-    """Search all channels; returns the problem with the effects accepted and what was found in each channel."""
+def search(problem: Problem, progress: Progress) -> list[Finding]:
+    """Search all channels, each with what was found in those before it given."""
     declared = frozenset(name for case in problem.cases for name in case.test.effects)
     findings: list[Finding] = []
-    explained: tuple[Channel, ...] = ()
+    cases = problem.cases
     for channel in problem.channels:
         progress(channel)
-        finding = search_channel(replace(problem, channels=(*explained, channel)), channel, declared)
+        finding = search_channel(replace(problem, channels=(channel,), cases=cases), channel, declared)
         findings.append(finding)
-        if finding.chosen is not None:
-            problem = problem.with_effects(*problem.effects, *finding.chosen.names)
-        if finding.chosen is not None or not finding.missing:
-            explained = (*explained, channel)
-        elif channel == "traction":
-            problem = replace(problem, cases=[free_friction(case) for case in problem.cases])
-    return replace(problem, channels=explained), findings
+        if finding.missing and finding.chosen is None and channel == "traction":
+            cases = [free_friction(case) for case in cases]
+        else:
+            fitted = finding.chosen.fit if finding.chosen else finding.base
+            cases = settled(cases, fitted)
+            declared |= set(fitted.effects)
+    return findings
