@@ -33,9 +33,12 @@ TOLERANCES: tuple[tuple[str, dict[str, float], float], ...] = (
     ("exact_elasticity", {"share": 1.0}, 1.0),
     ("third_body_layer", {"slope_ratio": 0.97}, 1.0),
     ("load_error", {"error_percent": 1.0}, 1.0),
-    ("creepage_offset", {"offset_percent": 0.003}, 1.0),
+    ("creepage_offset", {"offset_percent": 0.001}, 1.0),
 )
 """Effects whose small sizes are no finding: name, parameters, and how many such steps are one standard deviation."""
+
+STEP_TOLERANCE = 0.003
+"""Relative error of the creepage that each step may have on its own, one standard deviation."""
 
 
 @dataclass(frozen=True)
@@ -178,6 +181,22 @@ class Problem:
             for number, case in enumerate(self.cases)
         ]
 
+    def _off_creepage(self, theta: Floats) -> Floats:
+        """White predictions (step, sample) with the creepage of one step after the other off by its tolerance."""
+        rows = []
+        for off, case in enumerate(self.cases):
+            steps = case.test.history.step
+            factors = 1.0 + STEP_TOLERANCE * (np.unique(steps)[:, None] == steps)
+            sets = np.tile(theta, (len(factors), 1))
+            predictions = []
+            for number, other in enumerate(self.cases):
+                base = self._base_of(number, other, sets)
+                if number == off:
+                    base["creepage_factor"] = factors
+                predictions.append(other.model.predict(base, self.effects_of(sets)))
+            rows.append(self.white(predictions))
+        return np.concatenate(rows)
+
     def effects_of(self, theta: Floats) -> dict[str, dict[str, Floats]]:
         """Parameters of the effects for theta (set, parameter), by effect and key."""
         found: dict[str, dict[str, Floats]] = {name: {} for name in self.effects}
@@ -236,12 +255,18 @@ class Problem:
                     first += count
         return found
 
+    @cached_property
+    def _shrinkage(self) -> tuple[Floats, Floats]:
+        """Directions of the nuisances (sample, direction), and by how much rows shrink along each."""
+        assert self.nuisance is not None
+        left, size, _ = np.linalg.svd(self.nuisance, full_matrices=False)
+        return left, 1.0 / np.sqrt(1.0 + size**2) - 1.0
+
     def discount(self, rows: Floats) -> Floats:
         """Shrink white rows (..., sample) along the nuisances: (1 + D D')^(-1/2)."""
         if self.nuisance is None or self.nuisance.shape[1] == 0:
             return rows
-        left, size, _ = np.linalg.svd(self.nuisance, full_matrices=False)
-        shrink = 1.0 / np.sqrt(1.0 + size**2) - 1.0
+        left, shrink = self._shrinkage
         return np.asarray(rows + ((rows @ left) * shrink) @ left.T)
 
     def with_nuisance(self, theta: Floats, slopes: Floats) -> Problem:
@@ -252,13 +277,18 @@ class Problem:
         """
         span = np.linalg.qr(slopes)[0] if slopes.shape[1] else slopes
         plain = self.white(self.predict(theta[None]))[0]
-        columns = []
-        for name, parameters, width in TOLERANCES:
-            if name not in self.effects:
-                extra = {name: {p.key: np.array([parameters.get(p.key, p.start)]) for p in effect_parameters(name)}}
-                moved = width * (self.white(self.predict(theta[None], extra))[0] - plain)
-                columns.append(moved - span @ (span.T @ moved))
-        return replace(self, nuisance=np.array(columns).T)
+        moved = [
+            width * (self.white(self.predict(theta[None], _extra(name, sizes)))[0] - plain)
+            for name, sizes, width in TOLERANCES
+            if name not in self.effects
+        ]
+        columns = np.concatenate([np.array(moved), self._off_creepage(theta[None]) - plain]).T
+        return replace(self, nuisance=columns - span @ (span.T @ columns))
+
+
+def _extra(name: str, sizes: Mapping[str, float]) -> dict[str, dict[str, Floats]]:
+    """An effect of given sizes, the other parameters at their start, as one parameter set."""
+    return {name: {p.key: np.array([sizes.get(p.key, p.start)]) for p in effect_parameters(name)}}
 
 
 def effect_parameters(name: str) -> list[Parameter]:

@@ -92,7 +92,8 @@ class ForwardModel:
     def predict(self, base: Parameters, effects: Mapping[str, Parameters] | None = None) -> Prediction:
         """Predict every channel.
 
-        base     mu (set,) or (set, iteration), K (set,), convection_W_K (set,)
+        base     mu (set,) or (set, iteration), K (set,), convection_W_K (set,); creepage_factor (set, iteration),
+                 true over nominal creepage, 1 where it is left out
         effects  parameters of each effect, (set,), beside those the test declares
         """
         sets = max(len(np.atleast_1d(v)) for v in [*base.values(), *_values(effects)])
@@ -147,6 +148,9 @@ class _Chain:
         """The operating points before anything is known of energy and temperature."""
         test, points = self.model.experiment, self.model.points
         shape = (self.sets, len(points.time))
+        creepage = np.broadcast_to(points.creepage, shape)
+        if "creepage_factor" in self.base:
+            creepage = creepage * self.base["creepage_factor"][:, points.iteration]
         environment = test.thermal.environment_temperature if test.thermal else np.nan
         return State(
             time=points.time,
@@ -154,7 +158,7 @@ class _Chain:
             cycles=points.cycles,
             rolling_radius=self.model.radius,
             nominal_load=test.rig.normal_load,
-            creepage=np.broadcast_to(points.creepage, shape),
+            creepage=creepage,
             normal_load=np.full(shape, test.rig.normal_load),
             rolling_speed=np.full(shape, test.rig.rolling_speed),
             environment=np.full(shape, environment),
