@@ -6,8 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
+import numpy as np
+from numpy.typing import NDArray
+
 if TYPE_CHECKING:
     from twindisc_cli.effects._state import State
+
+Floats = NDArray[np.float64]
 
 Channel = Literal["traction", "profile", "temperature"]
 CHANNELS: tuple[Channel, ...] = get_args(Channel)
@@ -51,10 +56,9 @@ class Effect:
     source: str
     needs_stops: bool = False
 
-    @property
-    def size(self) -> Param:
-        """The parameter that switches the effect off: its size."""
-        return next(p for p in self.params if p.off is not None)
+    def is_off(self, **parameters: Floats) -> bool:
+        """Whether every parameter that can switch the effect off does so."""
+        return all(bool(np.all(parameters[p.name] == p.off)) for p in self.params if p.off is not None)
 
     @property
     def explanation(self) -> str:

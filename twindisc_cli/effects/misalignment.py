@@ -40,8 +40,8 @@ EFFECT = Effect(
         Param(
             "tilt_mrad",
             "mrad",
-            off=None,
-            start=0.0,
+            off=0.0,
+            start=5.0,
             lower=0.0,
             upper=100.0,
             meaning="angle between the axes out of the contact plane",

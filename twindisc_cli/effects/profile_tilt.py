@@ -33,8 +33,8 @@ EFFECT = Effect(
         Param(
             "offset_um",
             "um",
-            off=None,
-            start=0.0,
+            off=0.0,
+            start=0.1,
             lower=-5.0,
             upper=5.0,
             meaning="height of the recorded profile at y = 0",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from time import monotonic
 
@@ -33,6 +33,7 @@ from twindisc_cli.loop.search import (
     SHORT,
     Candidate,
     Finding,
+    free_friction,
     refit,
     search,
     weigh,
@@ -69,21 +70,21 @@ def diagnose(tests: Sequence[Experiment], *, validate: Experiment | None, progre
     left = _left(joint, findings)
     effects = [effect for finding in findings if finding.chosen is not None for effect in _found(finding, joint)]
     verdict: Verdict = "effects_found" if effects else "unexplained" if left else "no_missing_effect"
-    after = plain_fit(_revised(whole, joint))
+    after = _afterwards(whole, joint, findings)
     progress("next experiment", 0.95)
     return Diagnosis(
         verdict=verdict,
         effects=effects,
         unexplained=left,
-        errors={channel: _error(before, after, channel) for channel in channels},
-        base=_base(after, joint),
+        errors={channel: _error(before, after[channel], channel) for channel in channels},
+        base=_base(after[channels[-1]], joint) | _base(after[channels[0]], joint),
         tried=[_tried(finding.channel, c) for finding in findings if finding.missing for c in finding.candidates],
         curves=_curves(before, after),
         p_values={finding.channel: finding.p_value for finding in findings},
         held_out_steps={case.test.name: _steps_held(case.test) for case in cases},
         notes=_notes(cases, findings),
         next_experiment=_next(findings, joint, left),
-        validation=_validated(validate, before, after) if validate is not None else None,
+        validation=_validated(validate, before, after[channels[0]]) if validate is not None else None,
         seconds=monotonic() - started,
     )
 
@@ -213,13 +214,22 @@ def _end(fitted: Fit, number: int, side: float) -> float:
     return float(problem.parameters[number].outer(end))
 
 
-def _revised(whole: Problem, joint: Fit) -> Problem:
-    """The tests with the effects found declared in them, as the revised definition will say."""
+def _afterwards(whole: Problem, joint: Fit, findings: Sequence[Finding]) -> dict[Channel, Fit]:
+    """The revised model of each channel: the effects found are declared, as the revised definition will say.
+
+    Where the friction stays unexplained, the other channels are judged with friction as it was measured.
+    """
     cases = [
         replace(case, model=replace(case.model, experiment=replace(case.test, effects=other.test.effects)))
         for case, other in zip(whole.cases, settled(whole.cases, joint), strict=True)
     ]
-    return replace(whole, cases=cases)
+    revised = plain_fit(replace(whole, cases=cases))
+    after = dict.fromkeys(whole.channels, revised)
+    if any(f.channel == "traction" and f.missing and f.chosen is None for f in findings):
+        freed = replace(whole, cases=[free_friction(case) for case in cases], channels=whole.channels[1:])
+        if freed.channels:
+            after.update(dict.fromkeys(freed.channels, plain_fit(freed)))
+    return after
 
 
 def _base(after: Fit, joint: Fit) -> dict[str, Estimate]:
@@ -279,15 +289,16 @@ def _tried(channel: Channel, candidate: Candidate) -> Tried:
     )
 
 
-def _curves(before: Fit, after: Fit) -> list[Curve]:
-    first, last = (fitted.problem.predict(fitted.theta[None]) for fitted in (before, after))
+def _curves(before: Fit, after: Mapping[Channel, Fit]) -> list[Curve]:
+    first = before.problem.predict(before.theta[None])
+    last = {channel: fitted.problem.predict(fitted.theta[None]) for channel, fitted in after.items()}
     return [
         Curve(
             test=case.test.name,
             channel=channel,
             measured=case.values(channel),
             before=getattr(first[number], channel)[0],
-            after=getattr(last[number], channel)[0],
+            after=getattr(last[channel][number], channel)[0],
             held_out=~case.train[channel],
             kept=case.noise[channel].kept,
             covariates=_covariates(case, channel, first[number]),
@@ -344,7 +355,11 @@ def _notes(cases: Sequence[Case], findings: Sequence[Finding]) -> list[str]:
             )
         if len(np.unique(case.test.history.step_creepage)) < 3:
             notes.append(f"{name}: fewer than three creepages; what depends on creepage cannot be told from the rest")
-    if any(f.channel == "traction" and f.missing and f.chosen is None for f in findings):
+    if len({replace(case.test.rig, normal_load=0.0, rolling_speed=0.0) for case in cases}) > 1:
+        notes.append(
+            "the tests are of different rigs or materials; K and the effects are shared between them all the same"
+        )
+    if any(f.channel == "traction" and f.missing and f.chosen is None for f in findings) and len(findings) > 1:
         notes.append("the unexplained friction was replaced by the measured one to judge the other channels")
     return notes
 

@@ -47,12 +47,15 @@ def _traction(case: Case, prediction: Prediction) -> Iterator[tuple[str, str, Fl
     time, creepage = points.time[at], samples.creepage
     yield "creepage", "smooth", smooth(np.log(np.maximum(np.abs(creepage), 1e-7)), SMOOTH)
     yield "creepage", "levels", levels(_level_of(samples.creepage, case.test.history.step_creepage))
+    if np.isnan(samples.time).any():
+        return
     yield "time", "smooth", smooth(time, SMOOTH)
     yield "time", "iterations", levels(points.iteration[at])
     for wave in waves(time, WAVES):
         yield "time", "wave", wave
     yield "energy", "smooth", smooth(state.energy[0, at], SMOOTH)
-    yield "temperature", "smooth", smooth(state.temperature[0, at], SMOOTH - 1)
+    if case.test.thermal is not None:
+        yield "temperature", "smooth", smooth(state.temperature[0, at], SMOOTH - 1)
     yield "time", "position in the step", _in_step(case, time, samples.step)
 
 

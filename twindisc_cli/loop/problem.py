@@ -30,10 +30,10 @@ Mask = NDArray[np.bool_]
 Role = Literal["train", "held_out"]
 
 TOLERANCES: tuple[tuple[str, dict[str, float], float], ...] = (
-    ("exact_elasticity", {"share": 1.0}, 1.0),
-    ("third_body_layer", {"slope_ratio": 0.97}, 1.0),
+    ("exact_elasticity", {"share": 1.0}, 0.35),
+    ("third_body_layer", {"slope_ratio": 0.985}, 1.0),
     ("load_error", {"error_percent": 1.0}, 1.0),
-    ("creepage_offset", {"offset_percent": 0.001}, 1.0),
+    ("creepage_offset", {"offset_percent": 0.002}, 1.0),
 )
 """Effects whose small sizes are no finding: name, parameters, and how many such steps are one standard deviation."""
 

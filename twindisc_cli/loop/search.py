@@ -33,6 +33,8 @@ REFUSAL = 0.01
 SHORT = 0.15
 ROUNDING = 0.02
 PAIRED = 5
+PROMISING = 6.0
+CLEARLY = 3.0
 SET = 0.95
 Progress = Callable[[str], None]
 
@@ -135,21 +137,23 @@ def _explained(base: Fit, channel: Channel, *names: str) -> Candidate:
 
 
 def _starts(problem: Problem, base: Fit, names: Sequence[str]) -> list[Floats]:
-    """Inner start values of the effects: the best of a grid of shapes, for either sign of the size."""
-    target = base.residual
-    jacobian = base.jacobian
+    """Inner start values of the effects: the best two of a grid of shapes, for either sign of the size."""
+    return [start for start, _ in _scored(problem, base, names)[:2]]
+
+
+def _scored(problem: Problem, base: Fit, names: Sequence[str]) -> list[tuple[Floats, float]]:
+    """Inner parameters on a grid, with what each promises to explain of the residual to first order, best first."""
     grid = [_grid(name) for name in names]
     sets = grid[0] if len(grid) == 1 else np.array([np.concatenate([a, b]) for a in grid[0] for b in grid[1]])
     theta = np.concatenate([np.tile(base.theta, (len(sets), 1)), sets], axis=1)
     lower, upper = problem.bounds
     rows = problem.discount(problem.white(problem.predict(np.clip(theta, lower, upper))))
     moved = np.nan_to_num(rows - problem.discount(base.problem.white(base.problem.predict(base.theta[None]))))
-    span, _ = np.linalg.qr(jacobian) if jacobian.shape[1] else (np.empty((len(target), 0)), None)
+    span = np.linalg.qr(base.jacobian)[0]
     moved = moved - (moved @ span) @ span.T
-    length = np.sum(moved**2, axis=1) + 1e-12
-    score = (moved @ target) / np.sqrt(length)
-    order = np.argsort(-score)
-    return [sets[i] for i in order[:2]]
+    along = (moved @ base.residual) / np.sqrt(np.sum(moved**2, axis=1) + 1e-12)
+    order = np.argsort(-along)
+    return [(sets[i], float(max(along[i], 0.0) ** 2)) for i in order]
 
 
 def _grid(name: str) -> Floats:
@@ -174,11 +178,11 @@ def _p_of(candidate: Candidate, searched: int) -> float:
     return min(1.0, searched * float(chi2.sf(max(candidate.gain, 0.0), free)))
 
 
-def _gated(candidate: Candidate, channel: Channel, *, strict: bool = False) -> Candidate:
-    """Whether an explanation is one: what it leaves, and its bounds."""
-    left = leftover(candidate.fit, channel)
+def _gated(candidate: Candidate, *channels: Channel, strict: bool = False) -> Candidate:
+    """Whether an explanation is one: what it leaves in the channels, and its bounds."""
+    left = min((leftover(candidate.fit, channel) for channel in channels), key=lambda rest: rest.p_value)
     explained = np.sqrt(max(candidate.gain, 0.0))
-    clean = left.p_value > REFUSAL or (not strict and left.length < SHORT * explained)
+    clean = left.p_value > REFUSAL / len(channels) or (not strict and left.length < SHORT * explained)
     significant = _p_of(candidate, 1) < ALARM
     return replace(candidate, left=left, passed=bool(clean and significant and not candidate.fit.at_bound))
 
@@ -237,18 +241,48 @@ def free_friction(case: Case) -> Case:
 
 
 def search(problem: Problem, progress: Progress) -> list[Finding]:
-    """Search all channels, each with what was found in those before it given."""
+    """Search all channels, each with what was found in those before it given, then all of them for a common cause."""
     declared = frozenset(name for case in problem.cases for name in case.test.effects)
     findings: list[Finding] = []
-    cases = problem.cases
+    known, cases = declared, problem.cases
     for channel in problem.channels:
         progress(channel)
-        finding = search_channel(replace(problem, channels=(channel,), cases=cases), channel, declared)
+        finding = search_channel(replace(problem, channels=(channel,), cases=cases), channel, known)
         findings.append(finding)
         if finding.missing and finding.chosen is None and channel == "traction":
             cases = [free_friction(case) for case in cases]
         else:
             fitted = finding.chosen.fit if finding.chosen else finding.base
             cases = settled(cases, fitted)
-            declared |= set(fitted.effects)
+            known |= set(fitted.effects)
+    first = findings[0]
+    if first.channel == "traction" and not first.missing and len(findings) > 1:
+        progress("all channels")
+        return _common_cause(problem, findings, declared)
     return findings
+
+
+def _common_cause(problem: Problem, findings: list[Finding], declared: frozenset[str]) -> list[Finding]:
+    """Let one effect that acts before the traction stand against all that was found in the channels it drives.
+
+    Such an effect may be too small to show in any channel alone, or show where its power goes.
+    """
+    base = refit(problem)
+    found = tuple(name for f in findings if f.chosen for name in f.chosen.names)
+    rival = refit(problem.with_effects(*found)) if found else base
+    names = _candidates(problem, "traction", declared)
+    tried = [c for name in names if _promise(base, name) > PROMISING and (c := _explained(base, "traction", name))]
+    better = [c for c in tried if _p_of(c, len(names)) < ALARM and c.fit.evidence > rival.evidence + CLEARLY]
+    gated = weigh([_gated(c, *problem.channels) for c in sorted(better, key=lambda c: -c.evidence)])
+    passed = [c for c in gated if c.passed]
+    if not passed:
+        return findings
+    chosen = max(passed, key=lambda c: c.probability)
+    least = min(_p_of(c, len(names)) for c in tried)
+    traction = replace(findings[0], missing=True, p_value=least, candidates=gated, chosen=chosen, base=base)
+    return [traction, *(replace(f, missing=False, chosen=None, candidates=[]) for f in findings[1:])]
+
+
+def _promise(base: Fit, name: str) -> float:
+    """Largest growth of the likelihood, twice its logarithm, that an effect promises to first order."""
+    return max(score for _, score in _scored(base.problem.with_effects(*base.effects, name), base, [name]))

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -85,9 +85,10 @@ class ForwardModel:
             sections.append(1.2 * wear_coefficient * rig.normal_load * sliding / self.circumference_hardness)
         return max(sections)
 
-    def path(self, contact: Contact, wander: float) -> WearPath:
-        """The wear path of this rig."""
-        return wear_path(self.experiment.rig, contact=contact, section=self.reach, wander=wander)
+    def path(self, contact: Contact, wander: float, section: float = 0.0) -> WearPath:
+        """The wear path of this rig; beyond `reach` only where no profile tells how far the wear went."""
+        enough = self.reach if self.experiment.measured.profile is not None else max(self.reach, section)
+        return wear_path(self.experiment.rig, contact=contact, section=enough, wander=wander)
 
     def predict(self, base: Parameters, effects: Mapping[str, Parameters] | None = None) -> Prediction:
         """Predict every channel.
@@ -179,7 +180,7 @@ class _Chain:
     def _apply(self, stage: Stage, state: State) -> State:
         for name, parameters in self.effects.items():
             effect = catalogue()[name]
-            if effect.stage == stage:
+            if effect.stage == stage and not effect.is_off(**parameters):
                 state = effect.apply(state, **parameters)
         return state
 
@@ -224,7 +225,8 @@ class _Chain:
         return worn * self.base["K"] / self.model.circumference_hardness
 
     def _paths(self, state: State) -> WeightedPaths:
-        return weighted_paths(self.model.path, self.model.experiment.options.contact, state.half_space, state.wander)
+        path = partial(self.model.path, section=float(np.max(self.section(state))))
+        return weighted_paths(path, self.model.experiment.options.contact, state.half_space, state.wander)
 
     def _heat(self, state: State) -> State:
         """Disc temperature, exact for a power that is constant within each point."""

@@ -85,19 +85,21 @@ def wear_path(rig: Rig, *, contact: Contact, section: float, wander: float = 0.0
     return _path(rig, contact, float(tier), float(wander))
 
 
+@lru_cache(maxsize=64)
 def first_section(rig: Rig) -> float:
     """Section [m2] of a facet as wide as the unworn patch: the scale on which the contact begins to change."""
-    return float(12.0**-1 * rig.curvature_y * (2.0 * _unworn(rig).b) ** 3)
+    return float(rig.curvature_y * (2.0 * _unworn(rig).b) ** 3 / 12.0)
 
 
 @lru_cache(maxsize=64)
 def _path(rig: Rig, contact: Contact, section: float, wander: float) -> WearPath:
     march = _march_half_space if contact == "half_space" else _march_hertz
     y = _grid(rig, section, wander)
-    fine = march(rig, y, section, wander, GROWTH)
-    coarse = march(rig, y, section, wander, 2.0 * GROWTH)
-    nodes, depth, patches = fine
-    error = abs(depth[-1].max() / coarse[1][-1].max() - 1.0) / 3.0
+    nodes, depth, patches = march(rig, y, section, wander, GROWTH)
+    error = _path(rig, contact, section, 0.0).error if wander else np.nan
+    if not wander:
+        coarse = march(rig, y, section, wander, 2.0 * GROWTH)[1]
+        error = abs(depth[-1].max() / coarse[-1].max() - 1.0) / 3.0
     a, b, p0, area = (np.array([getattr(p, name) for p in patches]) for name in ("a", "b", "p0", "area"))
     creepage = kalker.coefficients(np.clip(a / b, *kalker.RATIO_RANGE), rig.poisson_ratio)
     return WearPath(
