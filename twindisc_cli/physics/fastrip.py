@@ -35,6 +35,13 @@ def saturation(xi: ArrayLike) -> Floats:
     return fraction
 
 
+def stick_fraction(xi: ArrayLike) -> Floats:
+    """Share of the patch that sticks [1] at the normalised creepage xi [1]: where the patch and its shift overlap."""
+    k = np.minimum(np.asarray(xi, dtype=float) / FULL_SLIP, 1.0)
+    share: Floats = np.arccos(k) - k * np.sqrt((1.0 - k) * (1.0 + k))
+    return share * (2.0 / np.pi)
+
+
 def unsaturation(fraction: ArrayLike) -> Floats:
     """The smallest xi [1] at which T/(mu N) is `fraction`, 0 ... 1: the inverse of `saturation`.
 

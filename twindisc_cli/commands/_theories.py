@@ -1,0 +1,171 @@
+"""One contact by two theories, in one form: the exact solution on elements, and FASTSIM on the strips of an ellipse."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twindisc_cli.errors import ValidityError
+from twindisc_cli.model.experiment import Floats, Rig
+from twindisc_cli.physics import fastsim, hertz, kalker
+from twindisc_cli.physics.half_space import rolling
+from twindisc_cli.physics.half_space.normal import solve_profile
+
+ELEMENTS = 120
+STRIPS = 100
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A normal contact: pressure [Pa] (y, x) at x, y [m]; semi-axes [m] of the ellipse of its area and width."""
+
+    x: Floats
+    y: Floats
+    pressure: Floats
+    a: float
+    b: float
+    normal_load: float
+    origin: str
+
+
+@dataclass(frozen=True)
+class Field:
+    """What a theory says: fields (strip, cell), vectors (2, strip, cell), forces [N], moment [N m], power [W].
+
+    x, y [m]; pressure [Pa] that bounds the traction [Pa]; slip [m/s]; sticks; error of force_x [N], 0 where unknown;
+    power_per_length P_l [W/m] (strip,).
+    """
+
+    theory: str
+    x: Floats
+    y: Floats
+    pressure: Floats
+    traction: Floats
+    slip: Floats
+    sticks: NDArray[np.bool_]
+    force_x: float
+    force_y: float
+    moment: float
+    error: float
+    stick_fraction: float
+    power_per_length: Floats
+    power: float
+
+
+def hertz_patch(rig: Rig, normal_load: float) -> Patch:
+    """The ellipse of the unworn discs."""
+    found = hertz.contact_ellipse(
+        curvature_x=rig.curvature_x,
+        curvature_y=rig.curvature_y,
+        normal_load=normal_load,
+        effective_modulus=rig.effective_modulus,
+    )
+    a, b, p0 = float(found.a), float(found.b), float(found.p0)
+    if not (0.0 < a < np.inf and 0.0 < b < np.inf):
+        raise ValidityError("the discs touch along a line that does not end: there is no patch to solve")
+    x, y = (side * ((2.0 * np.arange(ELEMENTS) + 1.0) / ELEMENTS - 1.0) for side in (a, b))
+    pressure = p0 * np.sqrt(np.maximum(0.0, 1.0 - (x / a) ** 2 - (y[:, None] / b) ** 2))
+    return Patch(x, y, pressure, a, b, normal_load, "the unworn discs (Hertz)")
+
+
+def profile_patch(rig: Rig, normal_load: float, *, y: Floats, height: Floats, origin: str) -> Patch:
+    """The half-space patch where one disc has changed by `height` [m] at y [m], both (point,)."""
+    found = solve_profile(
+        y=y,
+        gap=0.5 * rig.curvature_y * y**2 - height,
+        curvature_x=rig.curvature_x,
+        normal_load=normal_load,
+        effective_modulus=rig.effective_modulus,
+    )
+    rows = np.flatnonzero((found.pressure > 0.0).any(axis=1))
+    element = float((found.x[1] - found.x[0]) * (found.y[1] - found.y[0]))
+    b = 0.5 * float(found.y[1] - found.y[0]) * (rows[-1] - rows[0] + 1)
+    a = float((found.pressure > 0.0).sum()) * element / (np.pi * b)
+    return Patch(found.x, found.y, found.pressure, a, b, normal_load, f"{origin} (half-space)")
+
+
+def exact_field(patch: Patch, rig: Rig, *, mu: float, creepage_x: float, creepage_y: float, spin: float) -> Field:
+    """The exact theory on the patch, its force carried to the limit from this grid and one of half the fineness."""
+
+    def solve(grid: Patch) -> rolling.Rolling:
+        return rolling.solve(
+            x=grid.x,
+            y=grid.y,
+            pressure=grid.pressure,
+            mu=mu,
+            shear_modulus=rig.shear_modulus,
+            poisson=rig.poisson_ratio,
+            creepage_x=creepage_x,
+            creepage_y=creepage_y,
+            spin=spin,
+            stiffness_difference=stiffness_difference(rig),
+        )
+
+    fine, coarse = solve(patch), solve(_halved(patch))
+    force_x, error = rolling.limit(coarse.force_x, fine.force_x)
+    force_y, _ = rolling.limit(coarse.force_y, fine.force_y)
+    moment, _ = rolling.limit(coarse.moment, fine.moment)
+    x, y = np.meshgrid(patch.x, patch.y)
+    per_length = fine.dissipation * rig.rolling_speed
+    return Field(
+        theory="exact",
+        x=x,
+        y=y,
+        pressure=patch.pressure,
+        traction=fine.traction,
+        slip=fine.slip * rig.rolling_speed,
+        sticks=fine.contact & ~fine.slipping,
+        force_x=float(force_x),
+        force_y=float(force_y),
+        moment=float(moment),
+        error=float(error),
+        stick_fraction=fine.stick_fraction,
+        power_per_length=per_length,
+        power=rig.rolling_speed * float(creepage_x * force_x + creepage_y * force_y + spin * moment),
+    )
+
+
+def fastsim_field(patch: Patch, rig: Rig, *, mu: float, creepage_x: float, creepage_y: float, spin: float) -> Field:
+    """FASTSIM on the ellipse of the patch's area and width, with a parabolic bound."""
+    try:
+        c = kalker.coefficients(patch.a / patch.b, rig.poisson_ratio)
+    except ValueError as error:
+        raise ValidityError(f"FASTSIM has no creepage coefficients for this patch: {error}") from error
+    shape = fastsim.Patch(patch.a, patch.b, patch.normal_load, mu, rig.shear_modulus, c.c11, c.c22, c.c23)
+    vx, vy, turn, speed = creepage_x, creepage_y, spin, rig.rolling_speed
+    fields = fastsim.fields(shape, creepage_x=vx, creepage_y=vy, spin=turn, speed=speed, nx=STRIPS, ny=STRIPS)
+    whole = fastsim.solve(shape, creepage_x=vx, creepage_y=vy, spin=turn, speed=speed, nx=STRIPS, ny=STRIPS)
+    x, y = fields.x.T, fields.y.T
+    bound = 1.0 - (x / patch.a) ** 2 - (y / patch.b) ** 2
+    return Field(
+        theory="fastsim",
+        x=x,
+        y=y,
+        pressure=2.0 * patch.normal_load / (np.pi * patch.a * patch.b) * bound,
+        traction=np.stack([fields.traction_x.T, fields.traction_y.T]),
+        slip=np.stack([fields.slip_x.T, fields.slip_y.T]),
+        sticks=fields.sticks.T,
+        force_x=float(whole.force_x),
+        force_y=float(whole.force_y),
+        moment=float(whole.moment),
+        error=0.0,
+        stick_fraction=float(whole.stick_fraction),
+        power_per_length=whole.power_per_length,
+        power=float(whole.power),
+    )
+
+
+def stiffness_difference(rig: Rig) -> float:
+    """K of two bodies, by which pressure alone makes them slip: G/4 [(1 - 2 nu_1)/G_1 - (1 - 2 nu_2)/G_2] [1]."""
+    one, two = ((1.0 - 2.0 * disc.poisson_ratio) / disc.shear_modulus for disc in (rig.disc1, rig.disc2))
+    return 0.25 * rig.shear_modulus * (one - two)
+
+
+def _halved(patch: Patch) -> Patch:
+    """The patch on elements of twice the size; an odd last row or column, empty at the rim, is left out."""
+    ny, nx = (n - n % 2 for n in patch.pressure.shape)
+    even = patch.pressure[:ny, :nx].reshape(ny // 2, 2, nx // 2, 2).mean(axis=(1, 3))
+    x, y = (points[:n].reshape(-1, 2).mean(axis=1) for points, n in ((patch.x, nx), (patch.y, ny)))
+    return Patch(x, y, even, patch.a, patch.b, patch.normal_load, patch.origin)

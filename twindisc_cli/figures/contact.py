@@ -1,0 +1,122 @@
+"""Figure of a contact (Figs. 4, 5): traction and slip over the patch by two theories, and sections through them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from twindisc_cli.figures.style import BLACK, BLUE, ORANGE, SMALL, TEXT, legend, name_axes, page
+
+Floats = NDArray[np.float64]
+
+ARROWS = 12
+NAMES = {"exact": "exact theory", "fastsim": "FASTSIM"}
+COLOURS = {"exact": BLUE, "fastsim": ORANGE}
+
+
+class Field(Protocol):
+    """Fields (strip, cell) of one theory: x, y [m], pressure [Pa], traction [Pa] and slip [m/s] (2, ...), sticks."""
+
+    @property
+    def theory(self) -> str: ...  # noqa: D102
+    @property
+    def x(self) -> Floats: ...  # noqa: D102
+    @property
+    def y(self) -> Floats: ...  # noqa: D102
+    @property
+    def pressure(self) -> Floats: ...  # noqa: D102
+    @property
+    def traction(self) -> Floats: ...  # noqa: D102
+    @property
+    def slip(self) -> Floats: ...  # noqa: D102
+    @property
+    def sticks(self) -> NDArray[np.bool_]: ...  # noqa: D102
+    @property
+    def stick_fraction(self) -> float: ...  # noqa: D102
+    @property
+    def force_x(self) -> float: ...  # noqa: D102
+    @property
+    def power_per_length(self) -> Floats: ...  # noqa: D102
+
+
+def fields_and_sections(fields: Sequence[Field], *, mu: float, name: str, case: str, provenance: str) -> Figure:
+    """A row of maps for each theory, traction and sliding velocity; then the middle strip, and the power per length."""
+    rows = len(fields) + 1
+    figure, panels = page(rows, 2, height=2.55 * rows, title=f"{name}: contact at {case}", provenance=provenance)
+    traction = 1e-6 * max(float(np.hypot(*field.traction).max()) for field in fields)
+    slip = max(float(np.hypot(*field.slip).max()) for field in fields)
+    for field, left, right in zip(fields, panels[0::2], panels[1::2], strict=False):
+        _map(left, field, 1e-6 * field.traction, traction, f"{NAMES[field.theory]}: traction", "MPa")
+        _map(right, field, field.slip, slip, f"{NAMES[field.theory]}: sliding velocity", "m/s")
+    _middle(panels[-2], fields, mu)
+    _power(panels[-1], fields)
+    return figure
+
+
+def _map(axes: Axes, field: Field, vector: Floats, largest: float, what: str, unit: str) -> None:
+    """The size of a vector in colours, its direction in arrows, the border of stick and slip; rolling is upward."""
+    x, y, inside = 1e3 * field.x, 1e3 * field.y, field.pressure > 0.0
+    size = np.where(inside, np.hypot(*vector), np.nan)
+    drawn = axes.pcolormesh(y.T, x.T, size.T, shading="nearest", vmin=0.0, vmax=largest, rasterized=True)
+    bar = axes.figure.colorbar(drawn, ax=axes, pad=0.02, aspect=18, shrink=0.9)
+    bar.set_label(unit, fontsize=SMALL)
+    bar.ax.tick_params(labelsize=SMALL)
+    rows, columns = (((np.arange(ARROWS) + 0.5) / ARROWS * n).astype(int) for n in size.shape)
+    some = np.ix_(rows, columns)
+    shown = size[some] > 0.03 * largest
+    axes.quiver(
+        y[some][shown], x[some][shown], vector[1][some][shown], vector[0][some][shown],
+        color="white", scale=1.1 * ARROWS * largest, width=0.006, headwidth=3.5, pivot="tail",
+    )  # fmt: skip
+    _zones(axes, field)
+    axes.set_aspect("equal")
+    axes.grid(False)
+    name_axes(axes, "$y$ [mm]", "$x$, rolling upward [mm]", what)
+
+
+def _zones(axes: Axes, field: Field) -> None:
+    """The border between stick and slip; both zones are named where they are large enough."""
+    x, y, inside = 1e3 * field.x, 1e3 * field.y, field.pressure > 0.0
+    if field.sticks.any() and not field.sticks[inside].all():
+        axes.contour(y, x, np.where(field.sticks, 1.0, 0.0), levels=[0.5], colors="white", linewidths=1.4)
+    for zone, label in ((field.sticks, "stick"), (inside & ~field.sticks, "slip")):
+        if zone.sum() > 0.08 * inside.sum():
+            strips = np.where(zone.any(axis=1), np.abs(y.mean(axis=1) - y[zone].mean()), np.inf)
+            cells = np.flatnonzero(zone[np.argmin(strips)])
+            place = (int(np.argmin(strips)), int(cells[len(cells) // 2]))
+            axes.text(
+                y[place], x[place], label, fontsize=TEXT, color="white", ha="center", va="center", fontweight="bold",
+                bbox={"facecolor": BLACK, "alpha": 0.55, "edgecolor": "none", "pad": 1.5}, zorder=5,
+            )  # fmt: skip
+
+
+def _middle(axes: Axes, fields: Sequence[Field], mu: float) -> None:
+    """Longitudinal traction along the middle strip, under its bound."""
+    for field in fields:
+        row = field.x.shape[0] // 2
+        order = np.argsort(field.x[row])
+        x = 1e3 * field.x[row, order]
+        colour, label = COLOURS[field.theory], NAMES[field.theory]
+        axes.plot(x, 1e-6 * mu * field.pressure[row, order], color=colour, linestyle=":", linewidth=0.9,
+                  label=f"$\\mu p$, {label}")  # fmt: skip
+        axes.plot(x, 1e-6 * field.traction[0, row, order], color=colour, linewidth=1.3, label=label)
+    name_axes(axes, "$x$ [mm]", "traction [MPa]", "traction along the middle strip")
+    axes.set_ylim(0.0, None)
+    legend(axes, "lower left")
+
+
+def _power(axes: Axes, fields: Sequence[Field]) -> None:
+    """Dissipated power per length over the width (what wears, Eq. 15)."""
+    for field in fields:
+        y = 1e3 * field.y.mean(axis=1)
+        share = f"sticks over {field.stick_fraction * 100.0:.1f} %"
+        axes.plot(y, 1e-3 * field.power_per_length, color=COLOURS[field.theory], linewidth=1.3,
+                  label=f"{NAMES[field.theory]}: {share}")  # fmt: skip
+    axes.set_ylim(0.0, None)
+    name_axes(axes, "$y$ [mm]", "$P_l$ [W/mm]", "dissipated power per length")
+    legend(axes)
