@@ -294,3 +294,20 @@ def test_plan_has_every_group_and_at_least_two_hundred_tests():
     assert {case.effects[0] for case in cases if case.group == "unknown"} == set(UNKNOWN)
     assert len({case.seed for case in cases}) == len(cases)
     assert cases == plan(260, 1)
+
+
+def test_figure_has_a_point_for_every_size():
+    pytest.importorskip("matplotlib")
+    from score.figure import draw
+
+    rows = [
+        {"group": group, "truth": truth | {"target_size": size}, "judged": judge(truth, answer(("thermocouple_lag",)))}
+        for group, truth in (("single", LAG), ("sizes", LAG), ("unknown", BURST), ("null", NOTHING_HIDDEN))
+        for size in (6.0, 12.0)
+    ]
+    left, right = draw(rows).axes
+    named_first = next(c for c in left.containers if c.get_label() == "true effect named first")
+    assert named_first.lines[0].get_xdata().tolist() == [6.0, 12.0]
+    assert named_first.lines[0].get_ydata().tolist() == [1.0, 1.0]
+    falsely = next(c for c in right.containers if c.get_label() == "falsely explained")
+    assert falsely.lines[0].get_ydata().tolist() == [1.0, 1.0]

@@ -137,23 +137,25 @@ class HalfSpace:
             answer = self._deflection(field)
             return answer if wear is None else answer + field.sum(axis=0) @ wear
 
-        direction, last, keep = np.zeros_like(p), 1.0, 0.0
+        direction, last, keep, under = np.zeros_like(p), 1.0, 0.0, respond(p)
         for _ in range(500):
             pressed = p > 0.0
-            misfit = respond(p) + full
+            misfit = under + full
             misfit -= misfit[pressed].mean()
             size = float((misfit[pressed] ** 2).sum())
             direction = np.where(pressed, misfit + keep * size / last * direction, 0.0)
             answer = respond(direction)
-            answer -= answer[pressed].mean()
-            step = (misfit[pressed] @ direction[pressed]) / (answer[pressed] @ direction[pressed])
-            new = np.maximum(p - step * direction, 0.0)
+            level = answer[pressed].mean()
+            step = (misfit[pressed] @ direction[pressed]) / ((answer[pressed] - level) @ direction[pressed])
+            free = p - step * direction
+            new = np.maximum(free, 0.0)
             overlap = (new == 0.0) & (misfit < 0.0)
             new[overlap] = -step * misfit[overlap]
             last, keep = size, 0.0 if overlap.any() else 1.0
-            new *= self.load / (new.sum() * self._area)
-            moved = float(np.abs(new - p).sum() * self._area / self.load)
-            p = new
+            scale = self.load / (new.sum() * self._area)
+            under = respond(new) * scale if (new != free).any() else (under - step * answer) * scale
+            moved = float(np.abs(new * scale - p).sum() * self._area / self.load)
+            p = new * scale
             if moved < tolerance:
                 self.pressure = p
                 return self.line_load()

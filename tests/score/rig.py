@@ -49,8 +49,8 @@ class Rig:
     modulus: float = 206e9
     hardness: float = 700.0  # HV
     wear_steps: int = 2  # of one iteration
-    cells: int = 14  # of the half patch along rolling
-    strips: int = 22  # of the first half patch across
+    cells: int = 12  # of the half patch along rolling
+    strips: int = 18  # of the first half patch across
 
     poisson = 0.3
 

@@ -53,26 +53,31 @@ class Ruler:
         rig = replace(self._bench.rig, **changed)
         return read(rig, March(rig).run(), [NOTHING], self._bench.plan)
 
-    def size(self, readings: Channels, plan: Plan) -> float:
-        """How far `readings` are from what the base model can be fitted to, in noise units of `plan`."""
+    def size(self, readings: Channels, plan: Plan, *, steps: int = 12) -> float:
+        """How far `readings` are from what the base model can be fitted to, in noise units of `plan`.
+
+        With one of the `steps` of the fit it is the length left by the slopes, for which no march is needed.
+        """
         slopes = np.column_stack([_whitened(plan, column) / _STEP for column in self._base])
         moved, rest = np.zeros(len(_BASE)), _whitened(plan, _minus(readings, self._start))
-        for _ in range(12):
-            step = np.clip(np.linalg.lstsq(slopes, rest, rcond=None)[0], -0.4, 0.4)
-            if np.abs(step).max() < _SMALL:
+        for i in range(steps):
+            full = np.linalg.lstsq(slopes, rest, rcond=None)[0]
+            step = np.clip(full, -0.4, 0.4)
+            if np.abs(full).max() < _SMALL or i == steps - 1:
                 break
             moved = moved + step
             after = _whitened(plan, _minus(readings, self._moved(moved)))
             slopes += np.outer(rest - after - slopes @ step, step) / (step @ step)  # Broyden
             rest = after
-        return float(np.linalg.norm(rest - slopes @ step))
+        return float(np.linalg.norm(rest - slopes @ full))
 
     def amount(self, drawn: Drawn, target: float) -> float:
         """How much of the effect is `target` thresholds large, or its largest amount if it cannot be."""
         if drawn.fixed:
             return 1.0
-        plan = self._bench.plan
-        return _invert(lambda x: self.size(self._bench.readings([drawn.at(x)]), plan), target, drawn.largest)
+        plan, readings = self._bench.plan, self._bench.readings
+        near = _invert(lambda x: self.size(readings([drawn.at(x)]), plan, steps=1), target, drawn.largest)
+        return _invert(lambda x: self.size(readings([drawn.at(x)]), plan), target, drawn.largest, near)
 
 
 def _minus(one: Channels, other: Channels) -> Channels:
@@ -83,10 +88,10 @@ def _whitened(plan: Plan, readings: Channels) -> Floats:
     return np.concatenate([whiten(plan, name, readings[name]) for name in CHANNELS])
 
 
-def _invert(measure: Callable[[float], float], target: float, largest: float) -> float:
-    """x in (0, largest] with measure(x) = target within 3 %, by secants in the logarithms."""
+def _invert(measure: Callable[[float], float], target: float, largest: float, start: float = 0.0) -> float:
+    """x in (0, largest] with measure(x) = target within 3 %, by secants in the logarithms from `start`."""
     points: list[tuple[float, float]] = []
-    x = 0.1 * largest
+    x = start or 0.1 * largest
     for _ in range(9):
         value = measure(x)
         points.append((float(np.log(x)), float(np.log(max(value, 1e-9)))))
