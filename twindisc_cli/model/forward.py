@@ -30,6 +30,9 @@ from twindisc_cli.model.wear import WearPath, first_section, wear_path
 from twindisc_cli.physics import exact, fastrip, fastsim
 
 MOST_PASSES = 40
+SPIN_ARM = 1.0 / np.sqrt(5.0)
+"""Spin acts on T like a lateral creepage of phi a / sqrt(5): in full sliding T = mu N (1 - phi^2 <x^2> / (2 v^2)), with
+<x^2> = a^2 / 5 over an elliptic pressure; what the spin does along y cancels to first order."""
 SETTLED = 1e-7
 Parameters = Mapping[str, Floats]
 
@@ -195,12 +198,13 @@ class _Chain:
         capacity = state.mu * state.normal_load
         patch = self._paths(state).patch(self.section(state), state.normal_load / state.nominal_load)
         along = patch.stiffness * state.slope * state.creepage / capacity
-        across = patch.stiffness_y * state.slope * state.lateral_creepage / capacity
+        sideways = np.hypot(state.lateral_creepage, state.spin * patch.a * SPIN_ARM)
+        across = patch.stiffness_y * state.slope * sideways / capacity
         xi = np.maximum(np.hypot(along, across), 1e-30)
         saturation = self._law(state, xi, patch.ratio)
         force = capacity * saturation * along / xi
         side = capacity * saturation * across / xi
-        power = state.rolling_speed * (force * state.creepage + side * state.lateral_creepage)
+        power = state.rolling_speed * (force * state.creepage + side * sideways)
         return state.replace(
             traction_ratio=force / state.nominal_load,
             power=power,

@@ -20,11 +20,12 @@ WANDERS = np.array([0.0, 0.15, 0.3, 0.5, 0.75, 1.0, 1.5, 2.2])
 
 @dataclass(frozen=True)
 class Patch:
-    """Contact at every point, each (set, point): stiffness G a b C11, stiffness_y G a b C22 [N], area [m2], a/b."""
+    """Contact at every point, (set, point): stiffness G a b C11, stiffness_y G a b C22 [N], area [m2], a [m], a/b."""
 
     stiffness: Floats
     stiffness_y: Floats
     area: Floats
+    a: Floats
     ratio: Floats
 
 
@@ -49,6 +50,7 @@ class WeightedPaths:
             stiffness=self.at(lambda path: path.stiffness, own) * squared,
             stiffness_y=self.at(lambda path: path.stiffness_y, own) * squared,
             area=self.at(lambda path: path.area, own) * squared,
+            a=self.at(lambda path: path.a, own) * np.sqrt(squared),
             ratio=self.at(lambda path: path.a / path.b, own),
         )
 
