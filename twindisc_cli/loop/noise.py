@@ -87,7 +87,7 @@ def temperature_noise(experiment: Experiment) -> Noise:
     ends = experiment.history.end_time
     iteration = np.minimum(np.searchsorted(ends, samples.time - 1e-9 * ends[-1]), len(ends) - 1)
     step = experiment.history.step[iteration]
-    trend = _polynomials(samples.time, step, 9, 4)
+    trend = _relaxations(samples.time, step, 4)
     size = float(np.ptp(samples.temperature))
     return _estimate(samples.temperature, trend, samples.time, np.zeros_like(step), size, correlated=True)
 
@@ -146,6 +146,19 @@ def _polynomials(at: Floats, group: Ints, degree: int, samples_each: int) -> Flo
         unit = 2.0 * (at[here] - low) / max(high - low, 1e-300) - 1.0
         block = np.zeros((len(at), orders))
         block[here] = np.polynomial.legendre.legvander(unit, orders - 1)
+        columns.append(block)
+    return np.concatenate(columns, axis=1)
+
+
+def _relaxations(at: Floats, group: Ints, samples_each: int) -> Floats:
+    """A level, a slope and exponential approaches in each group (sample, column), at most one for so many samples."""
+    columns = []
+    for number in np.unique(group):
+        here = group == number
+        unit = (at[here] - at[here].min()) / max(float(np.ptp(at[here])), 1e-300)
+        shapes = [np.ones_like(unit), np.exp(-unit / 0.15), unit, np.exp(-unit / 0.05), np.exp(-unit / 0.4)]
+        block = np.zeros((len(at), min(len(shapes), 1 + int(here.sum()) // samples_each)))
+        block[here] = np.stack(shapes[: block.shape[1]], axis=1)
         columns.append(block)
     return np.concatenate(columns, axis=1)
 
