@@ -9,52 +9,56 @@ DISC = {"capacity": 100.0, "convection": 1.6, "environment": 293.15}
 
 
 def test_constant_power_is_the_exponential():
-    time = np.array([0.0, 10.0, 62.5, 400.0, 5000.0])
-    found = disc_heat.respond(time, power=[16.0], duration=[1e4], initial=293.15, **DISC)
+    duration = np.array([10.0, 52.5, 337.5, 4600.0])
+    time = np.cumsum(duration)
+    found = disc_heat.temperatures(power=16.0, duration=duration, initial=293.15, **DISC)[0]
     assert found == pytest.approx(293.15 + 10.0 * (1 - np.exp(-time * 1.6 / 100.0)), rel=1e-13)
 
 
 def test_without_convection_all_heat_stays():
-    found = disc_heat.respond(
-        [50.0, 300.0],
-        power=[8.0, 2.0],
-        duration=[100.0, 100.0],
-        capacity=100.0,
-        convection=0.0,
-        environment=77.0,
-        initial=77.0,
-    )
-    assert found == pytest.approx([77.0 + 4.0, 77.0 + 10.0], rel=1e-14)
+    found = disc_heat.temperatures(
+        power=[8.0, 2.0], duration=[50.0, 300.0], capacity=100.0, convection=0.0, environment=77.0, initial=77.0
+    )[0]
+    assert found == pytest.approx([77.0 + 4.0, 77.0 + 10.0], rel=1e-9)
 
 
 def test_heat_in_less_heat_out_is_what_the_disc_holds():
-    power, duration = np.array([5.0, 30.0, 0.0, 12.0]), np.array([80.0, 40.0, 120.0, 90.0])
-    time = np.linspace(0.0, 330.0, 33001)
-    warm = disc_heat.respond(time, power=power, duration=duration, initial=300.0, **DISC)
-    lost = np.trapezoid(1.6 * (warm - 293.15), time)
-    assert 100.0 * (warm[-1] - warm[0]) == pytest.approx(power @ duration - lost, rel=1e-6)
+    power, parts = np.repeat([5.0, 30.0, 0.0, 12.0], 2000), np.repeat([80.0, 40.0, 120.0, 90.0], 2000) / 2000
+    warm = disc_heat.temperatures(power=power, duration=parts, initial=300.0, **DISC)[0]
+    before = np.concatenate([[300.0], warm[:-1]])
+    lost = np.sum(1.6 * (0.5 * (warm + before) - 293.15) * parts)
+    assert 100.0 * (warm[-1] - 300.0) == pytest.approx(power @ parts - lost, rel=1e-6)
 
 
 def test_many_parameter_sets_are_each_alone():
-    power = np.array([[5.0, 20.0], [1.0, 0.0], [3.0, 3.0]])
-    sets = {"capacity": np.array([90.0, 100.0, 110.0]), "convection": np.array([0.0, 1.0, 3.0])}
-    time = np.array([0.0, 3.0, 10.0, 15.0, 40.0])
-    together = disc_heat.respond(time, power=power, duration=[10.0, 20.0], environment=280.0, initial=290.0, **sets)
+    power, convection = np.array([[5.0, 20.0], [1.0, 0.0], [3.0, 3.0]]), np.array([[0.0], [1.0], [3.0]])
+    common = {"duration": [10.0, 20.0], "capacity": 90.0, "environment": 280.0, "initial": 290.0}
+    together = disc_heat.temperatures(power=power, convection=convection, **common)
     for i in range(3):
-        alone = disc_heat.respond(
-            time,
-            power=power[i],
-            duration=[10.0, 20.0],
-            environment=280.0,
-            initial=290.0,
-            capacity=sets["capacity"][i],
-            convection=sets["convection"][i],
-        )
+        alone = disc_heat.temperatures(power=power[i], convection=convection[i], **common)[0]
         assert together[i] == pytest.approx(alone, rel=1e-14)
 
 
+def test_a_shaft_is_the_two_body_exponential():
+    """Two heat capacities joined by G: the eigenvalues of the linear system give the closed form."""
+    capacity, shaft, conductance, convection = 100.0, 400.0, 0.8, 1.5
+    parts = np.full(4000, 0.25)
+    found = disc_heat.temperatures(
+        power=20.0, duration=parts, capacity=capacity, convection=convection, environment=300.0, initial=300.0,
+        shaft_conductance=conductance, shaft_capacity=shaft,
+    )[0]  # fmt: skip
+    rates = np.array(
+        [[-(convection + conductance) / capacity, conductance / capacity], [conductance / shaft, -conductance / shaft]]
+    )
+    steady = np.linalg.solve(rates, [-20.0 / capacity, 0.0])
+    values, vectors = np.linalg.eig(rates)
+    weights = np.linalg.solve(vectors, -steady)
+    closed = steady[0] + np.exp(np.cumsum(parts)[:, None] * values) @ (weights * vectors[0])
+    assert found - 300.0 == pytest.approx(closed, abs=2e-3)
+
+
 def test_implicit_step_of_the_paper_is_of_first_order():
-    exact = float(disc_heat.advance(320.0, power=40.0, duration=60.0, **DISC))
+    exact = float(disc_heat.temperatures(power=40.0, duration=[60.0], initial=320.0, **DISC)[0, 0])
     errors = []
     for steps in (50, 100, 200):
         temperature = np.array(320.0)

@@ -25,9 +25,8 @@ from twindisc_cli.model.experiment import Contact, Experiment, Floats
 from twindisc_cli.model.patch import WeightedPaths, weighted_paths
 from twindisc_cli.model.points import Points, operating_points
 from twindisc_cli.model.surface import Stops, recorded_sections, worn_surface
-from twindisc_cli.model.warming import warmed
 from twindisc_cli.model.wear import WearPath, first_section, wear_path
-from twindisc_cli.physics import exact, fastrip, fastsim
+from twindisc_cli.physics import disc_heat, exact, fastrip, fastsim
 
 MOST_PASSES = 40
 SPIN_ARM = 1.0 / np.sqrt(5.0)
@@ -239,7 +238,16 @@ class _Chain:
             return state
         convection = np.broadcast_to(self.base["convection_W_K"], state.energy.shape)
         state = self._apply("heat", state.replace(heat=state.power, convection=convection))
-        temperature = warmed(state, thermal)
+        temperature = disc_heat.temperatures(
+            power=state.heat,
+            duration=state.duration,
+            capacity=thermal.heat_capacity,
+            convection=state.convection,
+            environment=state.environment,
+            initial=thermal.initial_temperature,
+            shaft_conductance=state.shaft_conductance,
+            shaft_capacity=state.shaft_capacity,
+        )
         return state.replace(temperature=temperature, disc_temperature=temperature)
 
     def read(self, state: State) -> Prediction:

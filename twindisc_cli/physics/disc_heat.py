@@ -1,12 +1,14 @@
 """The disc as one body of uniform temperature, heated by the contact and cooled by its environment (Eqs. 18, 19).
 
-    C dT/dt = P - hS (T - T_env)
+    C dT/dt = P - hS (T - T_env) - G (T - T_s),    C_s dT_s/dt = G (T - T_s)
 
     T      temperature of the disc [K];     T_env  of its environment [K]
     C      heat capacity rho c v [J/K];     hS     convection coefficient times surface [W/K], zero: none
     P      dissipated power that enters the disc [W]
+    T_s    temperature of a shaft [K], C_s its heat capacity [J/K], G the conductance to it [W/K], zero: no shaft
 
-The paper steps it implicitly (Eq. 19); between changes of power the exact solution is as simple and needs no step.
+The paper steps it implicitly (Eq. 19); between changes of power the exact solution is as simple and needs no step. The
+shaft, which changes slowly, is stepped beside the disc: it sees the disc's mean temperature over each interval.
 (The paper's lambda S h_c is hS with h_c = Nu/length; its h_c alone would not have the units.)
 Source: section 3.3. Valid for: Biot number h length/conductivity well below 1.
 """
@@ -15,26 +17,47 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import exprel
 
 from twindisc_cli.physics._arrays import Floats, arrays
 
+_NO_LOSS = 1e-12
 
-def advance(
-    temperature: ArrayLike,
+
+def temperatures(
     *,
     power: ArrayLike,
     duration: ArrayLike,
-    capacity: ArrayLike,
+    capacity: float,
     convection: ArrayLike,
     environment: ArrayLike,
+    initial: float,
+    shaft_conductance: ArrayLike = 0.0,
+    shaft_capacity: ArrayLike = 1.0,
 ) -> Floats:
-    """The temperature [K] after `duration` [s] at constant power, exactly; all broadcast."""
-    now, power, duration, capacity = arrays(temperature, power, duration, capacity)
-    convection, environment = arrays(convection, environment)
-    imbalance = power - convection * (now - environment)
-    relaxed: Floats = exprel(-convection * duration / capacity)
-    return now + imbalance * duration / capacity * relaxed
+    """The temperature [K] at the end of every interval, exact for a power that is constant within each.
+
+    duration [s] (interval,); power, convection, environment and the shaft's values broadcast to (set, interval).
+    """
+    power, duration, convection, environment = arrays(power, duration, convection, environment)
+    conductance, shaft_capacity = arrays(shaft_conductance, shaft_capacity)
+    everything = (power, duration, convection, environment, conductance, shaft_capacity, np.empty((1, 1)))
+    shape = np.broadcast_shapes(*(np.shape(value) for value in everything))
+    loss = np.broadcast_to(np.maximum(convection + conductance, _NO_LOSS), shape)
+    kept = np.exp(-loss * duration / capacity)
+    level = (power + convection * environment + _NO_LOSS * environment * (convection + conductance == 0.0)) / loss
+    level, pull = np.broadcast_to(level, shape), np.broadcast_to(conductance / loss, shape)
+    follows = np.broadcast_to(-np.expm1(-conductance * duration / shaft_capacity), shape)
+    connected = bool(np.any(conductance))
+    now = shaft = np.full(shape[0], initial)
+    found = np.empty(shape)
+    for i in range(shape[1]):
+        before = now
+        target = level[:, i] + pull[:, i] * shaft if connected else level[:, i]
+        now = target + (before - target) * kept[:, i]
+        if connected:
+            shaft = shaft + (0.5 * (before + now) - shaft) * follows[:, i]
+        found[:, i] = now
+    return found
 
 
 def implicit_step(
@@ -50,45 +73,3 @@ def implicit_step(
     now, power, duration, capacity = arrays(temperature, power, duration, capacity)
     convection, environment = arrays(convection, environment)
     return now + (power - convection * (now - environment)) * duration / (capacity + convection * duration)
-
-
-def respond(
-    time: ArrayLike,
-    *,
-    power: ArrayLike,
-    duration: ArrayLike,
-    capacity: ArrayLike,
-    convection: ArrayLike,
-    environment: ArrayLike,
-    initial: ArrayLike,
-) -> Floats:
-    """The temperature [K] at each `time` [s] (sample,) under a power [W] constant over each interval, (..., interval).
-
-    duration [s] (interval,); capacity, convection, environment and initial temperature are (...), one a parameter set.
-    Before time 0 the disc has its initial temperature; after the last interval it cools without power.
-    """
-    time, duration, power, capacity = arrays(time, duration, power, capacity)
-    convection, environment, initial = arrays(convection, environment, initial)
-    shape = np.broadcast_shapes(power.shape[:-1], capacity.shape, convection.shape, environment.shape, initial.shape)
-    power = np.concatenate([np.broadcast_to(power, (*shape, duration.size)), np.zeros((*shape, 1))], axis=-1)
-    starts = np.empty_like(power)
-    starts[..., 0] = initial
-    for i, interval in enumerate(duration):
-        starts[..., i + 1] = advance(
-            starts[..., i],
-            power=power[..., i],
-            duration=interval,
-            capacity=capacity,
-            convection=convection,
-            environment=environment,
-        )
-    began = np.concatenate([[0.0], np.cumsum(duration)])
-    at = np.clip(np.searchsorted(began, time, side="right") - 1, 0, duration.size)
-    return advance(
-        starts[..., at],
-        power=power[..., at],
-        duration=np.maximum(time - began[at], 0.0),
-        capacity=capacity[..., None],
-        convection=convection[..., None],
-        environment=environment[..., None],
-    )
