@@ -27,7 +27,8 @@ from scipy.optimize import brentq
 
 from twindisc_cli.model.experiment import Contact, Floats, Rig
 from twindisc_cli.physics import hertz, kalker
-from twindisc_cli.physics.half_space.strips import solve_strips
+from twindisc_cli.physics.best_circle import fit_curvature
+from twindisc_cli.physics.half_space.strips import StripContact, equivalent_ellipse, solve_strips
 
 STRIPS = 121
 GROWTH = 0.06
@@ -39,7 +40,7 @@ GAMMA = 1.0 - np.sqrt(0.5)
 class WearPath:
     """Profile and contact at every node of the path.
 
-    section S [m2], a, b [m] semi-axes (of the ellipse, or of the one with the patch's area and width), p0 [Pa] peak
+    section S [m2], a, b [m] semi-axes (in half-space contact those of `equivalent_ellipse`), p0 [Pa] peak
     pressure, area of the patch [m2], stiffness G a b C11 and stiffness_y G a b C22 [N], edge [m] half-width of the
     worn zone: each (node,); y [m] (strip,); depth [m], line_load [N/m]: (node, strip); error: relative error of the
     greatest depth.
@@ -172,23 +173,18 @@ def _march_half_space(
         worn = worn + compliance @ found.line_load
         depths.append(worn)
         contacts.append(found)
-    patches = [
-        _Patch(
-            line_load=c.line_load,
-            a=float(c.area / (np.pi * c.semi_width)),
-            b=float(c.semi_width),
-            p0=float(c.peak_pressure),
-            area=float(c.area),
-        )
-        for c in contacts
-    ]
-    return nodes, np.array(depths), patches
+    return nodes, np.array(depths), [_patch_of(contact) for contact in contacts]
+
+
+def _patch_of(contact: StripContact) -> _Patch:
+    a, b = equivalent_ellipse(contact)
+    return _Patch(contact.line_load, float(a), float(b), float(contact.peak_pressure), float(contact.area))
 
 
 def _march_hertz(
     rig: Rig, y: Floats, section: float, wander: float, growth: float
 ) -> tuple[Floats, Floats, list[_Patch]]:
-    nodes, spread = _nodes(rig, section, growth / 3.0), _spreading(y, wander) / rig.normal_load
+    nodes, spread = _nodes(rig, section, growth), _spreading(y, wander) / rig.normal_load
     worn, patch = np.zeros_like(y), _ellipse_on(rig, y, rig.curvature_y)
     depths, patches = [worn], [patch]
     for step in np.diff(nodes):
@@ -218,10 +214,7 @@ def _best_ellipse(rig: Rig, y: Floats, worn: Floats, patch: _Patch) -> _Patch:
 def _fitted(rig: Rig, y: Floats, worn: Floats, half_width: float) -> float:
     """Relative transverse curvature [1/m] of the best circle through the worn gap within `half_width` [m]."""
     inside = np.clip((half_width - np.abs(y)) / (y[1] - y[0]) + 0.5, 0.0, 1.0)
-    square = y * y
-    square = square - inside @ square / inside.sum()
-    change = 2.0 * float(inside @ (square * worn)) / float(inside @ (square * square))
-    return max(rig.curvature_y + change, FLATTEST * rig.curvature_y)
+    return max(rig.curvature_y + float(fit_curvature(y, worn, inside)), FLATTEST * rig.curvature_y)
 
 
 @lru_cache(maxsize=8)
