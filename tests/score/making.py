@@ -38,13 +38,17 @@ class Case:
 
 @dataclass(frozen=True)
 class Made:
-    """A test as it was made: sizes in thresholds and amounts in the effects' own units; noiseless and measured."""
+    """A test as it was made: noiseless and measured.
+
+    Sizes in thresholds, firm sizes beyond the input tolerances, amounts in the effects' own units.
+    """
 
     case: Case
     rig: Rig
     plan: Plan
     kind: str
     sizes: tuple[float, ...]
+    firm_sizes: tuple[float, ...]
     amounts: tuple[float, ...]
     hidden: tuple[Hidden, ...]
     clean: Channels = field(default_factory=dict)
@@ -92,6 +96,7 @@ def _attempt(rng: Generator, case: Case) -> Made:
     drawn = [_law(name)[1](rng, rig, bench.trace) for name in case.effects]
     amounts: tuple[float, ...] = ()
     sizes: tuple[float, ...] = ()
+    firm: tuple[float, ...] = ()
     if drawn:
         ruler = Ruler(bench)
         amounts = tuple(ruler.amount(effect, case.size) for effect in drawn)
@@ -99,8 +104,9 @@ def _attempt(rng: Generator, case: Case) -> Made:
         for name, readings in zip(case.effects, shown, strict=True):
             plan = _rescaled(plan, _law(name)[0], ruler.size(readings, plan) / case.size)
         sizes = tuple(ruler.size(readings, plan) for readings in shown)
+        firm = tuple(min(ruler.beyond_tolerances(s, plan), size) for s, size in zip(shown, sizes, strict=True))
     hidden = tuple(effect.at(amount) for effect, amount in zip(drawn, amounts, strict=True))
-    return Made(case, rig, plan, kind, sizes, amounts, hidden)
+    return Made(case, rig, plan, kind, sizes, firm, amounts, hidden)
 
 
 def _measure(rng: Generator, made: Made) -> Made:
@@ -137,6 +143,7 @@ def truth(made: Made) -> dict[str, object]:
         "kind": unknown[0] if unknown else None,
         "covariates": list(UNKNOWN[unknown[0]][1]) if unknown else [],
         "sizes": list(made.sizes),
+        "sizes_beyond_tolerances": list(made.firm_sizes),
         "amounts": list(made.amounts),
         "target_size": made.case.size if made.case.effects else 0.0,
         "declared_contact": made.rig.contact,

@@ -24,6 +24,7 @@ from .making import Case, make_test
 Row = dict[str, Any]
 NEGATIVE = 5  # exit code of a negative finding
 _SLACK = 1.15  # of the held-out error over the noise floor
+_FIRM = 8.0  # thresholds beyond what the tolerances of creepage and traction law can imitate
 _TIMEOUT = 900.0
 
 
@@ -205,7 +206,9 @@ Line = tuple[str, int, int, str]  # what, successes, of, target
 def table(rows: Sequence[Row]) -> list[Line]:
     """The lines of the score: what was counted, how often, of how many, and the target."""
     null = _flags(rows, "null")
-    single = [r["judged"] for r in rows if r["group"] == "single" and _is_sized(r)]
+    sized = [r for r in rows if r["group"] == "single" and _is_sized(r)]
+    single = [r["judged"] for r in sized]
+    firm = [r["judged"] for r in sized if min(r["truth"].get("sizes_beyond_tolerances", [np.inf])) >= _FIRM]
     two, unknown = _flags(rows, "two"), _flags(rows, "unknown")
     both = [f.get("found_0", False) and f.get("found_1", False) and not f["false"] for f in two]
     floor = [f["at_floor"] for f in single if f.get("at_floor") is not None]
@@ -215,6 +218,8 @@ def table(rows: Sequence[Row]) -> list[Line]:
         _line("one effect at 12 thresholds: in a set of at most three", [f["found_0"] for f in single], ">= 92 %"),
         _line("    named first", [f["first_0"] for f in single], ">= 78 %"),
         _line("    something detected", [f["alarm"] for f in single], ""),
+        _line(f"    those {_FIRM:g} beyond the input tolerances: in such a set", [f["found_0"] for f in firm], ""),
+        _line("        named first", [f["first_0"] for f in firm], ""),
         _line("    a false effect beside it or instead", [f["false"] > 0 for f in single], ""),
         _line("    held-out error within 15 % of the noise floor", floor, ">= 90 %"),
         _line("two effects in different channels: both, nothing false", both, ">= 75 %"),

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,6 +72,41 @@ class Ruler:
             rest = after
         return float(np.linalg.norm(rest - slopes @ full))
 
+    def beyond_tolerances(self, readings: Channels, plan: Plan) -> float:
+        """The size that is left when the creepages may also err within their tolerance and the traction law may be
+        the other accepted one; by slopes only."""
+        base = [_whitened(plan, column) / _STEP for column in self._base]
+        step = np.array(self._bench.rig.steps)[(plan.traction_time / self._bench.rig.duration).astype(int)]
+        nominal = np.array(self._bench.rig.creepage)
+        tolerances = [self._of_traction(self._creepage_slope, nominal[step] == c, plan) * _tolerance(c) / c
+                      for c in np.unique(nominal)]  # fmt: skip
+        columns = np.column_stack([*base, _whitened(plan, self._other_law), *tolerances])
+        prior = np.eye(columns.shape[1])[-len(tolerances) :]
+        rest = np.concatenate([_whitened(plan, _minus(readings, self._start)), np.zeros(len(tolerances))])
+        system = np.vstack([columns, prior])
+        return float(np.linalg.norm(rest - system @ np.linalg.lstsq(system, rest, rcond=None)[0]))
+
+    @cached_property
+    def _creepage_slope(self) -> Channels:
+        """Change of the readings over the relative change of all creepages."""
+        rig = self._bench.rig
+        more = replace(
+            rig, creepage_error=tuple(e + _STEP * c for e, c in zip(rig.creepage_error, rig.creepage, strict=True))
+        )
+        change = _minus(read(rig, March(more).run(), [NOTHING], self._bench.plan), self._start)
+        return {name: change[name] / _STEP for name in CHANNELS}
+
+    @cached_property
+    def _other_law(self) -> Channels:
+        """Change of the readings under the other traction law."""
+        rig = replace(self._bench.rig, law="exact" if self._bench.rig.law == "fastsim" else "fastsim")
+        return _minus(read(rig, March(rig).run(), [NOTHING], self._bench.plan), self._start)
+
+    def _of_traction(self, change: Channels, where: NDArray[np.bool_], plan: Plan) -> Floats:
+        """A change of the samples `where` of the traction alone, in units of the noise."""
+        silent = {name: np.zeros_like(change[name]) for name in CHANNELS}
+        return _whitened(plan, silent | {"traction": np.where(where, change["traction"], 0.0)})
+
     def amount(self, drawn: Drawn, target: float) -> float:
         """How much of the effect is `target` thresholds large, or its largest amount if it cannot be."""
         if drawn.fixed:
@@ -78,6 +114,11 @@ class Ruler:
         plan, readings = self._bench.plan, self._bench.readings
         near = _invert(lambda x: self.size(readings([drawn.at(x)]), plan, steps=1), target, drawn.largest)
         return _invert(lambda x: self.size(readings([drawn.at(x)]), plan), target, drawn.largest, near)
+
+
+def _tolerance(creepage: float) -> float:
+    """Standard deviation of a creepage that errs evenly within 0.5 % and 1e-5."""
+    return float(np.hypot(0.005 * creepage, 1e-5) / np.sqrt(3.0))
 
 
 def _minus(one: Channels, other: Channels) -> Channels:
