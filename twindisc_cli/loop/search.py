@@ -35,6 +35,7 @@ ROUNDING = 0.02
 PAIRED = 5
 PROMISING = 6.0
 CLEARLY = 3.0
+KNOWN = 5.0
 SET = 0.95
 Progress = Callable[[str], None]
 
@@ -198,7 +199,7 @@ def _pairs(base: Fit, before: Leftover, singles: Sequence[Candidate], channel: C
             continue
         candidate = _explained(base, channel, *pair)
         weakest = min(candidate.gain - alone[name].gain for name in pair)
-        if weakest > max(25.0, (0.15**2) * candidate.gain) and candidate.evidence > unknown:
+        if weakest > max(25.0, (0.15**2) * candidate.gain) and candidate.evidence > unknown - KNOWN:
             found.append(_gated(candidate, channel, strict=True))
     return found
 
