@@ -11,19 +11,27 @@ from twindisc_cli.errors import ValidityError
 from twindisc_cli.model.experiment import Floats, Rig
 from twindisc_cli.physics import fastsim, hertz, kalker
 from twindisc_cli.physics.half_space import rolling
-from twindisc_cli.physics.half_space.normal import solve_profile
+from twindisc_cli.physics.half_space.normal import solve_gap, solve_profile
 
 ELEMENTS = 120
 STRIPS = 100
 
 
 @dataclass(frozen=True)
-class Patch:
-    """A normal contact: pressure [Pa] (y, x) at x, y [m]; semi-axes [m] of the ellipse of its area and width."""
+class Grid:
+    """Pressure [Pa] (y, x) at the centres x, y [m] of elements."""
 
     x: Floats
     y: Floats
     pressure: Floats
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A normal contact, and on half the elements a side; semi-axes [m] of the ellipse of its area and width."""
+
+    fine: Grid
+    coarse: Grid
     a: float
     b: float
     normal_load: float
@@ -65,31 +73,45 @@ def hertz_patch(rig: Rig, normal_load: float) -> Patch:
     a, b, p0 = float(found.a), float(found.b), float(found.p0)
     if not (0.0 < a < np.inf and 0.0 < b < np.inf):
         raise ValidityError("the discs touch along a line that does not end: there is no patch to solve")
-    x, y = (side * ((2.0 * np.arange(ELEMENTS) + 1.0) / ELEMENTS - 1.0) for side in (a, b))
-    pressure = p0 * np.sqrt(np.maximum(0.0, 1.0 - (x / a) ** 2 - (y[:, None] / b) ** 2))
-    return Patch(x, y, pressure, a, b, normal_load, "the unworn discs (Hertz)")
+
+    def on(elements: int) -> Grid:
+        x, y = (side * ((2.0 * np.arange(elements) + 1.0) / elements - 1.0) for side in (a, b))
+        return Grid(x, y, p0 * np.sqrt(np.maximum(0.0, 1.0 - (x / a) ** 2 - (y[:, None] / b) ** 2)))
+
+    return Patch(on(ELEMENTS), on(ELEMENTS // 2), a, b, normal_load, "the unworn discs (Hertz)")
 
 
 def profile_patch(rig: Rig, normal_load: float, *, y: Floats, height: Floats, origin: str) -> Patch:
     """The half-space patch where one disc has changed by `height` [m] at y [m], both (point,)."""
+    gap = 0.5 * rig.curvature_y * y**2 - height
     found = solve_profile(
         y=y,
-        gap=0.5 * rig.curvature_y * y**2 - height,
+        gap=gap,
         curvature_x=rig.curvature_x,
         normal_load=normal_load,
         effective_modulus=rig.effective_modulus,
     )
+    fine = Grid(found.x, found.y, found.pressure)
     rows = np.flatnonzero((found.pressure > 0.0).any(axis=1))
-    element = float((found.x[1] - found.x[0]) * (found.y[1] - found.y[0]))
-    b = 0.5 * float(found.y[1] - found.y[0]) * (rows[-1] - rows[0] + 1)
-    a = float((found.pressure > 0.0).sum()) * element / (np.pi * b)
-    return Patch(found.x, found.y, found.pressure, a, b, normal_load, f"{origin} (half-space)")
+    dx, dy = float(found.x[1] - found.x[0]), float(found.y[1] - found.y[0])
+    b = 0.5 * dy * (rows[-1] - rows[0] + 1)
+    a = float((found.pressure > 0.0).sum()) * dx * dy / (np.pi * b)
+    across, along = (points[: points.size // 2 * 2].reshape(-1, 2).mean(axis=1) for points in (found.y, found.x))
+    half = solve_gap(
+        x=along,
+        y=across,
+        gap=0.5 * rig.curvature_x * along**2 + np.interp(across, y, gap)[:, None],
+        normal_load=normal_load,
+        effective_modulus=rig.effective_modulus,
+    )
+    coarse = Grid(half.x, half.y, half.pressure)
+    return Patch(fine, coarse, a, b, normal_load, f"{origin} (half-space)")
 
 
 def exact_field(patch: Patch, rig: Rig, *, mu: float, creepage_x: float, creepage_y: float, spin: float) -> Field:
     """The exact theory on the patch, its force carried to the limit from this grid and one of half the fineness."""
 
-    def solve(grid: Patch) -> rolling.Rolling:
+    def solve(grid: Grid) -> rolling.Rolling:
         return rolling.solve(
             x=grid.x,
             y=grid.y,
@@ -103,17 +125,17 @@ def exact_field(patch: Patch, rig: Rig, *, mu: float, creepage_x: float, creepag
             stiffness_difference=stiffness_difference(rig),
         )
 
-    fine, coarse = solve(patch), solve(_halved(patch))
+    fine, coarse = solve(patch.fine), solve(patch.coarse)
     force_x, error = rolling.limit(coarse.force_x, fine.force_x)
     force_y, _ = rolling.limit(coarse.force_y, fine.force_y)
     moment, _ = rolling.limit(coarse.moment, fine.moment)
-    x, y = np.meshgrid(patch.x, patch.y)
+    x, y = np.meshgrid(patch.fine.x, patch.fine.y)
     per_length = fine.dissipation * rig.rolling_speed
     return Field(
         theory="exact",
         x=x,
         y=y,
-        pressure=patch.pressure,
+        pressure=patch.fine.pressure,
         traction=fine.traction,
         slip=fine.slip * rig.rolling_speed,
         sticks=fine.contact & ~fine.slipping,
@@ -161,11 +183,3 @@ def stiffness_difference(rig: Rig) -> float:
     """K of two bodies, by which pressure alone makes them slip: G/4 [(1 - 2 nu_1)/G_1 - (1 - 2 nu_2)/G_2] [1]."""
     one, two = ((1.0 - 2.0 * disc.poisson_ratio) / disc.shear_modulus for disc in (rig.disc1, rig.disc2))
     return 0.25 * rig.shear_modulus * (one - two)
-
-
-def _halved(patch: Patch) -> Patch:
-    """The patch on elements of twice the size; an odd last row or column, empty at the rim, is left out."""
-    ny, nx = (n - n % 2 for n in patch.pressure.shape)
-    even = patch.pressure[:ny, :nx].reshape(ny // 2, 2, nx // 2, 2).mean(axis=(1, 3))
-    x, y = (points[:n].reshape(-1, 2).mean(axis=1) for points, n in ((patch.x, nx), (patch.y, ny)))
-    return Patch(x, y, even, patch.a, patch.b, patch.normal_load, patch.origin)

@@ -123,9 +123,13 @@ def _patch(test: Experiment, normal_load: float) -> Patch:
 
 
 def _without_roughness(height: Floats) -> Floats:
-    """Running mean over a fortieth of the profile: what is rougher than that, the patch presses flat."""
-    width = 2 * (len(height) // (2 * SMOOTHED_OVER)) + 1
-    return np.convolve(np.pad(height, width // 2, mode="edge"), np.full(width, 1.0 / width), mode="valid")
+    """Parabolas through a fortieth of the profile: what is rougher than that, the patch presses flat.
+
+    Source: A. Savitzky and M. J. E. Golay, Analytical Chemistry 36 (1964) 1627-1639.
+    """
+    half = len(height) // (2 * SMOOTHED_OVER)
+    weights = 3.0 * half * (half + 1) - 1.0 - 5.0 * np.arange(-half, half + 1) ** 2
+    return np.convolve(np.pad(height, half, mode="edge"), weights / weights.sum(), mode="valid")
 
 
 def _shortcuts(test: Experiment, point: Point, patch: Patch) -> dict[str, Any]:
@@ -148,7 +152,7 @@ def _shortcuts(test: Experiment, point: Point, patch: Patch) -> dict[str, Any]:
 
 
 def _size(patch: Patch) -> dict[str, float]:
-    return {"a_mm": patch.a * 1e3, "b_mm": patch.b * 1e3, "p0_MPa": float(patch.pressure.max()) * 1e-6}
+    return {"a_mm": patch.a * 1e3, "b_mm": patch.b * 1e3, "p0_MPa": float(patch.fine.pressure.max()) * 1e-6}
 
 
 def _numbers(field: Field, patch: Patch, normal_load: float) -> dict[str, float]:
@@ -189,6 +193,8 @@ def _figure(test: Experiment, point: Point, fields: tuple[Field, ...]) -> Figure
     from twindisc_cli.figures.contact import fields_and_sections
 
     case = f"$\\mu$ = {point.mu:.3g}, $\\upsilon_x$ = {point.creepage_x * 100.0:.3g} %"
+    if point.creepage_y or point.spin:
+        case += f", $\\upsilon_y$ = {point.creepage_y * 100.0:.3g} %, $\\varphi$ = {point.spin:.3g} rad/m"
     recorded = test.measured.traction is not None or test.measured.profile is not None
     provenance = test.measured.provenance if recorded else ""
     return fields_and_sections(fields, mu=point.mu, name=test.name, case=case, provenance=provenance)

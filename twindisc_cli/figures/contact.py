@@ -53,6 +53,7 @@ def fields_and_sections(fields: Sequence[Field], *, mu: float, name: str, case: 
     for field, left, right in zip(fields, panels[0::2], panels[1::2], strict=False):
         _map(left, field, 1e-6 * field.traction, traction, f"{NAMES[field.theory]}: traction", "MPa")
         _map(right, field, field.slip, slip, f"{NAMES[field.theory]}: sliding velocity", "m/s")
+    _frame(panels[:-2], fields)
     _middle(panels[-2], fields, mu)
     _power(panels[-1], fields)
     return figure
@@ -77,6 +78,16 @@ def _map(axes: Axes, field: Field, vector: Floats, largest: float, what: str, un
     axes.set_aspect("equal")
     axes.grid(False)
     name_axes(axes, "$y$ [mm]", "$x$, rolling upward [mm]", what)
+
+
+def _frame(panels: Sequence[Axes], fields: Sequence[Field]) -> None:
+    """The same limits for all maps, just outside the patch."""
+    touching = [field.pressure > 0.0 for field in fields]
+    across = 1.03e3 * max(float(np.abs(f.y[inside]).max()) for f, inside in zip(fields, touching, strict=True))
+    along = 1.03e3 * max(float(np.abs(f.x[inside]).max()) for f, inside in zip(fields, touching, strict=True))
+    for axes in panels:
+        axes.set_xlim(-across, across)
+        axes.set_ylim(-along, along)
 
 
 def _zones(axes: Axes, field: Field) -> None:

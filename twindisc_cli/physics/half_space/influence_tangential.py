@@ -30,7 +30,7 @@ from scipy import fft
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-_SMALLEST_SYMBOL = 1e-4  # of the largest determinant: below it the inverse operator is damped
+_SHIFT = 0.03  # added to the operator, which is of order one, before it is inverted
 _PARALLEL_FROM = 20_000  # elements from which two threads pay
 
 
@@ -47,14 +47,14 @@ class Straining:
         self._padded = (fft.next_fast_len(2 * shape[0], real=True), fft.next_fast_len(2 * shape[1], real=True))
         self._workers = 2 if shape[0] * shape[1] >= _PARALLEL_FROM else 1
         self._symbol = self._transform(_tangential(shape, aspect, poisson))
-        self._inverse = _damped_inverse(self._symbol)
+        self._inverse = _shifted_inverse(self._symbol)
 
     def __call__(self, tractions: Floats) -> Floats:
         """(u(x) - u(x + dx)) / dx at the centres of the elements."""
         return self._convolve(self._symbol, tractions)
 
     def approximate_inverse(self, differences: Floats) -> Floats:
-        """The tractions on an endless periodic surface for given differences, damped where they are undetermined."""
+        """Tractions for given differences on an endless periodic surface, nearly: operator plus shift, inverted."""
         return self._convolve(self._inverse, differences)
 
     def _convolve(self, symbol: Complexes, field: Floats) -> Floats:
@@ -125,10 +125,12 @@ def _backward_difference(corners: Callable[[Floats, Floats], Floats], shape: tup
     return difference
 
 
-def _damped_inverse(symbol: Complexes) -> Complexes:
-    """Inverse of the symmetric 2 by 2 symbol (xx, xy, yy), damped where its determinant is small."""
-    determinant = symbol[0] * symbol[2] - symbol[1] ** 2
-    size = np.abs(determinant)
-    weight = determinant.conj() / (size**2 + (_SMALLEST_SYMBOL * size.max()) ** 2)
-    inverse: Complexes = np.stack([symbol[2], -symbol[1], symbol[0]]) * weight
+def _shifted_inverse(symbol: Complexes) -> Complexes:
+    """Inverse of the symmetric 2 by 2 symbol (xx, xy, yy) plus the shift.
+
+    The operator makes no heat of work, so that its symbol is nearly imaginary, and it vanishes for tractions that do
+    not vary along rolling; a small real shift bounds the inverse and keeps its product with the operator positive.
+    """
+    xx, yy = symbol[0] + _SHIFT, symbol[2] + _SHIFT
+    inverse: Complexes = np.stack([yy, -symbol[1], xx]) / (xx * yy - symbol[1] ** 2)
     return inverse

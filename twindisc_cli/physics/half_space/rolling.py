@@ -38,10 +38,10 @@ Mask = NDArray[np.bool_]
 _COARSEST = 10  # elements along the shorter side of the first grid
 _MOST_STEPS = 60
 _KRYLOV = 40  # largest subspace of an inner solve
-_INNER = 0.05  # its relative accuracy
+_INNER = 0.1  # its relative accuracy
 _COARSE_TOLERANCE = 1e-3
 _PRACTICALLY_SLIPPING = 0.98  # of the bound, on a guess from a coarser grid
-_SLIP_WEIGHT = 0.3  # normalised |s| G / (mu p) from which slip outweighs elasticity in the preconditioner
+_SLIP_WEIGHT = 0.4  # normalised |s| G / (mu p) from which slip outweighs elasticity in the preconditioner
 
 
 @dataclass(frozen=True)
