@@ -16,6 +16,8 @@ from twindisc_cli import __version__
 from twindisc_cli.errors import DefinitionError, TwindiscError
 
 INTERRUPTED = 130
+LINEAR_ALGEBRA_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+"""The matrices here are small: more threads would only wait for each other."""
 UsageError = cast(type[Exception], typer.BadParameter.__bases__[0])
 """What typer raises for every mistake on the command line; it does not export it by name."""
 
@@ -151,6 +153,8 @@ def schema() -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit code."""
     given = list(sys.argv[1:] if arguments is None else arguments)
+    for threads in LINEAR_ALGEBRA_THREADS:
+        os.environ.setdefault(threads, "1")
     try:
         code = app(given or ["--help"], prog_name="twindisc", standalone_mode=False) or 0
         sys.stdout.flush()
