@@ -45,6 +45,8 @@ from twindisc_cli.model.points import sample_times
 COVARIATES = 2
 RIVALS = 5
 NEGLIGIBLE = 1e-4
+CLOSED = 1.15
+"""A channel is closed where its error is within so much of the noise."""
 INTERVAL = 2.706
 """Growth of chi2 at the ends of a 90 % interval."""
 Progress = Callable[[str, float], None]
@@ -161,9 +163,15 @@ def _left(joint: Fit, findings: Sequence[Finding]) -> list[Unexplained]:
         elif finding.channel in joint.problem.channels:
             rest = leftover(joint, finding.channel)
             explained = np.sqrt(max(finding.chosen.gain, 0.0)) if finding.chosen else 0.0
-            if rest.significant(ALARM) and rest.length > SHORT * explained:
+            open_ = rest.length > SHORT * explained or _power(joint, finding.channel) > CLOSED**2
+            if rest.significant(ALARM) and open_:
                 found += _listed(rest, joint)
     return found
+
+
+def _power(fitted: Fit, channel: Channel) -> float:
+    """Mean square of a channel's white residual: one where only noise is left."""
+    return float(np.mean(np.concatenate([fitted.residual[part] for part in fitted.problem.slices[channel]]) ** 2))
 
 
 def _listed(rest: Leftover, fitted: Fit) -> list[Unexplained]:
