@@ -1,0 +1,556 @@
+"""Measured numbers beside their targets: `make bench`, or `python tests/bench.py SECTION ...` for some sections.
+
+Accuracy against closed forms and CONTACT (tests/reference, and the tables of the tests), speed as the best of several
+runs, peak memory of each command as a process of its own. Nothing is asserted; a part that cannot run says why.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+ROOT = Path(__file__).parents[1]
+CONFIGS = ROOT / "configs"
+REFERENCE = Path(__file__).parent / "reference"
+A, B, P0, APPROACH = 0.170591303e-3, 0.270524050e-3, 744.9225410e6, 2.1897674474e-6
+"""Hertz of the rig: CONTACT, open-source release 2025-07-23, rev 2707, and elliptic integrals, to all digits."""
+G, NU, LOAD, SPEED, MU = 79.3e9, 0.3, 72.0, 9.42, 0.6
+HARDNESS = 700 * 9.80665e6
+COMMANDS = ("friction-chart", "identify-mu", "simulate-wear", "fit-k", "thermal", "contact", "check")
+
+
+@dataclass(frozen=True)
+class Row:
+    """A number beside its target; met is None where there is nothing to meet."""
+
+    what: str
+    found: str
+    target: str = ""
+    met: bool | None = None
+
+
+def at_most(what: str, value: float, limit: float, unit: str = "", digits: str = ".3g") -> Row:
+    """A number that should not be larger than its target."""
+    return Row(what, f"{value:{digits}} {unit}".rstrip(), f"<= {limit:g} {unit}".rstrip(), bool(value <= limit))
+
+
+def best(function: Callable[[], object], repeats: int = 5) -> float:
+    """Seconds of the quickest of several calls."""
+    times = []
+    for _ in range(repeats):
+        start = perf_counter()
+        function()
+        times.append(perf_counter() - start)
+    return min(times)
+
+
+def table(name: str) -> tuple[np.ndarray, ...]:
+    """The columns of a reference table."""
+    lines = [line for line in (REFERENCE / name).read_text().splitlines() if not line.startswith("#")]
+    return tuple(np.loadtxt(lines, delimiter=",", skiprows=1).T)
+
+
+# --- contact physics --------------------------------------------------------------------------------------------------
+
+
+def hertz_and_kalker() -> Iterator[Row]:
+    from test_kalker import CONTACT
+
+    from twindisc_cli.physics import hertz, kalker
+
+    found = hertz.contact_ellipse(
+        curvature_x=2.0 / 0.03, curvature_y=1.0 / 0.03, normal_load=LOAD, effective_modulus=G / (1.0 - NU)
+    )
+    pairs = zip((found.a, found.b, found.p0, found.approach), (A, B, P0, APPROACH), strict=True)
+    yield at_most("Hertz of the rig: a, b, p0, approach, largest deviation", worst(pairs), 5e-9)
+    nu, ratio, *columns = CONTACT.T
+    known = kalker.coefficients(ratio, nu)
+    for name, column in zip(("c11", "c22", "c23"), columns, strict=False):
+        off = np.abs(getattr(known, name) / column - 1.0).max() * 100.0
+        yield at_most(f"{name.upper()} against CONTACT, all nu and a/b", off, 1.0, "%")
+    low = ratio < 3.0
+    off = np.abs(known.c33[low] / columns[3][low] - 1.0).max() * 100.0
+    yield at_most("C33 against CONTACT, a/b below 3", off, 2.0, "%")
+
+
+def worst(pairs: Any) -> float:
+    """Largest relative deviation of found from expected."""
+    return max(float(np.max(np.abs(np.asarray(found) / expected - 1.0))) for found, expected in pairs)
+
+
+def rig_patch(mu: Any = MU) -> Any:
+    """The patch of the rig, with CONTACT's coefficients of its own FASTSIM."""
+    from twindisc_cli.physics import fastsim
+
+    return fastsim.Patch(A, B, LOAD, mu, G, 3.9388, 3.2194, 1.0911)
+
+
+def fastsim_accuracy() -> Iterator[Row]:
+    import test_fastsim
+
+    from twindisc_cli.physics import fastsim
+
+    mu, creepage, ratio = table("creep_curves_fastsim.csv")
+    closed = mu * fastsim.saturation(G * A * B * 3.9388 * creepage / (mu * LOAD))
+    yield at_most(f"FASTSIM T/N, closed form, {len(mu)} points", np.abs(closed - ratio).max(), 0.003)
+    marched = fastsim.solve(rig_patch(mu), creepage_x=creepage, speed=SPEED).force_x / LOAD
+    yield at_most(f"FASTSIM T/N, marched on 50x50, {len(mu)} points", np.abs(marched - ratio).max(), 0.003)
+    off = []
+    for rates, widths, expected in test_fastsim.test_kalkers_published_check_values.pytestmark[0].args[1]:
+        widths = np.asarray(widths if np.ndim(widths) else [widths], dtype=float)
+        y = 1.0 - np.cumsum(widths) + 0.5 * widths
+        cell = 2.0 * np.sqrt(1.0 - y**2) / 5 * widths
+        driven = tuple(np.array([rate], dtype=float) for rate in rates)
+        cells = fastsim.march(driven, y=y, nx=5)
+        total = sum(np.array([(tx * cell).sum(), (ty * cell).sum()]) for _, tx, ty, _ in cells)
+        forces = np.abs(total) * 2.0 / np.pi
+        off += [abs(f / e - 1.0) for f, e in zip(forces, expected, strict=True) if e]
+    yield at_most("FASTSIM, Kalker's five check values of 1982", max(off) * 100.0, 0.5, "%")
+
+
+def fastsim_energy() -> Iterator[Row]:
+    import test_fastsim
+
+    from twindisc_cli.physics import fastsim
+
+    case = test_fastsim.combined()
+    found = fastsim.solve(rig_patch(), **case)
+    power = SPEED * (
+        case["creepage_x"] * found.force_x + case["creepage_y"] * found.force_y + case["spin"] * found.moment
+    )
+    summed = found.power_per_length.sum(axis=-1) * 2.0 * B / found.y.shape[-1]
+    off = np.abs(summed / power - 1.0).max() * 100.0
+    yield at_most("energy balance of 36 combined creepages, 50x50 (closed by construction)", off, 0.5, "%")
+    creepage = np.array([0.001, 0.002, 0.004, 0.008])
+    exact = SPEED * creepage * MU * LOAD * fastsim.saturation(G * A * B * 3.9388 * creepage / (MU * LOAD))
+    errors = []
+    for n in (25, 50, 100, 200):
+        marched = fastsim.solve(rig_patch(), creepage_x=creepage, speed=SPEED, nx=n, ny=n)
+        errors.append(np.abs(marched.power_per_length.sum(axis=-1) * 2.0 * B / n / exact - 1.0).max() * 100.0)
+    yield at_most("power over the strips against the closed form, 50x50", errors[1], 0.5, "%")
+    order = np.log2(errors[0] / errors[-1]) / 3.0
+    yield Row("  its order of convergence, 25x25 to 200x200", f"{order:.2f}", ">= 1", bool(order >= 1.0))
+
+
+def fastsim_speed() -> Iterator[Row]:
+    from twindisc_cli.physics import fastsim
+
+    rng = np.random.default_rng(1)
+    vx, vy = rng.uniform(0.0, 0.01, (2, 1000))
+    spin = rng.uniform(-14.0, 14.0, 1000)
+
+    def batch() -> None:
+        fastsim.solve(rig_patch(), creepage_x=vx, creepage_y=vy, spin=spin, speed=SPEED)
+
+    yield at_most("FASTSIM 50x50 with spin, a point of a batch of 1000", best(batch) * 1e3, 25.0, "us")
+
+
+# --- friction ---------------------------------------------------------------------------------------------------------
+
+
+def friction() -> Iterator[Row]:
+    from twindisc_cli.commands.friction_chart import FAMILY
+    from twindisc_cli.identify.chart import friction_chart
+    from twindisc_cli.identify.friction import mu_from_traction
+    from twindisc_cli.identify.law import unworn_law
+
+    test = shipped("ambient").experiment
+    for traction in ("fastsim", "fastrip", "exact"):
+        law = unworn_law(with_options(test, traction=traction))
+        mu = np.linspace(0.05, 0.7, 40)[:, None]
+        creepage = np.geomspace(1e-5, 0.999 * law.full_slip * mu / law.slope)[:, :, 0].T
+        back = mu_from_traction(
+            law.apparent(mu, creepage), traction=lambda m, law=law, creepage=creepage: law.apparent(m, creepage)
+        )
+        off = np.abs(back / mu - 1.0)[law.slope * creepage / mu < 0.98 * law.full_slip].max()
+        yield at_most(f"identify-mu of {traction}, in partial slip", off, 1e-6)
+    many = FAMILY, np.geomspace(1e-5, 0.1, 200)
+    for traction in ("fastsim", "exact"):
+        chosen = with_options(test, traction=traction)
+        seconds = best(lambda chosen=chosen: friction_chart(chosen, mu=many[0], creepage=many[1]))
+        yield at_most(f"chart of 14 mu x 200 creepages, {traction}", seconds * 1e3, 50.0, "ms")
+
+
+def shipped(name: str) -> Any:
+    """A shipped test."""
+    from twindisc_cli.definition import load
+
+    return load(CONFIGS / f"{name}.toml")
+
+
+def with_options(experiment: Any, **options: Any) -> Any:
+    """A test under other options."""
+    return replace(experiment, options=replace(experiment.options, **options))
+
+
+# --- wear -------------------------------------------------------------------------------------------------------------
+
+
+def worn(name: str, **options: Any) -> Any:
+    """The JSON of simulate-wear with nothing remembered from before."""
+    from twindisc_cli.commands import simulate_wear
+    from twindisc_cli.model import wear
+
+    wear._path.cache_clear()
+    test = shipped(name)
+    return simulate_wear.run(replace(test, experiment=with_options(test.experiment, **options))).json
+
+
+def wear_accuracy() -> Iterator[Row]:
+    from twindisc_cli.commands import fit_k
+    from twindisc_cli.model import wear
+
+    k = fit_k.run(shipped("ambient")).json
+    found = worn("ambient", wear_coefficient=k["K"])
+    volume, energy = (
+        np.array([i[key] for i in found["iterations"]]) for key in ("worn_volume_mm3", "dissipated_energy_kJ")
+    )
+    off = np.abs(volume * 1e-9 * HARDNESS / k["K"] / (energy * 1e3) - 1.0).max()
+    yield at_most("worn volume x H / K over dissipated energy, every iteration", off, 1e-6)
+    for contact in ("hertz", "half_space"):
+        before = worn("ambient", wear_coefficient=k["K"], contact=contact)
+        growth, wear.GROWTH = wear.GROWTH, 0.5 * wear.GROWTH
+        try:
+            after = worn("ambient", wear_coefficient=k["K"], contact=contact)
+        finally:
+            wear.GROWTH = growth
+        wear._path.cache_clear()
+        off = max(abs(after[key] / before[key] - 1.0) for key in ("depth_um", "width_mm")) * 100.0
+        yield at_most(f"depth and width under halved steps, {contact}", off, 0.5, "%")
+    yield Row("K from the test in air, depth 6 um", f"{k['K']:.3g} +- {k['K_std']:.1g}", "5e-5 ... 7e-5")
+    nitrogen = worn("cryogenic", wear_coefficient=k["K"])
+    off = abs(nitrogen["depth_um"] / 4.4 - 1.0) * 100.0
+    yield at_most(f"  its depth in nitrogen, {nitrogen['depth_um']:.3g} um against 4.4", off, 10.0, "%")
+    early = [i for i in nitrogen["iterations"] if i["time_s"] <= 2000.0][-1]
+    share = early["worn_volume_mm3"] / nitrogen["worn_volume_mm3"] * 100.0
+    yield at_most("  wear there before 2000 s", share, 10.0, "%")
+
+
+def temperature() -> Iterator[Row]:
+    from twindisc_cli.commands import thermal
+
+    for name in ("ambient", "cryogenic"):
+        found = thermal.run(shipped(name)).json
+        yield Row(f"disc temperature rise, {name}", f"{found['rise_C']:.3g} K", "about 10 K")
+    step = {i["time_s"]: i["temperature_C"] for i in found["iterations"]}
+    fall = step[4620.0] - step[4200.0]
+    yield Row("disc in nitrogen over step 11, where mu falls (4200 to 4620 s)", f"{fall:.2f} K", "< 0", fall < 0.0)
+
+
+def wear_speed() -> Iterator[Row]:
+    from twindisc_cli.commands import fit_k
+    from twindisc_cli.model import wear
+
+    def fit() -> None:
+        wear._path.cache_clear()
+        fit_k.run(shipped("ambient"))
+
+    fit()
+    seconds = best(lambda: worn("ambient", wear_coefficient=5.7e-5))
+    yield at_most("simulate-wear, ambient, definition and data read", seconds, 0.1, "s")
+    yield at_most("fit-k, ambient, over simulate-wear", best(fit) / seconds, 2.0, "times")
+    seconds = best(lambda: worn("ambient", wear_coefficient=5.7e-5, contact="half_space"), 3)
+    yield at_most("simulate-wear, ambient, half-space contact", seconds, 2.0, "s")
+
+
+# --- exact contact ----------------------------------------------------------------------------------------------------
+
+
+def centres(n: int) -> np.ndarray:
+    """Centres of n elements over -1 ... 1."""
+    return (2.0 * np.arange(n) + 1.0) / n - 1.0
+
+
+def rolled(n: int, **given: Any) -> Any:
+    """The exact solution on n x n elements over the ellipse."""
+    from twindisc_cli.physics.half_space import rolling
+
+    x, y = A * centres(n), B * centres(n)
+    pressure = P0 * np.sqrt(np.maximum(0.0, 1.0 - (x / A) ** 2 - (y[:, None] / B) ** 2))
+    return rolling.solve(x=x, y=y, pressure=pressure, mu=MU, shear_modulus=G, poisson=NU, **given)
+
+
+def exact_traction() -> Iterator[Row]:
+    from twindisc_cli.physics import exact, fastrip, fastsim, kalker
+
+    mu, creepage, ratio = table("creep_curves_exact.csv")
+    linear = G * A * B * float(kalker.coefficients(A / B, NU).c11)
+    xi = linear * creepage / (mu * LOAD)
+    off = np.abs(mu * exact.saturation(xi, A / B, NU) - ratio).max()
+    yield at_most(f"exact T/N, table, {len(mu)} points", off, 0.001)
+    yield from exact_limit(dict(zip(creepage[mu == MU], ratio[mu == MU], strict=True)))
+    for name, law in (("FASTSIM", fastsim), ("FaStrip", fastrip)):
+        yield Row(f"{name} against the exact theory, largest", f"{np.abs(mu * law.saturation(xi) - ratio).max():.3f}")
+    one = [f"{MU * law.saturation(linear * 0.002 / (MU * LOAD)):.4f}" for law in (fastrip, fastsim)]
+    yield Row("FaStrip, FASTSIM at mu = 0.6, 0.2 % (exact 0.3251)", ", ".join(one), "0.3286, 0.3160")
+
+
+def exact_limit(reference: dict[float, float]) -> Iterator[Row]:
+    """The solver's T/N carried to the limit, and its own error, against the reference over creepage."""
+    from twindisc_cli.physics.half_space import rolling
+
+    points, within, largest = (0.0005, 0.001, 0.002, 0.003, 0.004, 0.005), 0, 0.0
+    for creepage in points:
+        forces = [rolled(n, creepage_x=creepage).force_x / LOAD for n in (60, 120)]
+        value, error = rolling.limit(*forces)
+        off = abs(float(value) - reference[creepage])
+        largest, within = max(largest, off), within + (off <= float(error) + 3e-4)
+    yield at_most("exact T/N, solver on 60 and 120 carried to the limit, mu = 0.6", largest, 0.001)
+    told = f"{within} of {len(points)}"
+    yield Row("  within its own error (the reference's is 3e-4)", told, "all", within == len(points))
+
+
+def combined_creepages() -> Iterator[Row]:
+    columns = table("combined_exact.csv")
+    off = np.zeros(3)
+    for vx, vy, spin, *forces in zip(*columns, strict=True):
+        found = rolled(120, creepage_x=vx, creepage_y=vy, spin=spin * 1e3)
+        mine = np.array([found.force_x, found.force_y, found.moment * 1e3])
+        off = np.maximum(off, np.abs(mine + np.array(forces)))
+    shares = off / (MU * LOAD * np.array([1.0, 1.0, np.sqrt(A * B) * 1e3])) * 100.0
+    of = f"exact, combined creepages, n = 120, {len(columns[0])} cases"
+    yield at_most(f"{of}: Fx, Fy over mu N", max(shares[:2]), 0.5, "%")
+    yield at_most(f"{of}: Mz over mu N c", shares[2], 1.0, "%")
+
+
+def figure_4() -> Iterator[Row]:
+    found = rolled(120, creepage_x=0.002)
+    off = abs(found.stick_fraction / 0.655 - 1.0) * 100.0
+    yield at_most(f"Fig. 4, stick fraction {found.stick_fraction:.4f} against 0.655", off, 1.0, "%")
+    peak = float(np.hypot(*found.traction).max()) * 1e-6
+    yield at_most(f"Fig. 4, peak traction {peak:.1f} against 397.5 MPa", abs(peak / 397.5 - 1.0) * 100.0, 1.0, "%")
+
+
+def closed_forms() -> Iterator[Row]:
+    import test_rolling
+
+    a, radius, mu, creepage, load = 1e-3, 0.5, 0.3, 2.4e-4, 178.9e3
+    expected = 1.0 - (1.0 - creepage * radius / (mu * a)) ** 2
+    errors = []
+    for n in (50, 100, 200, 400):
+        x, y, pressure = test_rolling.line_contact(n, a=a, load=load, width=0.2)
+        found = test_rolling.solve(x, y, pressure, mu=mu, shear_modulus=82e9, poisson=0.28, creepage_x=creepage)
+        errors.append(found.force_x / (mu * pressure.sum() * found.element_area) - expected)
+    order = np.log2(errors[0] / errors[-1]) / 3.0
+    yield Row("Carter, order of convergence (n = 50 to 400)", f"{order:.2f}", "1", bool(abs(order - 1.0) < 0.1))
+    yield Row("  error of T/(mu N) at n = 400", f"{abs(errors[-1]):.1e}")
+    off = abs(test_rolling.bentall_johnson(-4.294e-4, mu=0.05))
+    yield at_most("Bentall-Johnson: T/(mu N) at the creepage of free rolling", off, 0.02)
+
+
+def worn_profile() -> Iterator[Row]:
+    from test_strips import HERTZ, RIG, worn_gap
+
+    from twindisc_cli.physics.half_space import rolling
+    from twindisc_cli.physics.half_space.normal import solve_profile
+    from twindisc_cli.physics.half_space.strips import solve_strips
+
+    y = np.linspace(-0.6e-3, 0.6e-3, 256)
+    strips = solve_strips(y=y, gap=worn_gap(y), **RIG)
+    full = solve_profile(y=y, gap=worn_gap(y), **RIG)
+    for name, peak, width, area in (
+        ("strips", strips.peak_pressure, strips.semi_width, strips.area),
+        ("full", full.pressure.max(), full.semi_width, full.area),
+    ):
+        pairs = ((peak, 723.2e6), (width, 0.355e-3), (area, 0.173937e-6))
+        yield at_most(f"worn flat, {name}: peak, half-width, area", worst(pairs) * 100.0, 1.0, "%")
+    ratio, _ = rolling.limit(*[worn_traction(fineness) for fineness in (1, 2)])
+    yield at_most(f"worn flat, T/N {float(ratio):.4f} at 0.2 % against 0.3738", abs(float(ratio) - 0.3738), 0.003)
+    sphere = solve_strips(y=y, gap=y**2 / 60e-3, **RIG)
+    found = (sphere.half_length.max(), sphere.semi_width, sphere.peak_pressure)
+    yield at_most("sphere by strips against Hertz: a, b, p0", worst(zip(found, HERTZ, strict=False)) * 100.0, 0.5, "%")
+
+
+def worn_traction(fineness: int) -> float:
+    """T/N of the worn flat at mu = 0.6 and 0.2 %, on elements of 5 by 10 um over the fineness."""
+    from test_strips import worn_gap
+
+    from twindisc_cli.physics.half_space import rolling
+    from twindisc_cli.physics.half_space.normal import solve_gap
+
+    x, y = 180e-6 * centres(72 * fineness), 460e-6 * centres(92 * fineness)
+    gap = x**2 / 0.03 + worn_gap(y)[:, None]
+    pressed = solve_gap(x=x, y=y, gap=gap, normal_load=LOAD, effective_modulus=G / (1.0 - NU))
+    given = {"mu": MU, "shear_modulus": G, "poisson": NU, "creepage_x": 0.002}
+    return rolling.solve(x=x, y=y, pressure=pressed.pressure, **given).force_x / LOAD
+
+
+def contact_speed() -> Iterator[Row]:
+    from test_strips import RIG, worn_gap
+
+    from twindisc_cli.physics.half_space.strips import solve_strips
+
+    limits, seconds = {60: 0.15, 120: 0.7, 240: 3.0}, {}
+    rolled(20, creepage_x=0.002)
+    for n in (30, 60, 120, 240):
+        seconds[n] = best(lambda n=n: solve_both(n), 3)
+        name = f"exact, normal and rolling, mu = 0.6, 0.2 %, n = {n}"
+        yield at_most(name, seconds[n], limits[n], "s") if n in limits else Row(name, f"{seconds[n]:.3g} s")
+    order = np.log(seconds[240] / seconds[30]) / np.log(8.0)
+    yield Row("  its cost from n = 30 to 240 grows as n to the power", f"{order:.2f}", "about 2")
+    y = np.linspace(-0.6e-3, 0.6e-3, 256)
+    start = solve_strips(y=y, gap=worn_gap(y), relative_accuracy=0.01, **RIG)
+    gap = worn_gap(y) + 1e-8 * np.cos(y / 1e-4)
+    cold = best(lambda: solve_strips(y=y, gap=gap, relative_accuracy=0.01, **RIG)) * 1e3
+    warm = best(lambda: solve_strips(y=y, gap=gap, relative_accuracy=0.01, start=start, **RIG)) * 1e3
+    yield at_most("normal contact of 256 strips, 1 %, from a contact near by", warm, 5.0, "ms")
+    yield at_most("normal contact of 256 strips, 1 %, from nothing", cold, 5.0, "ms")
+
+
+def solve_both(n: int) -> None:
+    """Normal contact and rolling on n x n elements over the patch and two more around."""
+    from twindisc_cli.physics.half_space import rolling
+    from twindisc_cli.physics.half_space.normal import solve_gap
+
+    share = (n + 4) / n
+    x, y = share * A * centres(n + 4), share * B * centres(n + 4)
+    pressed = solve_gap(
+        x=x, y=y, gap=x**2 / 0.03 + y[:, None] ** 2 / 0.06, normal_load=LOAD, effective_modulus=G / (1.0 - NU)
+    )
+    rolling.solve(x=x, y=y, pressure=pressed.pressure, mu=MU, shear_modulus=G, poisson=NU, creepage_x=0.002)
+
+
+# --- processes --------------------------------------------------------------------------------------------------------
+
+CHILD = """
+import sys
+from twindisc_cli.cli import main
+try:
+    main(sys.argv[1:])
+finally:
+    peak = [line for line in open("/proc/self/status") if line.startswith("VmHWM")]
+    print("peak", *peak, file=sys.stderr)
+"""
+
+
+def process(*arguments: str) -> tuple[float, float]:
+    """Seconds and peak memory [MB] of a command as a process of its own; an exit code but 0 and 5 is an error."""
+    start = perf_counter()
+    done = subprocess.run([sys.executable, "-c", CHILD, *arguments], capture_output=True, text=True, check=False)
+    seconds = perf_counter() - start
+    if done.returncode not in (0, 5):
+        raise RuntimeError(f"twindisc {' '.join(arguments)}: exit {done.returncode}: {done.stderr.splitlines()[:1]}")
+    peak = re.search(r"peak VmHWM:\s*(\d+)", done.stderr)
+    return seconds, float(peak[1]) / 1024.0 if peak else np.nan
+
+
+def commands() -> Iterator[Row]:
+    yield at_most("twindisc --help", min(process("--help")[0] for _ in range(5)), 0.25, "s")
+    with tempfile.TemporaryDirectory() as folder:
+        for command in COMMANDS:
+            limit = 3.0 if command == "friction-chart" else None
+            runs = [process(command, str(CONFIGS / "ambient.toml"), "-o", folder, "--force") for _ in range(2)]
+            seconds, memory = min(r[0] for r in runs), max(r[1] for r in runs)
+            name = f"{command}, ambient, whole process"
+            yield at_most(name, seconds, limit, "s") if limit else Row(name, f"{seconds:.3g} s")
+            yield at_most("  its peak memory", memory, 500.0, "MB", ".0f")
+
+
+def close_loop() -> Iterator[Row]:
+    with tempfile.TemporaryDirectory() as folder:
+        path = three_channels(Path(folder))
+        seconds, memory = process("close-loop", str(path), "-o", folder, "--force")
+        yield at_most("close-loop, 3 channels, 600 traction samples", seconds, 30.0, "s")
+        yield at_most("  its peak memory", memory, 1500.0, "MB", ".0f")
+        for name in ("ambient", "cryogenic", "eurosprinter", "mtm_running_in"):
+            seconds, memory = process("close-loop", str(CONFIGS / f"{name}.toml"), "-o", folder, "--force")
+            yield Row(f"close-loop, {name}", f"{seconds:.3g} s, {memory:.0f} MB")
+
+
+def three_channels(folder: Path) -> Path:
+    """The test in air with falling friction, measured in all channels, 600 samples of traction, as files."""
+    from twindisc_cli.definition import dump
+
+    test = shipped("ambient")
+    tables = measured_tables(test.experiment)
+    for name, (header, columns) in tables.items():
+        np.savetxt(folder / f"{name}.csv", np.transpose(columns), delimiter=",", header=header, comments="", fmt="%.6f")
+    document = {key: dict(value) if isinstance(value, dict) else value for key, value in test.resolved.items()}
+    document["measured"] = {name: f"{name}.csv" for name in tables} | {"provenance": "synthetic"}
+    document["thermal"].pop("convection_W_K")
+    document["test"]["name"] = "three_channels"
+    document.pop("reported")
+    path = folder / "three_channels.toml"
+    path.write_text(dump(document), encoding="utf-8")
+    return path
+
+
+def measured_tables(experiment: Any) -> dict[str, tuple[str, tuple[np.ndarray, ...]]]:
+    """Header and columns of each channel's table, made by the model with noise."""
+    from twindisc_cli.model.experiment import Measured, ProfileSamples, TemperatureSamples, TractionSamples
+    from twindisc_cli.model.forward import ForwardModel
+
+    rng, history = np.random.default_rng(3), experiment.history
+    time = np.sort(rng.uniform(0.0, history.end_time[-1], 600))
+    step = history.step[np.searchsorted(history.end_time, time)]
+    y, unknown = np.linspace(-1.5e-3, 1.5e-3, 401), np.full(600, np.nan)
+    measured = Measured(
+        traction=TractionSamples(time, step, history.step_creepage[step], unknown, unknown),
+        profile=ProfileSamples(y, np.zeros(401), np.full(401, 2), np.full(401, len(history.step))),
+        temperature=TemperatureSamples(time[::2], np.zeros(300)),
+    )
+    base = {"mu": np.array([0.6]), "K": np.array([6e-5]), "convection_W_K": np.array([3.5])}
+    falling = {"falling_friction": {"ratio": np.array([0.6]), "decay_s_m": np.array([2.0])}}
+    made = ForwardModel(replace(experiment, measured=measured)).predict(base, falling)
+    ratio = made.traction[0] + 0.005 * rng.standard_normal(600)
+    height = 1e6 * made.profile[0] + 0.05 * rng.standard_normal(401)
+    celsius = made.temperature[0] - 273.15 + 0.1 * rng.standard_normal(300)
+    return {
+        "traction": ("time [s],creepage [%],traction ratio [1]", (time, 100.0 * history.step_creepage[step], ratio)),
+        "profile": ("y [mm],height [um]", (1e3 * y, height)),
+        "temperature": ("time [s],temperature [degC]", (time[::2], celsius)),
+    }
+
+
+SECTIONS = {
+    "hertz and Kalker": hertz_and_kalker,
+    "FASTSIM": fastsim_accuracy,
+    "FASTSIM energy": fastsim_energy,
+    "FASTSIM speed": fastsim_speed,
+    "friction": friction,
+    "wear": wear_accuracy,
+    "temperature": temperature,
+    "wear speed": wear_speed,
+    "exact": exact_traction,
+    "combined": combined_creepages,
+    "figure 4": figure_4,
+    "closed forms": closed_forms,
+    "worn profile": worn_profile,
+    "contact speed": contact_speed,
+    "commands": commands,
+    "close-loop": close_loop,
+}
+
+
+def main(chosen: list[str]) -> None:
+    """Print the rows of the chosen sections, or of all."""
+    threads = os.environ.get("OMP_NUM_THREADS", "all")
+    print(f"{os.cpu_count()} cores, {threads} threads; load of the machine now: {os.getloadavg()[0]:.1f}")
+    rows: list[Row] = []
+    for name, section in SECTIONS.items():
+        if chosen and not any(word.lower() in name.lower() for word in chosen):
+            continue
+        print(f"\n{name}")
+        try:
+            for row in section():
+                rows.append(row)
+                mark = {True: "met", False: "MISSED", None: ""}[row.met]
+                print(f"  {row.what:<72} {row.found:>20}  {row.target:<16} {mark}", flush=True)
+        except Exception as error:
+            print(f"  cannot run: {type(error).__name__}: {error}", flush=True)
+    judged = [row.met for row in rows if row.met is not None]
+    print(f"\n{sum(judged)} of {len(judged)} targets met")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
