@@ -282,6 +282,19 @@ def test_dissipation_per_length_in_full_sliding():
     np.testing.assert_allclose((SPEED * found.dissipation)[1:-1], expected[1:-1], rtol=0.01)
 
 
+@pytest.mark.parametrize("ratio", [0.05, 20.0])
+@pytest.mark.parametrize("poisson", [0.0, 0.5])
+def test_slender_patches(ratio, poisson):
+    """Elements twenty times longer than wide, or the other way round, still converge and balance."""
+    x, y = np.sqrt(ratio) * centres(40), centres(40) / np.sqrt(ratio)
+    pressure = np.sqrt(np.maximum(0.0, 1.0 - x**2 / ratio - y[:, None] ** 2 * ratio))
+    given = {"creepage_x": 2e-4, "creepage_y": 1e-4, "spin": 2e-4}
+    found = solve(x, y, pressure, mu=1e-3, shear_modulus=1.0, poisson=poisson, **given)
+    work = 2e-4 * found.force_x + 1e-4 * found.force_y + 2e-4 * found.moment
+    assert found.dissipation.sum() * (y[1] - y[0]) == pytest.approx(work, rel=1e-10)
+    assert 0.1 < np.hypot(found.force_x, found.force_y) / (1e-3 * pressure.sum() * found.element_area) < 1.0
+
+
 def test_mirror_images():
     """y to -y turns lateral force and moment; the sign of all creepages turns everything."""
     one, mirrored, opposite = (
