@@ -26,6 +26,7 @@ CORRELATIONS = np.concatenate([[0.0], np.linspace(0.05, 0.9, 18), [0.93, 0.96]])
 FEWEST_FREE = 8
 ASSUMED_SHARE = 0.01
 STILL = 1e-4
+ONE_ERROR = 0.5
 
 
 @dataclass(frozen=True)
@@ -209,20 +210,29 @@ def _unsorted(order: Ints) -> Ints:
 
 
 def _reml(values: Floats, trend: Floats, position: Floats, series: Ints, correlated: bool) -> tuple[float, float]:
-    """Standard deviation and correlation of greatest restricted likelihood, on a grid of correlations."""
-    best = (-np.inf, 0.0, 0.0)
+    """Standard deviation and correlation by restricted likelihood, on a grid of correlations.
+
+    The largest correlation that is within one standard error of the best: what is taken for noise too long is missed
+    only in the smallest effects, what is taken for noise too short becomes an effect.
+    """
     used = trend[:, np.any(trend != 0.0, axis=0)]
-    free = len(values) - used.shape[1]
-    for correlation in CORRELATIONS if correlated else CORRELATIONS[:1]:
-        link = _links(position, series, float(correlation)) if correlation else np.zeros(len(values))
-        scale = np.sqrt(1.0 - link**2)
-        both = np.concatenate([used, values[:, None]], axis=1)
-        white = (both - link[:, None] * np.concatenate([np.zeros((1, both.shape[1])), both[:-1]])) / scale[:, None]
-        q, r = np.linalg.qr(white[:, :-1])
-        left = white[:, -1] - q @ (q.T @ white[:, -1])
-        variance = float(left @ left) / free
-        size = np.log(np.maximum(np.abs(np.diag(r)), 1e-12)).sum()
-        likelihood = -0.5 * free * np.log(max(variance, 1e-300)) - np.log(scale).sum() - size
-        if likelihood > best[0]:
-            best = (float(likelihood), float(np.sqrt(variance)), float(correlation))
-    return best[1], best[2]
+    grid = CORRELATIONS if correlated else CORRELATIONS[:1]
+    found = [
+        _likelihood(values, used, _links(position, series, float(c)) if c else np.zeros(len(values))) for c in grid
+    ]
+    likely = np.array([likelihood for likelihood, _ in found])
+    chosen = int(np.flatnonzero(likely >= likely.max() - ONE_ERROR)[-1])
+    return found[chosen][1], float(grid[chosen])
+
+
+def _likelihood(values: Floats, trend: Floats, link: Floats) -> tuple[float, float]:
+    """Logarithm of the restricted likelihood, and the standard deviation, for given links between neighbours."""
+    scale = np.sqrt(1.0 - link**2)
+    both = np.concatenate([trend, values[:, None]], axis=1)
+    white = (both - link[:, None] * np.concatenate([np.zeros((1, both.shape[1])), both[:-1]])) / scale[:, None]
+    q, r = np.linalg.qr(white[:, :-1])
+    left = white[:, -1] - q @ (q.T @ white[:, -1])
+    free = len(values) - trend.shape[1]
+    variance = max(float(left @ left) / free, 1e-300)
+    size = float(np.log(np.maximum(np.abs(np.diag(r)), 1e-12)).sum() + np.log(scale).sum())
+    return -0.5 * free * float(np.log(variance)) - size, float(np.sqrt(variance))
