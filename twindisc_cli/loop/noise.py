@@ -12,7 +12,7 @@ robust standard deviations are dropped. Source: D. A. Harville, J. Am. Stat. Ass
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,9 @@ class Noise:
     """Noise of one channel.
 
     std in the channel's unit; correlation of neighbours [1]; kept (sample,): False for outliers; position (sample,) and
-    series (sample,): where a sample stands in which uninterrupted series; estimated: False where it had to be assumed.
+    series (sample,): where a sample stands in which uninterrupted series; estimated: False where it had to be assumed;
+    cautious: standard deviation and correlation to whiten with, the longest correlation within one standard error. What
+    is taken for noise too long is missed only in the smallest effects, what is taken too short becomes an effect.
     """
 
     std: float
@@ -43,15 +45,17 @@ class Noise:
     position: Floats
     series: Ints
     estimated: bool
+    cautious: tuple[float, float] | None = None
 
     def whiten(self, values: Floats, used: Mask) -> Floats:
         """White noise of unit variance from values (..., sample) at the used samples: (..., used sample)."""
         order = np.flatnonzero(used)
         order = order[np.lexsort((self.position[order], self.series[order]))]
-        part = values[..., order] / self.std
-        if self.correlation == 0.0:
+        std, correlation = self.cautious or (self.std, self.correlation)
+        part = values[..., order] / std
+        if correlation == 0.0:
             return np.asarray(part)
-        link = _links(self.position[order], self.series[order], self.correlation)
+        link = _links(self.position[order], self.series[order], correlation)
         before = np.concatenate([np.zeros_like(part[..., :1]), part[..., :-1]], axis=-1)
         return np.asarray((part - link * before) / np.sqrt(1.0 - link**2))
 
@@ -109,7 +113,7 @@ def profile_noise(experiment: Experiment) -> Noise:
         found = _estimate(profile.height, trend, position, record, size, correlated=True)
     spacing = float(np.median(np.diff(np.unique(profile.y))))
     kept = np.ones(len(profile.y), dtype=bool)
-    return Noise(found.std, found.correlation, kept, position / spacing, record, found.estimated)
+    return replace(found, kept=kept, position=position / spacing, series=record)
 
 
 def _records(profile: ProfileSamples) -> Ints:
@@ -188,10 +192,10 @@ def _estimate(values: Floats, trend: Floats, at: Floats, series: Ints, size: flo
         scatter = 1.4826 * paid * float(np.median(np.abs(left[kept])))
         kept = np.abs(left) <= 5.0 * max(scatter, 1e-300)
     calm = kept & _calm(left, trend, kept)
-    std, correlation = _reml(values[calm], trend[calm], position[calm], series[calm], correlated)
+    (std, correlation), cautious = _reml(values[calm], trend[calm], position[calm], series[calm], correlated)
     if std <= STILL * size:
         return assumed
-    return Noise(std, correlation, kept[back], position[back], series[back], estimated=True)
+    return Noise(std, correlation, kept[back], position[back], series[back], estimated=True, cautious=cautious)
 
 
 def _calm(left: Floats, trend: Floats, kept: Mask) -> Mask:
@@ -209,20 +213,18 @@ def _unsorted(order: Ints) -> Ints:
     return np.asarray(np.argsort(order), dtype=np.int64)
 
 
-def _reml(values: Floats, trend: Floats, position: Floats, series: Ints, correlated: bool) -> tuple[float, float]:
-    """Standard deviation and correlation by restricted likelihood, on a grid of correlations.
-
-    The largest correlation that is within one standard error of the best: what is taken for noise too long is missed
-    only in the smallest effects, what is taken for noise too short becomes an effect.
-    """
+def _reml(
+    values: Floats, trend: Floats, position: Floats, series: Ints, correlated: bool
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Standard deviation and correlation of greatest restricted likelihood, and of the longest correlation near it."""
     used = trend[:, np.any(trend != 0.0, axis=0)]
     grid = CORRELATIONS if correlated else CORRELATIONS[:1]
     found = [
         _likelihood(values, used, _links(position, series, float(c)) if c else np.zeros(len(values))) for c in grid
     ]
     likely = np.array([likelihood for likelihood, _ in found])
-    chosen = int(np.flatnonzero(likely >= likely.max() - ONE_ERROR)[-1])
-    return found[chosen][1], float(grid[chosen])
+    best, longest = int(np.argmax(likely)), int(np.flatnonzero(likely >= likely.max() - ONE_ERROR)[-1])
+    return (found[best][1], float(grid[best])), (found[longest][1], float(grid[longest]))
 
 
 def _likelihood(values: Floats, trend: Floats, link: Floats) -> tuple[float, float]:
