@@ -27,13 +27,13 @@ def chart(one: Chart, many: Chart, measured: StepFriction | None, *, name: str, 
     name_axes(left, CREEPAGE, APPARENT, f"one $\\mu$: full slip from {one.full_slip[0] * 100.0:.2f} %")
     for row, mu, colour in zip(many.apparent, many.mu, family(len(many.mu)), strict=True):
         right.plot(many.creepage * 100.0, row, color=colour, linewidth=1.0)
-        right.annotate(f"{mu:.2f}", (many.creepage[-1] * 100.0, row[-1]), xytext=(2, 0), fontsize=5.5, va="center",
+        right.annotate(f"{mu:.2f}", (many.creepage[-1] * 100.0, row[-1]), xytext=(4, 0), fontsize=5.5, va="center",
                        textcoords="offset points", color=colour, annotation_clip=False)  # fmt: skip
     reached = many.light_line <= many.creepage[-1]
     right.plot(many.light_line[reached] * 100.0, 0.98 * many.mu[reached], color=RED, linewidth=1.2, linestyle="--",
                label="$T/N$ = 98 % of $\\mu$")  # fmt: skip
     right.set_xscale("log")
-    right.set_xlim(15.0 * many.light_line[0], many.creepage[-1] * 100.0)
+    right.set_xlim(15.0 * many.light_line[0], many.creepage[-1] * 115.0)
     name_axes(right, CREEPAGE, APPARENT, "$\\mu$ from 0.05 to 0.70")
     for axes in (left, right):
         if measured is not None:
