@@ -183,7 +183,8 @@ def _estimate(values: Floats, trend: Floats, at: Floats, series: Ints, size: flo
     position = at / spacing if spacing > 0.0 else np.arange(len(at), dtype=float)
     kept, back = np.ones(len(values), dtype=bool), _unsorted(order)
     free = len(values) - trend.shape[1]
-    assumed = Noise(max(ASSUMED_SHARE * size, 1e-300), 0.0, kept, position[back], series[back], estimated=False)
+    size = size or float(np.sqrt(np.mean(values**2))) or 1.0
+    assumed = Noise(ASSUMED_SHARE * size, 0.0, kept, position[back], series[back], estimated=False)
     if free < FEWEST_FREE:
         return assumed
     for _ in range(3):
