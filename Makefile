@@ -94,7 +94,8 @@ score: $(DEVELOPMENT)
 	$(BIN)/python -m tests.score --json results/score.json --figure docs/score.png > results/score.txt
 	@cat results/score.txt
 	@sed -i -e '/^<!-- score begins/,/^<!-- score ends/{/^<!--/!d}' README.md
-	@printf '```\n%s\n```\n' "$$(cat results/score.txt)" | sed -i -e '/^<!-- score begins/r /dev/stdin' README.md
+	@printf '```\n%s\n```\n![Detection and attribution over the size of the effect](docs/score.png)\n' "$$(cat results/score.txt)" | \
+	  sed -i -e '/^<!-- score begins/r /dev/stdin' README.md
 
 schema: $(RUNTIME)
 	$(TWINDISC) schema > schema.tmp && mv schema.tmp twindisc_cli/definition/test.schema.json
