@@ -1,0 +1,292 @@
+"""The fitting problem against linear-Gaussian theory: evidence, covariance, coverage, nuisances; what is shared."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rigs import (
+    HARDNESS,
+    LOAD,
+    RADIUS,
+    SPEED,
+    Floats,
+    Instruments,
+    Plant,
+    experiment,
+    history,
+    spread,
+    traction_samples,
+)
+
+from twindisc_cli.effects import catalogue
+from twindisc_cli.loop.diagnose import _estimate
+from twindisc_cli.loop.fit import TYPICAL, Fit, at, fit, settled
+from twindisc_cli.loop.problem import STEP_TOLERANCE, Case, Problem, effect_parameters, measured_energy, noise_of
+from twindisc_cli.loop.search import refit
+from twindisc_cli.model.experiment import Experiment, Measured, Options
+from twindisc_cli.model.forward import ForwardModel
+
+HISTORY = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 2)
+TIME = spread(HISTORY, 5)
+SIGMA = 0.004
+FALLING = Plant(HISTORY, mu=lambda time, creepage, cycles: 0.6 * (0.5 + 0.5 * np.exp(-4.0 * creepage * SPEED)))
+
+
+def case_of(test: Experiment) -> Case:
+    """A case in which every sample is fitted."""
+    noise = noise_of(test)
+    return Case(ForwardModel(test), noise, {channel: np.ones(len(n.kept), dtype=bool) for channel, n in noise.items()})
+
+
+def traction_case(ratio: Floats, *, uncertainty: float = SIGMA, friction: float = np.nan) -> Case:
+    samples = traction_samples(HISTORY, TIME, ratio, uncertainty)
+    options = Options(friction_coefficient=friction)
+    return case_of(experiment(HISTORY, measured=Measured(traction=samples), thermal=None, options=options))
+
+
+def linear_problem(seed: int, effects: Sequence[str], noise: float = 1.0) -> Problem:
+    """mu is given, so that an offset and a drift of the sensor are all there is: a problem linear in its parameters."""
+    ratio = 0.6 + 0.015 - 0.03 * TIME / 3600.0 + noise * SIGMA * np.random.default_rng(seed).standard_normal(len(TIME))
+    return Problem([traction_case(ratio, friction=0.6)], ("traction",), tuple(effects))
+
+
+def columns(problem: Problem) -> Floats:
+    """White change of the traction per unit of each inner parameter (sample, parameter), written down by hand."""
+    by_name = {"torque_offset.offset": np.ones(len(TIME)), "sensor_drift.per_hour": TIME / 3600.0}
+    return np.stack([by_name[p.name] * p.scale / SIGMA for p in problem.parameters], axis=1)
+
+
+# ------------------------------------------------------------------------------------------------ linear theory
+
+
+@pytest.mark.parametrize("effects", [("torque_offset",), ("sensor_drift",), ("torque_offset", "sensor_drift")])
+@pytest.mark.parametrize("seed", range(3))
+def test_evidence_of_a_linear_problem_is_its_marginal_likelihood(effects: tuple[str, ...], seed: int) -> None:
+    """y ~ N(X m, 1 + X S X'), with the normal prior N(m, S): off, and three typical sizes wide; without (2 pi)^(-n/2).
+
+    Laplace is exact there but for its place: it is taken at the best fit and not at the mode, which is by the prior's
+    own slope s away and costs s' H^-1 s / 2 with H = X'X + S^-1.
+    """
+    problem = linear_problem(seed, effects)
+    found = fit(problem)
+    design = columns(problem)
+    offs = np.array([p.inner(p.off or 0.0) for p in problem.parameters])
+    widths = np.array([TYPICAL * abs(p.inner(p.start) - p.inner(p.off or 0.0)) for p in problem.parameters])
+    residual = (problem.measured - 0.6 / SIGMA) - design @ offs
+    covariance = np.eye(len(TIME)) + (design * widths**2) @ design.T
+    exact = -0.5 * residual @ np.linalg.solve(covariance, residual) - 0.5 * np.linalg.slogdet(covariance)[1]
+    slope = (found.theta - offs) / widths**2
+    hessian = design.T @ design + np.diag(widths**-2.0)
+    displaced = 0.5 * slope @ np.linalg.solve(hessian, slope)
+    assert found.evidence + displaced == pytest.approx(exact, abs=1e-4)
+    assert displaced < 0.05, "where the data say something the place is all the same"
+
+
+def test_a_linear_fit_is_the_normal_equations() -> None:
+    problem = linear_problem(4, ("torque_offset", "sensor_drift"))
+    found = fit(problem)
+    design = columns(problem)
+    expected, left, *_ = np.linalg.lstsq(design, problem.measured - 0.6 / SIGMA, rcond=None)
+    assert found.theta == pytest.approx(expected, rel=1e-5)
+    assert found.chi2 == pytest.approx(left[0], rel=1e-9)
+    assert found.jacobian == pytest.approx(-design, rel=1e-6)
+    widths = np.array([TYPICAL * abs(p.inner(p.start)) for p in problem.parameters])
+    assert found.covariance == pytest.approx(np.linalg.inv(design.T @ design + np.diag(widths**-2.0)), rel=1e-5)
+
+
+def test_a_linear_interval_is_one_and_two_thirds_standard_deviations() -> None:
+    found = fit(linear_problem(5, ("torque_offset",)))
+    estimate = _estimate(found, 0)
+    std = SIGMA / np.sqrt(len(TIME))
+    assert estimate.std == pytest.approx(std, rel=1e-3)
+    assert estimate.high - estimate.value == pytest.approx(1.6449 * std, rel=2e-3)
+    assert estimate.value - estimate.low == pytest.approx(1.6449 * std, rel=2e-3)
+
+
+def test_chi2_is_the_number_of_samples_less_that_of_the_parameters() -> None:
+    found = [fit(linear_problem(seed, ("torque_offset", "sensor_drift"))).chi2 for seed in range(60)]
+    free = len(TIME) - 2
+    assert np.mean(found) == pytest.approx(free, abs=4.0 * np.sqrt(2.0 * free / 60))
+    assert np.var(found) == pytest.approx(2.0 * free, rel=0.6)
+
+
+def test_more_parameters_than_the_data_need_are_paid_for() -> None:
+    """Occam: with nothing there, the second effect lowers the evidence in nearly every draw."""
+    lost = []
+    for seed in range(30):
+        ratio = 0.6 + SIGMA * np.random.default_rng(seed).standard_normal(len(TIME))
+        problem = Problem([traction_case(ratio, friction=0.6)], ("traction",))
+        plain = fit(problem)
+        lost.append(plain.evidence - fit(problem.with_effects("torque_offset")).evidence)
+    assert np.mean(np.array(lost) > 0.0) > 0.9
+    width, std = TYPICAL * 0.02, SIGMA / np.sqrt(len(TIME))
+    assert np.mean(lost) == pytest.approx(np.log(width / std) - 0.5, abs=0.6)
+
+
+# ------------------------------------------------------------------------------------------------ coverage
+
+
+def test_ninety_percent_intervals_cover() -> None:
+    """200 draws of the noise on one test; the noise is estimated anew in each, the laws are not the program's code."""
+    truth = {"mu": 0.6, "falling_friction.ratio": 0.5, "falling_friction.decay_s_m": 4.0}
+    level, hits = FALLING.traction(TIME), []
+    for seed in range(200):
+        ratio = level + SIGMA * np.random.default_rng(seed).standard_normal(len(TIME))
+        problem = Problem([traction_case(ratio, uncertainty=np.nan)], ("traction",), ("falling_friction",))
+        found = refit(problem)
+        intervals = {p.name: _estimate(found, i) for i, p in enumerate(problem.parameters)}
+        hits.append([intervals[name].low <= value <= intervals[name].high for name, value in truth.items()])
+    covered = np.mean(hits, axis=0)
+    assert np.all(covered >= 0.85), covered
+    assert np.all(covered <= 0.95), covered
+
+
+# ------------------------------------------------------------------------------------------------ nuisances
+
+
+def with_nuisance(problem: Problem) -> tuple[Problem, Fit]:
+    found = fit(problem)
+    return problem.with_nuisance(found.theta, found.jacobian), found
+
+
+def test_discount_is_the_inverse_root_of_the_covariance() -> None:
+    problem, _ = with_nuisance(Problem([traction_case(FALLING.traction(TIME))], ("traction",)))
+    assert problem.nuisance is not None
+    root = problem.discount(np.eye(len(TIME)))
+    covariance = np.eye(len(TIME)) + problem.nuisance @ problem.nuisance.T
+    assert root == pytest.approx(root.T, abs=1e-12)
+    assert root @ covariance @ root == pytest.approx(np.eye(len(TIME)), abs=1e-9)
+
+
+def test_what_base_parameters_imitate_is_no_nuisance() -> None:
+    problem, found = with_nuisance(Problem([traction_case(FALLING.traction(TIME))], ("traction",)))
+    assert problem.nuisance is not None
+    assert np.abs(found.jacobian.T @ problem.nuisance).max() < 1e-6 * np.linalg.norm(found.jacobian)
+
+
+def test_a_creepage_within_its_tolerance_is_forgiven_and_one_beyond_is_not() -> None:
+    """In partial slip T grows with the creepage of a step: an error of one tolerance must cost next to nothing."""
+    creeping = history((0.001, 0.0015, 0.002, 0.0012), 3)
+    time = spread(creeping, 8)
+    costs = []
+    for errors in (0.0, STEP_TOLERANCE, 12.0 * STEP_TOLERANCE):
+        off = creeping.creepage * (1.0 + errors * (creeping.step == 2))
+        true = experiment(
+            replace(creeping, creepage=off),
+            thermal=None, measured=Measured(traction=traction_samples(creeping, time, np.zeros(len(time)))),
+        )  # fmt: skip
+        samples = true.measured.traction
+        assert samples is not None
+        moved = replace(samples, creepage=off[np.searchsorted(creeping.end_time, time)])
+        true = replace(true, measured=Measured(traction=moved))
+        base = {"mu": np.array([0.6]), "K": np.zeros(1), "convection_W_K": np.ones(1)}
+        ratio = ForwardModel(true).predict(base).traction[0]
+        seen = replace(samples, ratio=ratio, uncertainty=np.full(len(time), 2e-4))
+        problem = Problem(
+            [case_of(experiment(creeping, thermal=None, measured=Measured(traction=seen)))], ("traction",)
+        )
+        costs.append((fit(problem).chi2, refit(problem).chi2))
+    (_, exact), (blind, forgiven), (_, beyond) = costs
+    assert exact < 1e-3
+    assert forgiven < 1.0 < 0.1 * blind, "an error of one standard deviation costs one at most"
+    assert beyond > 15.0
+
+
+# ------------------------------------------------------------------------------------------------ what is fitted
+
+
+def test_values_come_back_in_their_own_units() -> None:
+    for name, effect in catalogue().items():
+        for parameter, declared in zip(effect_parameters(name), effect.params, strict=True):
+            for value in (declared.lower, declared.start, declared.upper):
+                assert parameter.outer(np.array(parameter.inner(value))) == pytest.approx(value, rel=1e-12, abs=1e-15)
+
+
+def test_wear_coefficient_starts_at_archards() -> None:
+    """K = W 2 pi R H / E, with the section of the recorded segment and the energy as it was measured."""
+    plant = Plant(HISTORY, wear_coefficient=7e-4)
+    case = case_of(Instruments(profile=1e-8, traction=1e-4).record(plant, np.random.default_rng(0)))
+    energy = 0.6 * LOAD * SPEED * float(np.sum(HISTORY.creepage * HISTORY.duration))
+    assert measured_energy(case) == pytest.approx(energy, rel=1e-3)
+    assert case.first_wear == pytest.approx(7e-4, rel=0.01)
+    assert plant.section(np.inf) == pytest.approx(7e-4 * energy / (2.0 * np.pi * RADIUS * HARDNESS), rel=1e-9)
+
+
+def test_base_parameters_are_found_from_their_channels() -> None:
+    plant = Plant(HISTORY, mu=lambda time, creepage, cycles: 0.45 + 0.0 * time, wear_coefficient=1.5e-3, convection=2.4)
+    case = case_of(Instruments(traction=1e-3, profile=5e-8, temperature=0.02).record(plant, np.random.default_rng(1)))
+    problem = Problem([case], ("traction", "profile", "temperature"))
+    found = fit(problem)
+    values = {p.name: found.value(p) for p in problem.parameters}
+    assert set(values) == {"mu", "K", "convection_W_K"}
+    assert values["mu"][0] == pytest.approx(0.45, abs=4.0 * values["mu"][1])
+    assert values["convection_W_K"][0] == pytest.approx(2.4, rel=2e-3)
+    assert values["K"][0] == pytest.approx(1.5e-3, rel=0.02), "the chord leaves out the elastic rounding of the edges"
+
+
+def test_what_is_given_is_not_fitted() -> None:
+    plant = Plant(HISTORY)
+    test = Instruments().record(plant, np.random.default_rng(2))
+    assert test.thermal is not None
+    given = replace(
+        test, thermal=replace(test.thermal, convection=1.6),
+        options=replace(test.options, friction_coefficient=0.6, wear_coefficient=1e-3),
+    )  # fmt: skip
+    channels = ("traction", "profile", "temperature")
+    assert Problem([case_of(given)], channels).parameters == ()
+    assert fit(Problem([case_of(given)], channels)).theta.size == 0
+    assert [p.name for p in Problem([case_of(test)], ("temperature",)).parameters] == ["convection_W_K"]
+
+
+def test_two_tests_share_the_material_and_not_the_friction() -> None:
+    cases = [
+        case_of(Instruments().record(Plant(HISTORY, mu=lambda t, c, n, m=mu: m + 0.0 * t), np.random.default_rng(seed)))
+        for seed, mu in enumerate((0.5, 0.6))
+    ]
+    problem = Problem(cases, ("traction", "profile", "temperature"))
+    assert sorted((p.name, p.case) for p in problem.parameters if p.case is not None) == [
+        ("convection_W_K", 0), ("convection_W_K", 1), ("mu", 0), ("mu", 1),
+    ]  # fmt: skip
+    assert [p.name for p in problem.parameters if p.case is None] == ["K"]
+    found = fit(problem)
+    assert [found.value(p)[0] for p in problem.parameters if p.name == "mu"] == pytest.approx([0.5, 0.6], abs=0.003)
+    assert [found.value(p)[0] for p in problem.parameters if p.name == "K"] == pytest.approx([1e-3], rel=0.03)
+    for channel, parts in problem.slices.items():
+        assert [part.stop - part.start for part in parts] == [len(case.values(channel)) for case in cases]
+    assert sum(part.stop - part.start for parts in problem.slices.values() for part in parts) == len(problem.measured)
+
+
+def test_settled_cases_predict_what_was_fitted() -> None:
+    case = case_of(Instruments().record(FALLING, np.random.default_rng(3)))
+    problem = Problem([case], ("traction", "profile", "temperature"), ("falling_friction",))
+    found = fit(problem)
+    (given,) = settled([case], found)
+    again = Problem([given], problem.channels)
+    assert again.parameters == ()
+    assert given.test.effects["falling_friction"]["ratio"] == pytest.approx(0.5, abs=0.05)
+    one, two = problem.predict(found.theta[None])[0], again.predict(np.empty((1, 0)))[0]
+    for channel in problem.channels:
+        before, after = getattr(one, channel), getattr(two, channel)
+        assert after == pytest.approx(before, abs=1e-6 * max(float(np.ptp(before)), 1e-6))
+
+
+def test_a_parameter_pressed_against_its_bound_is_told() -> None:
+    """An offset of the torque beyond what its file allows, and one well inside."""
+    bound = catalogue()["torque_offset"].params[0].upper
+    for offset, told in ((bound + 0.1, ("torque_offset.offset",)), (0.5 * bound, ())):
+        case = traction_case(0.3 + offset + 0.0 * TIME, friction=0.3)
+        assert fit(Problem([case], ("traction",), ("torque_offset",))).at_bound == told
+
+
+def test_a_fit_ends_where_it_is_said_to() -> None:
+    problem = Problem([traction_case(FALLING.traction(TIME))], ("traction",), ("falling_friction",))
+    found = fit(problem)
+    there = at(problem, found.theta)
+    assert there.chi2 == pytest.approx(found.chi2, rel=1e-12)
+    assert there.evidence == pytest.approx(found.evidence, rel=1e-9)
+    assert found.chi2 < 0.01
+    values = [found.value(p)[0] for p in problem.parameters]
+    assert values == pytest.approx([0.6, 0.5, 4.0], rel=0.01)
