@@ -24,7 +24,7 @@ _UNKNOWN: tuple[tuple[str, Callable[[Row], bool], str], ...] = (
 
 def draw(rows: Sequence[Row]) -> Figure:
     """Left: one effect of the catalogue. Right: an effect in no catalogue. Bars: 68 % of the binomial."""
-    figure = Figure(figsize=(9.0, 3.6), layout="constrained")
+    figure = Figure(figsize=(9.0, 4.2), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
     answered = [row for row in rows if not row["judged"]["failed"]]
     _panel(left, [r for r in answered if r["group"] in ("single", "sizes")], _KNOWN)
@@ -36,7 +36,7 @@ def draw(rows: Sequence[Row]) -> Figure:
     right.set(title="an effect that is in no catalogue")
     for axes in (left, right):
         axes.set_xlabel("effect size / detection threshold")
-        axes.legend(fontsize=7)
+        axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2, frameon=False)
     return figure
 
 

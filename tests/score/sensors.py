@@ -67,7 +67,7 @@ def draw_plan(rng: Generator, rig: Rig, *, correlated: bool, stops: bool, discs:
             "temperature": rng.uniform(0.3, 0.75) if correlated else 0.0,
         },
         drift={name: float(rng.uniform(0.0, 1.0)) for name in CHANNELS},
-        outliers={name: float(rng.uniform(0.0, 0.008)) for name in CHANNELS},
+        outliers={name: float(rng.uniform(0.0, 0.003 if name == "profile" else 0.008)) for name in CHANNELS},
         quantum={"traction": 5e-4, "profile": 5e-9, "temperature": float(rng.choice([0.01, 0.05, 0.1]))},
     )  # fmt: skip
 
