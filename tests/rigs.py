@@ -173,7 +173,5 @@ class Instruments:
             provenance="synthetic",
         )
         kept = {c: getattr(measured, c) if c in self.channels else None for c in ("traction", "profile", "temperature")}
-        return experiment(
-            plant.history, rig=rig(load=plant.load, speed=plant.speed), measured=replace(measured, **kept),
-            options=Options(contact="half_space"), **changes,
-        )  # fmt: skip
+        plain = {"rig": rig(load=plant.load, speed=plant.speed), "options": Options(contact="half_space")}
+        return experiment(plant.history, measured=replace(measured, **kept), **{**plain, **changes})

@@ -1,0 +1,215 @@
+"""The screening: honest p-values where nothing is missing, the right covariate where something is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from rigs import ROOM, SPEED, Floats, Instruments, Plant, autoregressive, experiment, history, spread, traction_samples
+
+from twindisc_cli.effects._effect import Channel
+from twindisc_cli.loop.fit import Fit, fit
+from twindisc_cli.loop.generic import groups, levels, smooth, waves
+from twindisc_cli.loop.problem import Case, Problem, noise_of
+from twindisc_cli.loop.screen import leftover
+from twindisc_cli.loop.search import refit
+from twindisc_cli.model.experiment import Experiment, Measured
+from twindisc_cli.model.forward import ForwardModel
+
+COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 2)
+TIME = spread(COURSE, 6)
+SIGMA = 0.004
+AT = COURSE.creepage[np.searchsorted(COURSE.end_time, TIME)]
+DRAWS = 200
+
+
+def base_fit(test: Experiment, *channels: Channel) -> Fit:
+    noise = noise_of(test)
+    everything = {channel: np.ones(len(n.kept), dtype=bool) for channel, n in noise.items()}
+    return fit(Problem([Case(ForwardModel(test), noise, everything)], channels))
+
+
+def of_traction(ratio: Floats, uncertainty: float = SIGMA) -> Experiment:
+    samples = traction_samples(COURSE, TIME, ratio, uncertainty)
+    return experiment(COURSE, thermal=None, measured=Measured(traction=samples))
+
+
+def unit(seed: int) -> Floats:
+    return np.random.default_rng(seed).standard_normal(len(TIME))
+
+
+# ------------------------------------------------------------------------------------------------ nothing missing
+
+
+@pytest.fixture(scope="module")
+def null_p_values() -> np.ndarray:
+    """Family-wise p of white noise about one constant mu, the noise known."""
+    fits = (base_fit(of_traction(0.6 + SIGMA * unit(seed)), "traction") for seed in range(DRAWS))
+    return np.array([leftover(found, "traction", np.random.default_rng(7)).p_value for found in fits])
+
+
+@pytest.mark.parametrize("level", [0.01, 0.05, 0.2, 0.5, 0.8])
+def test_family_wise_p_values_are_uniform_under_the_null(level: float, null_p_values: np.ndarray) -> None:
+    """The share below a level is binomial about it, for all the groups searched."""
+    error = np.sqrt(level * (1.0 - level) / DRAWS)
+    assert abs(np.mean(null_p_values <= level) - level) < 3.0 * error + 1.0 / DRAWS
+
+
+def test_unpaid_p_values_would_not_be() -> None:
+    """The smallest p of all groups is below 5 % in most draws: that the search is paid for is what keeps it honest."""
+    least = []
+    for seed in range(60):
+        found = leftover(base_fit(of_traction(0.6 + SIGMA * unit(seed)), "traction"), "traction")
+        least.append(min(score.p_value for score in found.scores))
+    assert np.mean(np.array(least) < 0.05) > 0.4
+
+
+def test_correlated_noise_that_is_estimated_alarms_rarely() -> None:
+    """The noise is estimated in every draw, nuisances and all; at the 5 % level no more than twice that."""
+    alarms = []
+    for seed in range(60):
+        noise = SIGMA * autoregressive(np.random.default_rng(seed), len(TIME), 0.5)
+        test = of_traction(0.6 + noise, np.nan)
+        case = Case(ForwardModel(test), noise_of(test), {"traction": np.ones(len(TIME), dtype=bool)})
+        alarms.append(leftover(refit(Problem([case], ("traction",))), "traction").p_value < 0.05)
+    assert np.mean(alarms) <= 0.10 + 2.0 * np.sqrt(0.1 * 0.9 / 60)
+
+
+def test_a_score_is_chi_squared_of_its_own_count() -> None:
+    """q of every group has mean k and variance 2 k over draws of the noise."""
+    draws = [leftover(base_fit(of_traction(0.6 + SIGMA * unit(seed)), "traction"), "traction") for seed in range(80)]
+    squared: dict[tuple[str, str, int], list[float]] = {}
+    for found in draws:
+        for score in found.scores:
+            if score.group.kind != "wave":
+                squared.setdefault((score.group.covariate, score.group.kind, score.count), []).append(score.squared)
+    assert {key[:2] for key in squared} >= {("creepage", "smooth"), ("creepage", "levels"), ("time", "smooth")}
+    for (_, _, count), values in squared.items():
+        if len(values) == len(draws):
+            assert np.mean(values) == pytest.approx(count, abs=4.5 * np.sqrt(2.0 * count / len(draws)))
+
+
+# ------------------------------------------------------------------------------------------------ something missing
+
+MISSING: dict[str, tuple[Floats, str]] = {
+    "friction falls": (0.05 * np.exp(-4.0 * AT * SPEED), "creepage"),
+    "friction rises about one creepage": (0.02 * (AT == 0.03), "creepage"),
+    "a burst": (0.02 * ((TIME > 250.0) & (TIME < 400.0)), "time"),
+    "a slow swing": (0.01 * np.sin(TIME / 90.0), "time"),
+    "running in": (-0.03 * np.exp(-TIME / 200.0), "time"),
+}
+
+
+@pytest.mark.parametrize("name", MISSING)
+def test_the_covariate_is_among_the_first_two(name: str) -> None:
+    change, covariate = MISSING[name]
+    for seed in range(3):
+        found = leftover(base_fit(of_traction(0.6 + change + SIGMA * unit(seed)), "traction"), "traction")
+        assert found.significant(0.002)
+        assert covariate in [score.group.covariate for score in found.covariates[:2]]
+
+
+def test_the_length_left_is_the_length_put_in() -> None:
+    """Excess of q over its count: |change|^2 in noise units, what mu can imitate taken out."""
+    change, _ = MISSING["friction rises about one creepage"]
+    put_in = np.linalg.norm((change - change.mean()) / SIGMA)
+    lengths = [
+        leftover(base_fit(of_traction(0.6 + change + SIGMA * unit(seed)), "traction"), "traction").length
+        for seed in range(10)
+    ]
+    assert np.mean(lengths) == pytest.approx(put_in, rel=0.1)
+
+
+def test_what_the_fitted_parameters_imitate_is_not_left() -> None:
+    """A level of mu explains itself: without noise nothing is left of a test that the base model fits."""
+    found = leftover(base_fit(of_traction(np.full(len(TIME), 0.43)), "traction"), "traction")
+    assert found.length == 0.0
+    assert found.p_value == 1.0
+    assert found.covariates == []
+
+
+PROFILES: dict[str, Callable[[Floats], Floats]] = {
+    "tilted": lambda y: 2e-3 * y,
+    "scratched": lambda y: -3e-6 * np.exp(-0.5 * ((y - 0.3e-3) / 4e-5) ** 2),
+}
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_profiles_depend_on_y(name: str) -> None:
+    change = PROFILES[name]
+    test = Instruments(profile=2e-7, channels=("profile", "traction")).record(Plant(COURSE), np.random.default_rng(1))
+    profile = test.measured.profile
+    assert profile is not None
+    before = leftover(base_fit(test, "traction", "profile"), "profile")
+    spoiled = Measured(
+        traction=test.measured.traction,
+        profile=type(profile)(profile.y, profile.height + change(profile.y), profile.disc, profile.iteration),
+    )
+    after = leftover(
+        base_fit(experiment(COURSE, measured=spoiled, options=test.options), "traction", "profile"), "profile"
+    )
+    assert after.p_value < 0.002 < before.p_value
+    assert after.covariates[0].group.covariate == "y"
+
+
+# ------------------------------------------------------------------------------------------------ the functions
+
+
+def test_smooth_functions_are_legendre_and_no_more_than_there_are_levels() -> None:
+    x = np.linspace(-1.0, 1.0, 2001)
+    columns = smooth(3.0 + 2.0 * x, 4)
+    for order in range(4):
+        expected = np.polynomial.legendre.Legendre.basis(order + 1)(x)
+        assert columns[:, order] == pytest.approx(expected, abs=1e-9)
+    assert smooth(np.array([1.0, 2.0, 2.0, 3.0]), 5).shape == (4, 2)
+    assert smooth(np.full(6, 2.0), 5).shape[1] == 1, "a covariate that stands still gives one column, of no use"
+
+
+def test_levels_and_waves() -> None:
+    assert levels(np.array([3, 1, 3, 7])).tolist() == [[0, 1, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    time = np.linspace(5.0, 25.0, 4001)
+    for order, wave in enumerate(waves(time, 3), start=1):
+        phase = 2.0 * np.pi * order * (time - 5.0) / 20.0
+        assert wave == pytest.approx(np.stack([np.cos(phase), np.sin(phase)], axis=1), abs=1e-9)
+
+
+def test_no_group_holds_a_column_that_stands_still() -> None:
+    test = Instruments().record(Plant(COURSE), np.random.default_rng(0))
+    noise = noise_of(test)
+    case = Case(ForwardModel(test), noise, {c: np.ones(len(n.kept), dtype=bool) for c, n in noise.items()})
+    base = {"mu": np.array([0.6]), "K": np.array([1e-3]), "convection_W_K": np.array([1.6])}
+    prediction = case.model.predict(base)
+    known = {"creepage", "time", "cycles", "energy", "temperature", "y"}
+    for channel in noise:
+        found = list(groups(case, channel, prediction))
+        assert found
+        for group in found:
+            assert group.covariate in known
+            assert group.columns.shape[0] == len(noise[channel].kept)
+            assert np.isfinite(group.columns).all()
+            assert np.ptp(group.columns, axis=0).min() > 0.0
+
+
+def test_samples_without_times_are_asked_for_creepage_only() -> None:
+    samples = traction_samples(COURSE, TIME, 0.6 + SIGMA * unit(0))
+    untimed = Measured(
+        traction=type(samples)(
+            np.full_like(TIME, np.nan), samples.step, samples.creepage, samples.ratio, samples.uncertainty
+        )
+    )
+    found = leftover(base_fit(experiment(COURSE, thermal=None, measured=untimed), "traction"), "traction")
+    assert {score.group.covariate for score in found.scores} == {"creepage"}
+
+
+def test_a_drifting_room_is_seen_over_time() -> None:
+    plant = Plant(COURSE)
+    swing = 1.5 * np.sin(TIME / 70.0)
+    noisy = plant.temperature(TIME) + swing + 0.1 * unit(3)
+    test = Instruments(temperature=0.1).record(plant, np.random.default_rng(3))
+    assert test.measured.temperature is not None
+    spoiled = Measured(traction=test.measured.traction, temperature=type(test.measured.temperature)(TIME, noisy))
+    found = leftover(base_fit(experiment(COURSE, measured=spoiled), "traction", "temperature"), "temperature")
+    assert found.significant(0.002)
+    assert "time" in [score.group.covariate for score in found.covariates[:2]]
+    assert noisy.min() > ROOM - 3.0
