@@ -7,7 +7,7 @@
            traction still points across, so that 1 - f falls off as 1/xi^2
 
 The friction coefficient and the load enter only through xi, so that a curve made once serves every case.
-Source: a table made with half_space.rolling (make_tables.py). Error of f below 3e-4 for 0.05 <= a/b <= 20.
+Source: a table made with half_space.rolling (make_tables.py). Error of f some 2e-4, 0.05 <= a/b <= 20, all nu.
 """
 
 from __future__ import annotations

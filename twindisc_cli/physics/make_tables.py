@@ -4,7 +4,7 @@ kalker.npz   creepage coefficients by polynomials of degree 20 (half_space.adhes
              log C over log(a/b) and nu. Error below 1e-4 for 0.1 <= a/b <= 10, below 4e-4 at 0.05 and 20: found by
              comparing degrees 16, 20 and 24, C23 with C32, and the interpolation with direct values between its nodes.
 exact.npz    T/(mu N) over normalised creepage by the rolling solver (half_space.rolling) on nine grids, carried to
-             the limit, as Chebyshev coefficients over log(a/b) and nu at each creepage.
+             the limit, as Chebyshev coefficients over log(a/b) and nu at each creepage. Standard error 2e-4 at worst.
 """
 
 from __future__ import annotations
