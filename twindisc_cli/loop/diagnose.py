@@ -180,19 +180,25 @@ def _listed(rest: Leftover, fitted: Fit) -> list[Unexplained]:
 
 
 def _found(finding: Finding, joint: Fit) -> list[FoundEffect]:
+    """Every effect of the chosen explanation, with what stands in its place in the others that are left."""
     chosen = finding.chosen
     assert chosen is not None
-    others = tuple(dict.fromkeys(name for c in finding.alternatives for name in c.names if name not in chosen.names))
-    return [
-        FoundEffect(
-            name=name,
-            channel=catalogue()[name].channel,
-            parameters={p.key: _estimate(joint, i) for i, p in enumerate(joint.problem.parameters) if p.effect == name},
-            alternatives=others,
-            probability=chosen.probability,
+    found = []
+    for name in chosen.names:
+        without = [c.names for c in finding.alternatives if name not in c.names]
+        others = tuple(dict.fromkeys(other for names in without for other in names if other not in chosen.names))
+        found.append(
+            FoundEffect(
+                name=name,
+                channel=catalogue()[name].channel,
+                parameters={
+                    p.key: _estimate(joint, i) for i, p in enumerate(joint.problem.parameters) if p.effect == name
+                },
+                alternatives=others,
+                probability=sum(c.probability for c in finding.candidates if name in c.names),
+            )
         )
-        for name in chosen.names
-    ]
+    return found
 
 
 def _estimate(fitted: Fit, number: int) -> Estimate:

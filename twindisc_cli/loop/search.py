@@ -36,6 +36,8 @@ PAIRED = 5
 PROMISING = 6.0
 CLEARLY = 3.0
 KNOWN = 5.0
+STRONG = 25.0
+PART = 0.15
 SET = 0.95
 Progress = Callable[[str], None]
 
@@ -183,36 +185,41 @@ def _gated(candidate: Candidate, *channels: Channel, strict: bool = False) -> Ca
     """Whether an explanation is one: what it leaves in the channels, and its bounds."""
     left = min((leftover(candidate.fit, channel) for channel in channels), key=lambda rest: rest.p_value)
     explained = np.sqrt(max(candidate.gain, 0.0))
-    clean = left.p_value > REFUSAL / len(channels) or (not strict and left.length < SHORT * explained)
+    refusal = ALARM if strict else REFUSAL / len(channels)
+    clean = left.p_value > refusal or (not strict and left.length < SHORT * explained)
     significant = _p_of(candidate, 1) < ALARM
     return replace(candidate, left=left, passed=bool(clean and significant and not candidate.fit.at_bound))
 
 
 def _pairs(base: Fit, before: Leftover, singles: Sequence[Candidate], channel: Channel) -> list[Candidate]:
-    """Pairs of the best single effects that leave nothing, in which each effect explains a good part."""
-    names = [c.names[0] for c in singles[:PAIRED]]
+    """Pairs of the best single effects that leave nothing, in which each effect explains a good part.
+
+    They count only if the best of them stands up to the best generic function.
+    """
+    alone = {c.names[0]: c for c in singles[:PAIRED]}
     unknown = max((s.evidence for s in before.scores), default=0.0)
-    alone = {c.names[0]: c for c in singles}
     found = []
-    for pair in combinations(names, 2):
+    for pair in combinations(alone, 2):
         if catalogue()[pair[0]].stage == catalogue()[pair[1]].stage:
             continue
         candidate = _explained(base, channel, *pair)
         weakest = min(candidate.gain - alone[name].gain for name in pair)
-        if weakest > max(25.0, (0.15**2) * candidate.gain) and candidate.evidence > unknown - KNOWN:
+        if weakest > max(STRONG, PART**2 * candidate.gain):
             found.append(_gated(candidate, channel, strict=True))
-    return found
+    best = max((c.evidence for c in found if c.passed), default=-np.inf)
+    return found if best > unknown - KNOWN else []
 
 
 def weigh(candidates: Sequence[Candidate]) -> list[Candidate]:
     """Posterior probabilities over the explanations that passed, by falling evidence.
 
-    The evidence is cooled by what a large effect leaves through the form of its law, which no candidate gets right.
+    The evidence is cooled by what a large effect leaves through the form of its law, which no candidate gets right, and
+    more so where two laws at once make up the explanation.
     """
     passed = [c for c in candidates if c.passed]
     if not passed:
         return list(candidates)
-    heat = 1.0 + ROUNDING * np.sqrt(max(c.gain for c in passed))
+    heat = (1.0 + ROUNDING * np.sqrt(max(c.gain for c in passed))) * max(len(c.names) for c in passed) ** 2
     best = max(c.evidence for c in passed)
     weights = {c.names: float(np.exp((c.evidence - best) / heat)) for c in passed}
     total = sum(weights.values())
