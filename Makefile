@@ -86,7 +86,7 @@ lint: $(DEVELOPMENT)
 	$(BIN)/lint-imports
 
 bench: $(DEVELOPMENT)
-	env -u OMP_NUM_THREADS $(BIN)/python tests/bench.py
+	$(BIN)/python tests/bench.py
 
 # The table goes into the README, between its two marks.
 score: $(DEVELOPMENT)
