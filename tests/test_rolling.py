@@ -148,6 +148,18 @@ def test_traction_on_a_prescribed_hertz_pressure(n, creepage, ratio):
     assert found.force_y == pytest.approx(0.0, abs=1e-5 * LOAD)
 
 
+@pytest.mark.parametrize(
+    ("creepage", "ratio"),
+    [(0.0005, 0.095199), (0.001, 0.180840), (0.002, 0.324956), (0.004, 0.513430), (0.006, 0.590521)],
+)
+def test_the_limit_and_its_error(creepage, ratio):
+    """CONTACT, 60 and 120 elements carried to the limit (its estimated error 3e-4)."""
+    coarse, fine = (solve(*hertz(n), creepage_x=creepage).force_x / LOAD for n in (60, 120))
+    limit, error = rolling.limit(coarse, fine)
+    assert limit == pytest.approx(ratio, abs=0.001)
+    assert abs(limit - ratio) - 3e-4 < error < 0.002
+
+
 def test_any_friction_gives_one_curve():
     low, high = (solve(*hertz(40), mu=mu, creepage_x=0.003 * mu) for mu in (0.05, 0.7))
     assert low.force_x / 0.05 == pytest.approx(high.force_x / 0.7, rel=1e-4)
