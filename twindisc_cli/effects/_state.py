@@ -45,7 +45,7 @@ class State:
     """The operating points of one test, and what the stages have made of them so far.
 
     Given: time [s] at the end of each point, duration [s], cycles (revolutions so far), all (point,);
-    rolling_radius [m] of disc 2; nominal_load [N].
+    rolling_radius [m] of disc 2; nominal_load [N]; initial_temperature [K] of disc and sensor.
 
     operation  creepage, lateral_creepage [1], spin [1/m], normal_load [N], rolling_speed [m/s]
     friction   mu, the local coefficient of friction [1]
@@ -67,6 +67,7 @@ class State:
     cycles: Floats
     rolling_radius: float
     nominal_load: float
+    initial_temperature: float
 
     creepage: Floats
     normal_load: Floats

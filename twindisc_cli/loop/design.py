@@ -21,6 +21,7 @@ from twindisc_cli.effects._effect import CHANNELS, Channel
 from twindisc_cli.loop.diagnosis import NextExperiment
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.problem import Case
+from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import (
     Experiment,
     Floats,
@@ -117,7 +118,7 @@ def _distances(
     found = {}
     for a, b in combinations(range(len(alive)), 2):
         gap = np.concatenate([rows[a][c] - rows[b][c] for c in CHANNELS])
-        span, _ = np.linalg.qr(np.concatenate([slopes[b][c] for c in CHANNELS]))
+        span = span_of(np.concatenate([slopes[b][c] for c in CHANNELS]))
         gap = gap - span @ (span.T @ gap)
         parts = np.split(gap, np.cumsum([len(rows[a][c]) for c in CHANNELS])[:-1])
         found[a, b] = {c: float(part @ part) for c, part in zip(CHANNELS, parts, strict=True)}

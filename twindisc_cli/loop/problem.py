@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import CHANNELS, Channel
 from twindisc_cli.loop.noise import Noise, profile_noise, temperature_noise, traction_noise
+from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.surface import recorded_sections
@@ -275,7 +276,7 @@ class Problem:
         What the base parameters can imitate, whose slopes are (sample, base), is taken out of them: it costs nothing
         there, and a nuisance, which is only known for small changes, must not stand in for a large one.
         """
-        span = np.linalg.qr(slopes)[0] if slopes.shape[1] else slopes
+        span = span_of(slopes)
         plain = self.white(self.predict(theta[None]))[0]
         moved = [
             width * (self.white(self.predict(theta[None], _extra(name, sizes)))[0] - plain)

@@ -21,6 +21,7 @@ from scipy.stats import chi2
 from twindisc_cli.effects._effect import Channel
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.generic import Group, groups
+from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Floats
 
 DRAWS = 1000
@@ -66,7 +67,7 @@ def leftover(fitted: Fit, channel: Channel, generator: np.random.Generator | Non
     """Test the generic functions of a channel on the residual of a fit."""
     problem = fitted.problem
     generator = generator or np.random.default_rng(SEED)
-    span, _ = np.linalg.qr(fitted.jacobian) if fitted.jacobian.shape[1] else (np.empty((len(fitted.residual), 0)), None)
+    span = span_of(fitted.jacobian)
     bases: list[tuple[Group, Floats]] = []
     for number, (case, prediction) in enumerate(zip(problem.cases, problem.predict(fitted.theta[None]), strict=True)):
         if channel in case.noise:
@@ -76,7 +77,7 @@ def leftover(fitted: Fit, channel: Channel, generator: np.random.Generator | Non
                     bases.append((group, basis))
     if not bases:
         return Leftover(channel, [], 1.0, 0.0)
-    everything, _ = np.linalg.qr(np.concatenate([basis for _, basis in bases], axis=1))
+    everything = span_of(np.concatenate([basis for _, basis in bases], axis=1))
     draws = generator.standard_normal((DRAWS, everything.shape[1]))
     total = _channel_power(fitted, channel)
     scores, smallest = [], np.ones(DRAWS)

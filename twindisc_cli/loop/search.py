@@ -26,6 +26,7 @@ from twindisc_cli.effects._effect import Channel
 from twindisc_cli.loop.fit import Fit, fit, settled
 from twindisc_cli.loop.problem import Case, Problem, effect_parameters
 from twindisc_cli.loop.screen import Leftover, leftover
+from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Experiment, Floats
 
 ALARM = 0.002
@@ -152,7 +153,7 @@ def _scored(problem: Problem, base: Fit, names: Sequence[str]) -> list[tuple[Flo
     lower, upper = problem.bounds
     rows = problem.discount(problem.white(problem.predict(np.clip(theta, lower, upper))))
     moved = np.nan_to_num(rows - problem.discount(base.problem.white(base.problem.predict(base.theta[None]))))
-    span = np.linalg.qr(base.jacobian)[0]
+    span = span_of(base.jacobian)
     moved = moved - (moved @ span) @ span.T
     along = (moved @ base.residual) / np.sqrt(np.sum(moved**2, axis=1) + 1e-12)
     order = np.argsort(-along)

@@ -161,6 +161,7 @@ class _Chain:
             cycles=points.cycles,
             rolling_radius=self.model.radius,
             nominal_load=test.rig.normal_load,
+            initial_temperature=test.thermal.initial_temperature if test.thermal else environment,
             creepage=creepage,
             normal_load=np.full(shape, test.rig.normal_load),
             rolling_speed=np.full(shape, test.rig.rolling_speed),
