@@ -165,7 +165,6 @@ def test_without_scatter_the_noise_is_assumed_and_said_to_be() -> None:
     assert not profile_noise(with_profile(exact, y)).estimated
 
 
-@pytest.mark.xfail(strict=True, reason="the rounding of a constant is taken for its noise, and zero for a size")
 def test_a_constant_channel_has_no_noise() -> None:
     y = np.linspace(-2e-3, 2e-3, 201)
     constant = [
