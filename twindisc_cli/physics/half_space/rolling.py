@@ -154,9 +154,8 @@ def solve(
     bound = np.asarray(mu, dtype=float) * pressure
     if not (np.isfinite(bound).all() and (bound >= 0.0).all() and bound.any()):
         raise ProfileError("the traction bound mu p must be finite, nowhere negative, and somewhere positive")
-    rigid = np.empty((2, *pressure.shape))
-    rigid[0] = creepage_x - spin * y[:, None]
-    rigid[1] = creepage_y + spin * x
+    creepage = (creepage_x, creepage_y, spin)
+    rigid = np.stack(np.broadcast_arrays(creepage_x - spin * y[:, None], creepage_y + spin * x))
     if stiffness_difference:
         rigid -= strain_by_pressure(pressure, aspect=dx / dy) * (stiffness_difference / shear_modulus)
     case = _Case(bound / shear_modulus, rigid, dx / dy, poisson)
@@ -171,7 +170,7 @@ def solve(
         traction=tractions * shear_modulus,
         slip=_centred_slip(case, tractions),
         slipping=slipping,
-        creepage=(creepage_x, creepage_y, spin),
+        creepage=creepage,
         residual=residual,
     )
 
