@@ -85,6 +85,8 @@ def test_a_score_is_chi_squared_of_its_own_count() -> None:
             if score.group.kind != "wave":
                 squared.setdefault((score.group.covariate, score.group.kind, score.count), []).append(score.squared)
     assert {key[:2] for key in squared} >= {("creepage", "smooth"), ("creepage", "levels"), ("time", "smooth")}
+    steps = len(np.unique(COURSE.creepage))
+    assert ("creepage", "levels", steps - 1) in squared, "one level is what mu can imitate"
     for (_, _, count), values in squared.items():
         if len(values) == len(draws):
             assert np.mean(values) == pytest.approx(count, abs=4.5 * np.sqrt(2.0 * count / len(draws)))
