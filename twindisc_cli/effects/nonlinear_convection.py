@@ -1,12 +1,14 @@
 """Nonlinear convection: the heat transfer grows or falls with the disc's own temperature.
 
-    h S = (h S)_0 (1 + g |T - T_env|)
+    h S = (h S)_0 [(T_0 + |T - T_env|) / (2 T_0)]^n
 
     T - T_env  disc temperature above the environment [K], (set, point)
-    g          relative change of h S per kelvin [1/K]; g = 0 switches the effect off; negative towards film boiling
+    n          exponent [1]: about 1/4 in free convection, up to 2 in nucleate boiling, below 0 towards film boiling;
+               n = 0 switches the effect off
+    T_0        warming below which the heat transfer stands still [K]; at T_0 it is (h S)_0
 
 Leaves behind, when it is missing: the disc predicted too hot at high power and too cold at low power, or the reverse.
-Valid for: natural convection, radiation and nucleate boiling over a limited range.
+Valid for: free convection and nucleate boiling, without the jump at the burnout point.
 """
 
 from __future__ import annotations
@@ -17,9 +19,9 @@ from twindisc_cli.effects._effect import Effect, Param, seen
 from twindisc_cli.effects._state import Floats, State
 
 
-def apply(s: State, *, per_kelvin: Floats) -> State:
+def apply(s: State, *, exponent: Floats, onset_K: Floats) -> State:
     """Let the convection follow the warming of the disc."""
-    return s.replace(convection=s.convection * np.maximum(1.0 + per_kelvin * np.abs(s.warming), 0.05))
+    return s.replace(convection=s.convection * (0.5 + 0.5 * np.abs(s.warming) / onset_K) ** exponent)
 
 
 EFFECT = Effect(
@@ -28,9 +30,14 @@ EFFECT = Effect(
     seen_in=seen("temperature"),
     params=(
         Param(
-            "per_kelvin", "K-1", off=0.0, start=0.02, lower=-0.1, upper=1.0, meaning="relative change of h S per kelvin"
+            "exponent", "1", off=0.0, start=0.25, lower=-2.0, upper=4.0,
+            meaning="exponent of the heat transfer over the warming",
+        ),
+        Param(
+            "onset_K", "K", off=None, start=10.0, lower=1.0, upper=200.0, log=True,
+            meaning="warming below which the heat transfer stands still",
         ),
     ),
     apply=apply,
     source="S. W. Churchill, H. H. S. Chu, Int. J. Heat Mass Transf. 18 (1975); R. F. Barron, Cryogenic Heat Transfer",
-)
+)  # fmt: skip

@@ -91,15 +91,16 @@ def diagnose(tests: Sequence[Experiment], *, validate: Experiment | None, progre
     )
 
 
-def plain_fit(problem: Problem) -> Fit:
+def plain_fit(problem: Problem, *known: Fit) -> Fit:
     """Fit without nuisances, each base parameter to its own channel: what an effect-free identification would give.
 
-    A channel that misses an effect then does not pull at the parameters of the others.
+    A channel that misses an effect then does not pull at the parameters of the others. `known` fits give start values.
     """
-    theta, cases = problem.start(), problem.cases
+    theta, cases = _carried(problem, *known), problem.cases
     names = [(p.name, p.case) for p in problem.parameters]
     for channel in problem.channels:
-        alone = fit(replace(problem, channels=(channel,), nuisance=None, cases=cases))
+        part = replace(problem, channels=(channel,), nuisance=None, cases=cases)
+        alone = fit(part, _carried(part, *known))
         cases = settled(cases, alone)
         for p, inner in zip(alone.problem.parameters, alone.theta, strict=True):
             theta[names.index((p.name, p.case))] = inner
@@ -155,18 +156,31 @@ def _jointly(joint: Fit, others: Sequence[str], rival: Candidate) -> Candidate:
 
 
 def _left(joint: Fit, findings: Sequence[Finding]) -> list[Unexplained]:
-    """What stays unexplained, with the covariates that say most."""
+    """What stays unexplained, with the covariates that say most.
+
+    Also what only the held-out samples show: the model fails to predict them.
+    """
     found: list[Unexplained] = []
+    revised = everywhere(joint)
     for finding in findings:
         if finding.missing and finding.chosen is None:
             found += _listed(finding.before, finding.base)
         elif finding.channel in joint.problem.channels:
-            rest = leftover(joint, finding.channel)
+            rest = leftover(revised, finding.channel)
             explained = np.sqrt(max(finding.chosen.gain, 0.0)) if finding.chosen else 0.0
-            open_ = rest.length > SHORT * explained or _power(joint, finding.channel) > CLOSED**2
+            open_ = rest.length > SHORT * explained or _power(revised, finding.channel) > CLOSED**2
             if rest.significant(ALARM) and open_:
-                found += _listed(rest, joint)
+                found += _listed(rest, revised)
     return found
+
+
+def everywhere(fitted: Fit) -> Fit:
+    """The same model on all samples, with those held out, to which it is not fitted."""
+    problem, theta = fitted.problem, fitted.theta
+    cases = [replace(c, train={channel: np.ones_like(used) for channel, used in c.train.items()}) for c in problem.cases]
+    plain = at(replace(problem, cases=cases, nuisance=None), theta)
+    base = [i for i, p in enumerate(problem.parameters) if p.effect is None]
+    return at(plain.problem.with_nuisance(theta, plain.jacobian[:, base]), theta)
 
 
 def _power(fitted: Fit, channel: Channel) -> float:
@@ -237,12 +251,12 @@ def _afterwards(whole: Problem, joint: Fit, findings: Sequence[Finding]) -> dict
         replace(case, model=replace(case.model, experiment=replace(case.test, effects=other.test.effects)))
         for case, other in zip(whole.cases, settled(whole.cases, joint), strict=True)
     ]
-    revised = plain_fit(replace(whole, cases=cases))
+    revised = plain_fit(replace(whole, cases=cases), joint)
     after = dict.fromkeys(whole.channels, revised)
     if any(f.channel == "traction" and f.missing and f.chosen is None for f in findings):
         freed = replace(whole, cases=[free_friction(case) for case in cases], channels=whole.channels[1:])
         if freed.channels:
-            after.update(dict.fromkeys(freed.channels, plain_fit(freed)))
+            after.update(dict.fromkeys(freed.channels, plain_fit(freed, joint)))
     return after
 
 

@@ -16,19 +16,26 @@ from twindisc_cli.effects._effect import Channel
 from twindisc_cli.loop.problem import Case
 from twindisc_cli.model.experiment import Floats, Ints
 from twindisc_cli.model.forward import Prediction
+from twindisc_cli.physics.disc_heat import temperatures
 
 SMOOTH = 5
 WAVES = 24
+RIPPLES = 12
+SPANS = ("iterations", "heat by iteration")
 
 
 @dataclass(frozen=True)
 class Group:
-    """Columns (sample, column) over a channel of one test, functions of one covariate."""
+    """Columns (sample, column) over a channel of one test, functions of one covariate.
+
+    `spans`: the columns follow each other along the covariate, and sums of neighbours, one at a time, are a group too.
+    """
 
     channel: Channel
     covariate: str
     kind: str
     columns: Floats
+    spans: bool = False
 
 
 def groups(case: Case, channel: Channel, prediction: Prediction) -> Iterator[Group]:
@@ -37,7 +44,7 @@ def groups(case: Case, channel: Channel, prediction: Prediction) -> Iterator[Gro
     for covariate, kind, columns in makers[channel](case, prediction):
         varied = columns[:, np.ptp(columns, axis=0) > 1e-9]
         if varied.shape[1]:
-            yield Group(channel, covariate, kind, varied)
+            yield Group(channel, covariate, kind, varied, spans=kind in SPANS)
 
 
 def _traction(case: Case, prediction: Prediction) -> Iterator[tuple[str, str, Floats]]:
@@ -50,7 +57,7 @@ def _traction(case: Case, prediction: Prediction) -> Iterator[tuple[str, str, Fl
     if np.isnan(samples.time).any():
         return
     yield "time", "smooth", smooth(time, SMOOTH)
-    yield "time", "iterations", levels(points.iteration[at])
+    yield "time", "iterations", levels(points.iteration[at]) * prediction.traction.T
     for wave in waves(time, WAVES):
         yield "time", "wave", wave
     yield "energy", "smooth", smooth(state.energy[0, at], SMOOTH)
@@ -65,6 +72,7 @@ def _temperature(case: Case, prediction: Prediction) -> Iterator[tuple[str, str,
     time = points.time[at]
     yield "time", "smooth", smooth(time, SMOOTH)
     yield "time", "iterations", levels(points.iteration[at])
+    yield "time", "heat by iteration", _heated(case, prediction)[:, at].T
     for wave in waves(time, 2 * WAVES):
         yield "time", "wave", wave
     yield "temperature", "smooth", smooth(state.temperature[0, at], SMOOTH)
@@ -85,12 +93,28 @@ def _profile(case: Case, prediction: Prediction) -> Iterator[tuple[str, str, Flo
     yield "y", "odd", legendre[:, 1::2]
     for centre in np.linspace(-1.0, 1.0, 17):
         yield "y", "bump", np.exp(-0.5 * ((unit - centre) / 0.08) ** 2)[:, None]
+    for wave in waves(np.clip(unit, -1.0, 1.0), RIPPLES):
+        yield "y", "wave", wave * inside[:, None]
     outside = np.stack([np.ones_like(unit), samples.y / np.abs(samples.y).max()], axis=1)
     yield "y", "line", outside
     stops = np.unique(np.stack([samples.disc, samples.iteration]), axis=1, return_inverse=True)[1].ravel()
     if stops.max() > 0:
         shape = -prediction.profile[0]
         yield "time", "stops", levels(stops) * (shape / max(float(np.ptp(shape)), 1e-30))[:, None]
+
+
+def _heated(case: Case, prediction: Prediction) -> Floats:
+    """Warming of the disc by one watt in one iteration after the other (iteration, point) [K]."""
+    thermal, points = case.test.thermal, case.model.points
+    assert thermal is not None
+    return temperatures(
+        power=levels(points.iteration).T,
+        duration=points.duration,
+        capacity=thermal.heat_capacity,
+        convection=float(np.mean(prediction.state.convection[0])),
+        environment=0.0,
+        initial=0.0,
+    )
 
 
 def smooth(covariate: Floats, degree: int) -> Floats:

@@ -7,7 +7,7 @@
 
 A smooth trend inside every step (in a profile: inside every unworn flank) is taken out, and rho and s follow from the
 restricted likelihood (REML) of what is left, so that the trend's own parameters are paid for. Outliers beyond five
-robust standard deviations are dropped. Source: D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320-338.
+robust standard deviations are dropped unless they come in runs. Source: D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320-338.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ FEWEST_FREE = 8
 ASSUMED_SHARE = 0.01
 STILL = 1e-4
 ONE_ERROR = 0.5
+LONGEST_OUTLIER = 3
 
 
 @dataclass(frozen=True)
@@ -196,7 +197,14 @@ def _estimate(values: Floats, trend: Floats, at: Floats, series: Ints, size: flo
     (std, correlation), cautious = _reml(values[calm], trend[calm], position[calm], series[calm], correlated)
     if std <= STILL * size:
         return assumed
-    return Noise(std, correlation, kept[back], position[back], series[back], estimated=True, cautious=cautious)
+    alone = kept | _in_a_run(~kept)
+    return Noise(std, correlation, alone[back], position[back], series[back], estimated=True, cautious=cautious)
+
+
+def _in_a_run(far: Mask) -> Mask:
+    """Samples in a run of neighbours that are all far off: those are no outliers, something happened."""
+    runs = np.cumsum(np.diff(far, prepend=False))
+    return np.asarray(far & (np.bincount(runs)[runs] > LONGEST_OUTLIER))
 
 
 def _calm(left: Floats, trend: Floats, kept: Mask) -> Mask:

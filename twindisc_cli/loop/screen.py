@@ -13,7 +13,7 @@ group says is its evidence with a normal prior of the best size: (q - k) / 2 - (
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2
@@ -25,6 +25,7 @@ from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Floats
 
 DRAWS = 1000
+MOST_ENDS = 30
 SEED = 20061139
 
 
@@ -68,28 +69,24 @@ def leftover(fitted: Fit, channel: Channel, generator: np.random.Generator | Non
     problem = fitted.problem
     generator = generator or np.random.default_rng(SEED)
     span = span_of(fitted.jacobian)
-    bases: list[tuple[Group, Floats]] = []
+    bases: list[tuple[Group, _Basis]] = []
     for number, (case, prediction) in enumerate(zip(problem.cases, problem.predict(fitted.theta[None]), strict=True)):
         if channel in case.noise:
             for group in groups(case, channel, prediction):
                 basis = _basis(fitted, number, group, span)
-                if basis.shape[1]:
+                if basis.span.shape[1]:
                     bases.append((group, basis))
     if not bases:
         return Leftover(channel, [], 1.0, 0.0)
-    everything = span_of(np.concatenate([basis for _, basis in bases], axis=1))
+    everything = span_of(np.concatenate([basis.span for _, basis in bases], axis=1))
     draws = generator.standard_normal((DRAWS, everything.shape[1]))
     total = _channel_power(fitted, channel)
     scores, smallest = [], np.ones(DRAWS)
     for group, basis in bases:
-        count = basis.shape[1]
-        squared = float(np.sum((basis.T @ fitted.residual) ** 2))
-        drawn = np.sum((draws @ (everything.T @ basis)) ** 2, axis=1)
-        smallest = np.minimum(smallest, chi2.sf(drawn, count))
-        p_value = float(chi2.sf(squared, count))
-        evidence = 0.5 * (squared - count) - 0.5 * count * np.log(squared / count) if squared > count else 0.0
-        share = max(squared - count, 0.0) / max(total, 1e-30)
-        scores.append(Score(group, squared, count, p_value, float(evidence), min(share, 1.0)))
+        for tested in (_together, _spans) if group.spans else (_together,):
+            score, drawn = tested(group, basis, fitted.residual, draws @ (everything.T @ basis.span), total)
+            smallest = np.minimum(smallest, drawn)
+            scores.append(score)
     scores.sort(key=lambda s: -s.evidence)
     least = min(s.p_value for s in scores)
     family = float(np.mean(smallest <= least))
@@ -103,8 +100,18 @@ def _channel_power(fitted: Fit, channel: Channel) -> float:
     return float(sum(np.sum(fitted.residual[part] ** 2) for part in fitted.problem.slices[channel]))
 
 
-def _basis(fitted: Fit, number: int, group: Group, span: Floats) -> Floats:
-    """Orthonormal white columns of a group (sample, column), without what the fitted parameters can imitate."""
+@dataclass(frozen=True)
+class _Basis:
+    """White columns of a group without what the fitted parameters can imitate: columns = span coordinates.
+
+    span (sample, direction) is orthonormal, coordinates are (direction, column).
+    """
+
+    span: Floats
+    coordinates: Floats
+
+
+def _basis(fitted: Fit, number: int, group: Group, span: Floats) -> _Basis:
     problem = fitted.problem
     case = problem.cases[number]
     rows = np.zeros((group.columns.shape[1], len(fitted.residual)))
@@ -114,5 +121,34 @@ def _basis(fitted: Fit, number: int, group: Group, span: Floats) -> Floats:
     )
     columns = problem.discount(rows).T
     columns = columns - span @ (span.T @ columns)
-    left, size, _ = np.linalg.svd(columns, full_matrices=False)
-    return np.asarray(left[:, size > 1e-6 * max(float(size.max(initial=0.0)), 1e-300)])
+    left, size, right = np.linalg.svd(columns, full_matrices=False)
+    seen = size > 1e-6 * max(float(size.max(initial=0.0)), 1e-300)
+    return _Basis(left[:, seen], size[seen, None] * right[seen])
+
+
+def _together(group: Group, basis: _Basis, residual: Floats, draws: Floats, total: float) -> tuple[Score, Floats]:
+    """All columns at once; the p-values of the draws (draw,)."""
+    count = basis.span.shape[1]
+    squared = float(np.sum((basis.span.T @ residual) ** 2))
+    evidence = 0.5 * (squared - count) - 0.5 * count * np.log(squared / count) if squared > count else 0.0
+    share = min(max(squared - count, 0.0) / max(total, 1e-30), 1.0)
+    score = Score(group, squared, count, float(chi2.sf(squared, count)), float(evidence), share)
+    return score, chi2.sf(np.sum(draws**2, axis=1), count)
+
+
+def _spans(group: Group, basis: _Basis, residual: Floats, draws: Floats, total: float) -> tuple[Score, Floats]:
+    """The best sum of neighbouring columns, paid for the number of such sums; the p-values of the draws (draw,)."""
+    columns = basis.coordinates.shape[1]
+    ends = np.unique(np.linspace(0, columns, min(columns, MOST_ENDS) + 1).astype(int))
+    running = np.concatenate([np.zeros((len(basis.coordinates), 1)), np.cumsum(basis.coordinates, axis=1)], axis=1)
+    first, last = np.triu_indices(len(ends), 1)
+    sums = running[:, ends[last]] - running[:, ends[first]]
+    length = np.linalg.norm(sums, axis=0)
+    sums = sums[:, length > 1e-6 * length.max()] / length[length > 1e-6 * length.max()]
+    tries = sums.shape[1]
+    squared = float(np.max((sums.T @ (basis.span.T @ residual)) ** 2))
+    evidence = max(0.5 * (squared - 1.0) - 0.5 * np.log(max(squared, 1.0)) - np.log(tries), 0.0)
+    share = min(max(squared - 1.0, 0.0) / max(total, 1e-30), 1.0)
+    named = replace(group, kind=f"{group.kind}, a span")
+    score = Score(named, squared, 1, min(1.0, tries * float(chi2.sf(squared, 1))), float(evidence), share)
+    return score, np.minimum(1.0, tries * chi2.sf(np.max((draws @ sums) ** 2, axis=1), 1))

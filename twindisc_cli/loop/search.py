@@ -24,14 +24,14 @@ from scipy.stats import chi2
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Channel
 from twindisc_cli.loop.fit import Fit, fit, settled
-from twindisc_cli.loop.problem import Case, Problem, effect_parameters
+from twindisc_cli.loop.problem import Case, Problem, Settled, effect_parameters
 from twindisc_cli.loop.screen import Leftover, leftover
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Experiment, Floats
 
-ALARM = 0.002
+ALARM = 0.005
 REFUSAL = 0.01
-SHORT = 0.15
+SHORT = 0.2
 ROUNDING = 0.02
 PAIRED = 5
 PROMISING = 6.0
@@ -236,6 +236,7 @@ def free_friction(case: Case) -> Case:
     kept = case.noise["traction"].kept
     count = len(case.test.history.step)
     mu = np.full(count, float(np.mean(np.abs(samples.ratio))))
+    weight = np.array([np.sum(kept & (iteration == i)) for i in range(count)])
     base = {"K": np.array([case.first_wear]), "convection_W_K": np.array([1.0])}
     for _ in range(8):
         predicted = case.model.predict({**base, "mu": mu[None]}).traction[0]
@@ -245,30 +246,59 @@ def free_friction(case: Case) -> Case:
             if here.any():
                 ratio[i] = np.clip(np.mean(samples.ratio[here]) / max(np.mean(predicted[here]), 1e-9), 0.25, 4.0)
         mu = np.clip(mu * ratio, 1e-3, 3.0)
-    seen = np.unique(iteration[kept])
-    return replace(case, free_mu=np.interp(np.arange(count), seen, mu[seen]))
+    seen = np.flatnonzero(weight)
+    noise = case.noise["traction"]
+    spread = noise.std * np.sqrt((1.0 + noise.correlation) / (1.0 - noise.correlation) / np.maximum(weight, 1))
+    level = np.array([np.mean(np.abs(samples.ratio[kept & (iteration == i)])) for i in seen])
+    relative = np.interp(np.arange(count), seen, spread[seen] / np.maximum(level, 1e-9))
+    mu = np.interp(np.arange(count), seen, mu[seen])
+    return replace(case, free_mu=(mu, relative * mu))
 
 
 def search(problem: Problem, progress: Progress) -> list[Finding]:
     """Search all channels, each with what was found in those before it given, then all of them for a common cause."""
     declared = frozenset(name for case in problem.cases for name in case.test.effects)
     findings: list[Finding] = []
-    known, cases = declared, problem.cases
+    known, now = declared, problem
     for channel in problem.channels:
         progress(channel)
-        finding = search_channel(replace(problem, channels=(channel,), cases=cases), channel, known)
+        finding = _economical(now, search_channel(replace(now, channels=(channel,)), channel, known))
         findings.append(finding)
         if finding.missing and finding.chosen is None and channel == "traction":
-            cases = [free_friction(case) for case in cases]
+            now = replace(now, cases=[free_friction(case) for case in now.cases])
         else:
             fitted = finding.chosen.fit if finding.chosen else finding.base
-            cases = settled(cases, fitted)
+            now = given(now, fitted)
             known |= set(fitted.effects)
     first = findings[0]
     if first.channel == "traction" and not first.missing and len(findings) > 1:
         progress("all channels")
         return _common_cause(problem, findings, declared)
     return findings
+
+
+def given(problem: Problem, fitted: Fit) -> Problem:
+    """The problem with what was fitted given, as well as it is known."""
+    known = Settled(fitted.problem, fitted.theta, fitted.covariance)
+    return replace(problem, cases=settled(problem.cases, fitted), settled=(*problem.settled, known))
+
+
+def _economical(problem: Problem, finding: Finding) -> Finding:
+    """Of the explanations that a channel leaves open, choose one after which the channels it drives miss nothing."""
+    driven = problem.channels[problem.channels.index(finding.channel) + 1 :]
+    if not finding.alternatives or not driven:
+        return finding
+    assert finding.chosen is not None
+    alive = sorted([finding.chosen, *finding.alternatives], key=lambda c: -c.probability)
+    enough = (c for c in alive if _enough(given(problem, c.fit), driven))
+    return replace(finding, chosen=next(enough, finding.chosen))
+
+
+def _enough(problem: Problem, channels: Sequence[Channel]) -> bool:
+    """Whether the base model explains each of these channels."""
+    return all(
+        leftover(refit(replace(problem, channels=(channel,))), channel).p_value > ALARM for channel in channels
+    )
 
 
 def _common_cause(problem: Problem, findings: list[Finding], declared: frozenset[str]) -> list[Finding]:

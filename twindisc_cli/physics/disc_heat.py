@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.linalg.blas import dtbsv
 
 from twindisc_cli.physics._arrays import Floats, arrays
 
@@ -47,17 +48,20 @@ def temperatures(
     level = (power + convection * environment + _NO_LOSS * environment * (convection + conductance == 0.0)) / loss
     level, pull = np.broadcast_to(level, shape), np.broadcast_to(conductance / loss, shape)
     follows = np.broadcast_to(-np.expm1(-conductance * duration / shaft_capacity), shape)
-    connected = bool(np.any(conductance))
-    now = shaft = np.full(shape[0], initial)
-    found = np.empty(shape)
-    for i in range(shape[1]):
-        before = now
-        target = level[:, i] + pull[:, i] * shaft if connected else level[:, i]
-        now = target + (before - target) * kept[:, i]
-        if connected:
-            shaft = shaft + (0.5 * (before + now) - shaft) * follows[:, i]
-        found[:, i] = now
-    return found
+    # T_i - kept T_(i-1) - (1 - kept) pull T_s(i-1) = ... and, beneath it, T_s(i) - (1 - follows) T_s(i-1) - ... = 0:
+    # one lower banded system, columns by diagonal
+    bands = np.zeros((*shape, 2, 4))
+    bands[:, :-1, 0, 2] = -kept[:, 1:]
+    bands[:, :-1, 1, 1] = -((1.0 - kept) * pull)[:, 1:]
+    bands[:, :, 0, 1] = -0.5 * follows
+    bands[:, :-1, 0, 3] = -0.5 * follows[:, 1:]
+    bands[:, :-1, 1, 2] = follows[:, 1:] - 1.0
+    known = np.zeros((*shape, 2))
+    known[..., 0] = (1.0 - kept) * level
+    known[:, 0, 0] += initial * (kept + (1.0 - kept) * pull)[:, 0]
+    known[:, 0, 1] = initial * (1.0 - 0.5 * follows)[:, 0]
+    found = dtbsv(3, bands.reshape(-1, 4).T, known.ravel(), lower=1, diag=1)
+    return np.asarray(found.reshape(*shape, 2)[..., 0])
 
 
 def implicit_step(
