@@ -172,7 +172,8 @@ def test_a_creepage_within_its_tolerance_is_forgiven_and_one_beyond_is_not() -> 
     creeping = history((0.001, 0.0015, 0.002, 0.0012), 3)
     time = spread(creeping, 8)
     costs = []
-    for errors in (0.0, STEP_TOLERANCE, 12.0 * STEP_TOLERANCE):
+    tolerance = np.hypot(STEP_TOLERANCE[0], STEP_TOLERANCE[1] / 0.002)
+    for errors in (0.0, tolerance, 12.0 * tolerance):
         off = creeping.creepage * (1.0 + errors * (creeping.step == 2))
         true = experiment(
             replace(creeping, creepage=off),

@@ -24,7 +24,7 @@ from .making import Case, make_test
 Row = dict[str, Any]
 NEGATIVE = 5  # exit code of a negative finding
 _SLACK = 1.15  # of the held-out error over the noise floor
-_FIRM = 8.0  # thresholds beyond what the tolerances of creepage and traction law can imitate
+_FIRM = 8.0  # thresholds beyond what the tolerances of the creepages can imitate
 _TIMEOUT = 900.0
 
 

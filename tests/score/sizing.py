@@ -73,14 +73,13 @@ class Ruler:
         return float(np.linalg.norm(rest - slopes @ full))
 
     def beyond_tolerances(self, readings: Channels, plan: Plan) -> float:
-        """The size that is left when the creepages may also err within their tolerance and the traction law may be
-        the other accepted one; by slopes only."""
+        """The size that is left when the creepages may also err within their tolerance; by slopes only."""
         base = [_whitened(plan, column) / _STEP for column in self._base]
         step = np.array(self._bench.rig.steps)[(plan.traction_time / self._bench.rig.duration).astype(int)]
         nominal = np.array(self._bench.rig.creepage)
         tolerances = [self._of_traction(self._creepage_slope, nominal[step] == c, plan) * _tolerance(c) / c
                       for c in np.unique(nominal)]  # fmt: skip
-        columns = np.column_stack([*base, _whitened(plan, self._other_law), *tolerances])
+        columns = np.column_stack([*base, *tolerances])
         prior = np.eye(columns.shape[1])[-len(tolerances) :]
         rest = np.concatenate([_whitened(plan, _minus(readings, self._start)), np.zeros(len(tolerances))])
         system = np.vstack([columns, prior])
@@ -95,12 +94,6 @@ class Ruler:
         )
         change = _minus(read(rig, March(more).run(), [NOTHING], self._bench.plan), self._start)
         return {name: change[name] / _STEP for name in CHANNELS}
-
-    @cached_property
-    def _other_law(self) -> Channels:
-        """Change of the readings under the other traction law."""
-        rig = replace(self._bench.rig, law="exact" if self._bench.rig.law == "fastsim" else "fastsim")
-        return _minus(read(rig, March(rig).run(), [NOTHING], self._bench.plan), self._start)
 
     def _of_traction(self, change: Channels, where: NDArray[np.bool_], plan: Plan) -> Floats:
         """A change of the samples `where` of the traction alone, in units of the noise."""

@@ -1,11 +1,11 @@
 """Nonlinear convection: the heat transfer grows or falls with the disc's own temperature.
 
-    h S = (h S)_0 [(T_0 + |T - T_env|) / (2 T_0)]^n
+    h S = (h S)_0 [(T_0 + |T - T_env|) / (T_0 + 10 K)]^n
 
     T - T_env  disc temperature above the environment [K], (set, point)
     n          exponent [1]: about 1/4 in free convection, up to 2 in nucleate boiling, below 0 towards film boiling;
                n = 0 switches the effect off
-    T_0        warming below which the heat transfer stands still [K]; at T_0 it is (h S)_0
+    T_0        warming below which the heat transfer stands still [K]; small: a power law; (h S)_0 holds at 10 K
 
 Leaves behind, when it is missing: the disc predicted too hot at high power and too cold at low power, or the reverse.
 Valid for: free convection and nucleate boiling, without the jump at the burnout point.
@@ -19,9 +19,12 @@ from twindisc_cli.effects._effect import Effect, Param, seen
 from twindisc_cli.effects._state import Floats, State
 
 
+_REFERENCE = 10.0  # K
+
+
 def apply(s: State, *, exponent: Floats, onset_K: Floats) -> State:
     """Let the convection follow the warming of the disc."""
-    return s.replace(convection=s.convection * (0.5 + 0.5 * np.abs(s.warming) / onset_K) ** exponent)
+    return s.replace(convection=s.convection * ((onset_K + np.abs(s.warming)) / (onset_K + _REFERENCE)) ** exponent)
 
 
 EFFECT = Effect(
@@ -34,7 +37,7 @@ EFFECT = Effect(
             meaning="exponent of the heat transfer over the warming",
         ),
         Param(
-            "onset_K", "K", off=None, start=10.0, lower=1.0, upper=200.0, log=True,
+            "onset_K", "K", off=None, start=10.0, lower=0.1, upper=200.0, log=True,
             meaning="warming below which the heat transfer stands still",
         ),
     ),

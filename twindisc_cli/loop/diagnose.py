@@ -26,7 +26,7 @@ from twindisc_cli.loop.diagnosis import (
 )
 from twindisc_cli.loop.fit import Fit, at, fit, settled
 from twindisc_cli.loop.holdout import held_out_steps, training_masks
-from twindisc_cli.loop.problem import Case, Problem, Role, channels_of, noise_of
+from twindisc_cli.loop.problem import DRIVEN, Case, Problem, Role, channels_of, noise_of
 from twindisc_cli.loop.screen import Leftover, leftover
 from twindisc_cli.loop.search import (
     ALARM,
@@ -98,7 +98,7 @@ def plain_fit(problem: Problem, *known: Fit) -> Fit:
     """
     theta, cases = _carried(problem, *known), problem.cases
     names = [(p.name, p.case) for p in problem.parameters]
-    for channel in problem.channels:
+    for channel in (c for c in DRIVEN if c in problem.channels):
         part = replace(problem, channels=(channel,), nuisance=None, cases=cases)
         alone = fit(part, _carried(part, *known))
         cases = settled(cases, alone)
@@ -133,7 +133,8 @@ def _together(whole: Problem, findings: list[Finding]) -> tuple[list[Finding], F
     names = [name for f in explained if f.chosen for name in f.chosen.names]
     problem = replace(whole, channels=tuple(f.channel for f in explained), effects=tuple(names))
     if not any(f.channel == "traction" for f in explained):
-        problem = replace(problem, cases=findings[-1].base.problem.cases)
+        last = max(findings, key=lambda f: DRIVEN.index(f.channel)).base.problem
+        problem = replace(problem, cases=last.cases, settled=last.settled)
     joint = refit(problem, _carried(problem, *(f.chosen.fit if f.chosen else f.base for f in explained)))
     for number, finding in enumerate(findings):
         rivals = [c for c in finding.candidates if c.passed and c.probability > NEGLIGIBLE][:RIVALS]
@@ -177,7 +178,9 @@ def _left(joint: Fit, findings: Sequence[Finding]) -> list[Unexplained]:
 def everywhere(fitted: Fit) -> Fit:
     """The same model on all samples, with those held out, to which it is not fitted."""
     problem, theta = fitted.problem, fitted.theta
-    cases = [replace(c, train={channel: np.ones_like(used) for channel, used in c.train.items()}) for c in problem.cases]
+    cases = [
+        replace(c, train={channel: np.ones_like(used) for channel, used in c.train.items()}) for c in problem.cases
+    ]
     plain = at(replace(problem, cases=cases, nuisance=None), theta)
     base = [i for i, p in enumerate(problem.parameters) if p.effect is None]
     return at(plain.problem.with_nuisance(theta, plain.jacobian[:, base]), theta)

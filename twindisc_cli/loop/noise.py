@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 from twindisc_cli.model.experiment import Experiment, Floats, Ints, ProfileSamples
 from twindisc_cli.model.points import sample_times
@@ -28,6 +29,7 @@ ASSUMED_SHARE = 0.01
 STILL = 1e-4
 ONE_ERROR = 0.5
 LONGEST_OUTLIER = 3
+NEIGHBOURS = 9
 
 
 @dataclass(frozen=True)
@@ -114,6 +116,12 @@ def profile_noise(experiment: Experiment) -> Noise:
         found = _estimate(profile.height, trend, position, record, size, correlated=True)
     spacing = float(np.median(np.diff(np.unique(profile.y))))
     kept = np.ones(len(profile.y), dtype=bool)
+    for number in np.unique(record):
+        here = np.flatnonzero(record == number)
+        here = here[np.argsort(profile.y[here])]
+        rough = profile.height[here] - median_filter(profile.height[here], NEIGHBOURS, mode="nearest")
+        far = np.abs(rough) > 6.0 * max(found.std, 1.4826 * float(np.median(np.abs(rough))))
+        kept[here] = ~far | _in_a_run(far)
     return replace(found, kept=kept, position=position / spacing, series=record)
 
 

@@ -27,6 +27,9 @@ from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.surface import recorded_sections
 
+DRIVEN: tuple[Channel, ...] = ("traction", "temperature", "profile")
+"""The channels in the order in which they drive each other: friction warms the disc, a warm disc may wear faster."""
+
 Mask = NDArray[np.bool_]
 Role = Literal["train", "held_out"]
 
@@ -76,6 +79,16 @@ class Case:
         last = profile.iteration == profile.iteration.max()
         section = max(sum(recorded_sections(profile, last)), 1e-14)
         return float(np.clip(section * self.model.circumference_hardness / measured_energy(self), 1e-8, 0.5))
+
+    @cached_property
+    def first_convection(self) -> float:
+        """Convection [W/K] from the mean power, with the traction as measured, over the mean warming; 1 unmeasured."""
+        thermal, samples = self.test.thermal, self.test.measured.temperature
+        if thermal is None or samples is None:
+            return 1.0
+        warming = float(np.mean(samples.temperature - thermal.environment_temperature))
+        power = measured_energy(self) / float(self.test.history.end_time[-1])
+        return float(np.clip(power / max(abs(warming), 1e-3), 1e-3, 1e4))
 
     def used(self, channel: Channel, role: Role) -> Mask:
         """Samples without outliers that are fitted, or that are held out."""
@@ -166,7 +179,7 @@ class Problem:
                 level = float(np.clip(np.quantile(np.abs(case.values("traction")), 0.9), 1e-3, 2.0))
                 found.append(Parameter("mu", None, "mu", "1", level, 1e-3, 3.0, True, number))
             if "temperature" in present and thermal is not None and not np.isfinite(thermal.convection):
-                level = _first_convection(case)
+                level = case.first_convection
                 found.append(
                     Parameter("convection_W_K", None, "convection_W_K", "W K-1", level, 1e-5, 1e6, True, number)
                 )
@@ -262,7 +275,9 @@ class Problem:
         given = {
             "mu": options.friction_coefficient,
             "K": options.wear_coefficient if np.isfinite(options.wear_coefficient) else case.first_wear,
-            "convection_W_K": thermal.convection if thermal and np.isfinite(thermal.convection) else 1.0,
+            "convection_W_K": thermal.convection
+            if thermal and np.isfinite(thermal.convection)
+            else case.first_convection,
         }
         base = {key: np.full(sets, value) for key, value in given.items()}
         base |= self.own_base(number, theta)
@@ -361,14 +376,3 @@ def measured_energy(case: Case) -> float:
         mu = np.array([level.get(int(s), mean) for s in history.step])
     power = mu * test.rig.normal_load * np.abs(history.creepage) * test.rig.rolling_speed
     return max(float(np.sum(power * history.duration)), 1e-9)
-
-
-def _first_convection(case: Case) -> float:
-    """Convection from the mean power over the mean warming."""
-    test = case.test
-    assert test.thermal is not None
-    samples = test.measured.temperature
-    assert samples is not None
-    warming = float(np.mean(samples.temperature - test.thermal.environment_temperature))
-    power = measured_energy(case) / float(test.history.end_time[-1])
-    return float(np.clip(power / max(abs(warming), 1e-3), 1e-3, 1e4))

@@ -1,6 +1,6 @@
 """The search for what a channel misses: every effect, small combinations, and the gate that refuses them.
 
-Channels are searched in the order in which they drive each other (traction, profile, temperature), each with its own
+Channels are searched in the order in which they drive each other (traction, temperature, profile), each with its own
 data, under the effects accepted so far; friction that stays unexplained is replaced by what was measured, iteration by
 iteration, so that it does not reach the other channels. An explanation passes the gate if
 
@@ -24,13 +24,13 @@ from scipy.stats import chi2
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Channel
 from twindisc_cli.loop.fit import Fit, fit, settled
-from twindisc_cli.loop.problem import Case, Problem, Settled, effect_parameters
+from twindisc_cli.loop.problem import DRIVEN, Case, Problem, Settled, effect_parameters
 from twindisc_cli.loop.screen import Leftover, leftover
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Experiment, Floats
 
 ALARM = 0.005
-REFUSAL = 0.01
+REFUSAL = 0.002
 SHORT = 0.2
 ROUNDING = 0.02
 PAIRED = 5
@@ -237,7 +237,7 @@ def free_friction(case: Case) -> Case:
     count = len(case.test.history.step)
     mu = np.full(count, float(np.mean(np.abs(samples.ratio))))
     weight = np.array([np.sum(kept & (iteration == i)) for i in range(count)])
-    base = {"K": np.array([case.first_wear]), "convection_W_K": np.array([1.0])}
+    base = {"K": np.array([case.first_wear]), "convection_W_K": np.array([case.first_convection])}
     for _ in range(8):
         predicted = case.model.predict({**base, "mu": mu[None]}).traction[0]
         ratio = np.ones(count)
@@ -260,7 +260,7 @@ def search(problem: Problem, progress: Progress) -> list[Finding]:
     declared = frozenset(name for case in problem.cases for name in case.test.effects)
     findings: list[Finding] = []
     known, now = declared, problem
-    for channel in problem.channels:
+    for channel in _in_order(problem):
         progress(channel)
         finding = _economical(now, search_channel(replace(now, channels=(channel,)), channel, known))
         findings.append(finding)
@@ -273,8 +273,13 @@ def search(problem: Problem, progress: Progress) -> list[Finding]:
     first = findings[0]
     if first.channel == "traction" and not first.missing and len(findings) > 1:
         progress("all channels")
-        return _common_cause(problem, findings, declared)
-    return findings
+        findings = _common_cause(problem, findings, declared)
+    return sorted(findings, key=lambda f: problem.channels.index(f.channel))
+
+
+def _in_order(problem: Problem) -> list[Channel]:
+    """The channels of a problem, those first that drive the others."""
+    return [channel for channel in DRIVEN if channel in problem.channels]
 
 
 def given(problem: Problem, fitted: Fit) -> Problem:
@@ -285,7 +290,8 @@ def given(problem: Problem, fitted: Fit) -> Problem:
 
 def _economical(problem: Problem, finding: Finding) -> Finding:
     """Of the explanations that a channel leaves open, choose one after which the channels it drives miss nothing."""
-    driven = problem.channels[problem.channels.index(finding.channel) + 1 :]
+    order = _in_order(problem)
+    driven = order[order.index(finding.channel) + 1 :]
     if not finding.alternatives or not driven:
         return finding
     assert finding.chosen is not None
@@ -296,9 +302,7 @@ def _economical(problem: Problem, finding: Finding) -> Finding:
 
 def _enough(problem: Problem, channels: Sequence[Channel]) -> bool:
     """Whether the base model explains each of these channels."""
-    return all(
-        leftover(refit(replace(problem, channels=(channel,))), channel).p_value > ALARM for channel in channels
-    )
+    return all(leftover(refit(replace(problem, channels=(channel,))), channel).p_value > ALARM for channel in channels)
 
 
 def _common_cause(problem: Problem, findings: list[Finding], declared: frozenset[str]) -> list[Finding]:

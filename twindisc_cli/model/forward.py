@@ -26,7 +26,7 @@ from twindisc_cli.model.patch import WeightedPaths, weighted_paths
 from twindisc_cli.model.points import Points, operating_points
 from twindisc_cli.model.surface import Stops, recorded_sections, worn_surface
 from twindisc_cli.model.wear import WearPath, first_section, wear_path
-from twindisc_cli.physics import disc_heat, exact, fastrip, fastsim
+from twindisc_cli.physics import combined, disc_heat, exact, fastrip, fastsim
 
 MOST_PASSES = 40
 SPIN_ARM = 1.0 / np.sqrt(5.0)
@@ -200,10 +200,9 @@ class _Chain:
         along = patch.stiffness * state.slope * state.creepage / capacity
         sideways = np.hypot(state.lateral_creepage, state.spin * patch.a * SPIN_ARM)
         across = patch.stiffness_y * state.slope * sideways / capacity
-        xi = np.maximum(np.hypot(along, across), 1e-30)
-        saturation = self._law(state, xi, patch.ratio)
-        force = capacity * saturation * along / xi
-        side = capacity * saturation * across / xi
+        traction = capacity * self._law(state, np.maximum(np.hypot(along, across), 1e-30), patch.ratio)
+        east, north = combined.direction(along, across, state.creepage, sideways)
+        force, side = traction * east, traction * north
         power = state.rolling_speed * (force * state.creepage + side * sideways)
         return state.replace(
             traction_ratio=force / state.nominal_load,
