@@ -8,8 +8,8 @@ import pytest
 from twindisc_cli.physics.combined import direction
 from twindisc_cli.physics.exact import saturation
 
-# vx, vy, Fx, Fy [N] at mu = 0.6, 72 N, a = 0.170591303 mm, b = 0.270524050 mm, G = 79.3 GPa, nu = 0.3 on a grid of 120 x 120.
-# CONTACT, open-source release 2025-07-23, revision 2707.
+# vx, vy, Fx, Fy [N] at mu = 0.6, 72 N, a = 0.170591303 mm, b = 0.270524050 mm, G = 79.3 GPa, nu = 0.3, on a grid of
+# 120 x 120. CONTACT, open-source release 2025-07-23, revision 2707.
 CONTACT = np.array(
     [
         [0.001, 0.001, 12.646591, 10.41206],

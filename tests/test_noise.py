@@ -83,7 +83,7 @@ def test_restricted_likelihood_is_unbiased(channel: str, uneven: bool, correlati
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.3, 0.6])
-def test_the_cautious_correlation_is_about_one_standard_error_longer(correlation: float) -> None:
+def test_the_cautious_correlation_is_about_two_standard_errors_longer(correlation: float) -> None:
     longer, cautious = [], []
     for seed in range(DRAWS):
         unit = autoregressive(np.random.default_rng(seed), len(TIME), correlation)
@@ -93,8 +93,8 @@ def test_the_cautious_correlation_is_about_one_standard_error_longer(correlation
         longer.append(found.cautious[1] - found.correlation)
         cautious.append(found.cautious[1])
     assert np.min(longer) >= 0.0
-    assert 0.3 * standard_error(correlation) < np.mean(longer) < 1.6 * standard_error(correlation)
-    assert np.mean(np.array(cautious) >= correlation) > 0.75, "one standard error: five in six"
+    assert 0.8 * standard_error(correlation) < np.mean(longer) < 3.0 * standard_error(correlation)
+    assert np.mean(np.array(cautious) >= correlation) > 0.85, "two standard errors: 39 in 40"
 
 
 @pytest.mark.parametrize("channel", CHANNELS)

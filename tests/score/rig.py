@@ -23,6 +23,12 @@ from .traction import equivalent_ellipse, linear_force, saturation, strip_share
 Floats = NDArray[np.float64]
 VICKERS = 9.80665e6  # Pa in one HV
 SHORTEST = 3.0  # the longest small time step [s]
+# xi, and how far the force has turned: twelve points of CONTACT (open-source release 2025-07-23, revision 2707) for
+# longitudinal and lateral creepage together, a/b = 0.63
+_TURNED = (
+    (0.0, 0.43, 0.72, 0.88, 1.06, 1.69, 1.86, 2.78, 3.3, 4.31, 20.0),
+    (0.0, 0.035, 0.06, 0.11, 0.13, 0.25, 0.3, 0.68, 0.74, 0.84, 1.0),
+)
 
 
 @dataclass(frozen=True)
@@ -255,8 +261,9 @@ class March:
         if total == 0.0:
             return 0.0, 0.0, 0.0
         # the force turns from the linear theory's direction to that of the slip as the patch slides
-        east = (1.0 - level) * along / total + level * creepage / slip
-        north = (1.0 - level) * across / total + level * side / slip
+        turned = float(np.interp(xi, *_TURNED))
+        east = (1.0 - turned) * along / total + turned * creepage / slip
+        north = (1.0 - turned) * across / total + turned * side / slip
         force = mu * self._load * level / hypot(east, north)
         power = rig.speed * force * (creepage * east + side * north)
         return force * east / rig.load, power, xi

@@ -47,6 +47,8 @@ RIVALS = 5
 NEGLIGIBLE = 1e-4
 CLOSED = 1.15
 """A channel is closed where its error is within so much of the noise."""
+SURPRISE = 0.001
+"""Significance at which samples that were held out say that something is missing where the others say nothing."""
 INTERVAL = 2.706
 """Growth of chi2 at the ends of a 90 % interval."""
 Progress = Callable[[str, float], None]
@@ -65,6 +67,7 @@ def diagnose(tests: Sequence[Experiment], *, validate: Experiment | None, progre
     whole = Problem(cases, channels)
     progress("base model", 0.05)
     before = plain_fit(whole)
+    whole = replace(whole, cases=remembered(whole.cases, before))
     findings = search(whole, lambda channel: progress(f"effects seen in the {channel}", 0.1))
     progress("all channels together", 0.7)
     findings, joint = _together(whole, findings)
@@ -96,7 +99,7 @@ def plain_fit(problem: Problem, *known: Fit) -> Fit:
 
     A channel that misses an effect then does not pull at the parameters of the others. `known` fits give start values.
     """
-    theta, cases = _carried(problem, *known), problem.cases
+    theta, cases = _carried(problem, *known), remembered(problem.cases, *known)
     names = [(p.name, p.case) for p in problem.parameters]
     for channel in (c for c in DRIVEN if c in problem.channels):
         part = replace(problem, channels=(channel,), nuisance=None, cases=cases)
@@ -105,6 +108,20 @@ def plain_fit(problem: Problem, *known: Fit) -> Fit:
         for p, inner in zip(alone.problem.parameters, alone.theta, strict=True):
             theta[names.index((p.name, p.case))] = inner
     return at(problem, theta)
+
+
+def remembered(cases: Sequence[Case], *fits: Fit) -> list[Case]:
+    """The cases with K and convection as fitted earlier, for where these are not fitted."""
+    found = [
+        {
+            p.key: fitted.value(p)[0]
+            for fitted in fits
+            for p in fitted.problem.parameters
+            if p.effect is None and p.case in (None, number)
+        }
+        for number in range(len(cases))
+    ]
+    return [replace(case, known={**case.known, **values}) for case, values in zip(cases, found, strict=True)]
 
 
 def _steps_held(test: Experiment) -> tuple[int, ...]:
@@ -170,7 +187,7 @@ def _left(joint: Fit, findings: Sequence[Finding]) -> list[Unexplained]:
             rest = leftover(revised, finding.channel)
             explained = np.sqrt(max(finding.chosen.gain, 0.0)) if finding.chosen else 0.0
             open_ = rest.length > SHORT * explained or _power(revised, finding.channel) > CLOSED**2
-            if rest.significant(ALARM) and open_:
+            if rest.significant(ALARM if finding.missing else SURPRISE) and open_:
                 found += _listed(rest, revised)
     return found
 

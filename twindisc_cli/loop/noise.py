@@ -7,7 +7,8 @@
 
 A smooth trend inside every step (in a profile: inside every unworn flank) is taken out, and rho and s follow from the
 restricted likelihood (REML) of what is left, so that the trend's own parameters are paid for. Outliers beyond five
-robust standard deviations are dropped unless they come in runs. Source: D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320-338.
+robust standard deviations are dropped unless they come in runs.
+Source: D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320-338.
 """
 
 from __future__ import annotations
@@ -27,7 +28,8 @@ CORRELATIONS = np.concatenate([[0.0], np.linspace(0.05, 0.9, 18), [0.93, 0.96]])
 FEWEST_FREE = 8
 ASSUMED_SHARE = 0.01
 STILL = 1e-4
-ONE_ERROR = 0.5
+NEAR = 2.0
+LONGER = 2.5
 LONGEST_OUTLIER = 3
 NEIGHBOURS = 9
 
@@ -38,8 +40,8 @@ class Noise:
 
     std in the channel's unit; correlation of neighbours [1]; kept (sample,): False for outliers; position (sample,) and
     series (sample,): where a sample stands in which uninterrupted series; estimated: False where it had to be assumed;
-    cautious: standard deviation and correlation to whiten with, the longest correlation within one standard error. What
-    is taken for noise too long is missed only in the smallest effects, what is taken too short becomes an effect.
+    cautious: standard deviation and correlation to whiten with, the longest correlation near the likeliest. What is
+    taken for noise too long is missed only in the smallest effects, what is taken too short becomes an effect.
     """
 
     std: float
@@ -132,20 +134,22 @@ def _records(profile: ProfileSamples) -> Ints:
 
 
 def _flanks(profile: ProfileSamples, record: Ints) -> Mask:
-    """Samples well outside the worn zone, which is found where the smoothed height leaves that of the outer tenths."""
-    far = np.abs(profile.y) > 0.85 * np.abs(profile.y).max()
-    level = np.median(profile.height[far])
-    scatter = 1.5 * np.median(np.abs(profile.height[far] - level)) + 1e-12
+    """Samples well outside the worn zone, where the smoothed height leaves the line through the outer parts."""
+    outer = np.abs(profile.y).max()
     edge = 0.0
     for number in np.unique(record):
         here = np.flatnonzero(record == number)
         here = here[np.argsort(profile.y[here])]
+        y, far = profile.y[here], np.abs(profile.y[here]) > 0.85 * outer
+        if far.sum() < 3:
+            continue
+        left = profile.height[here] - np.polyval(np.polyfit(y[far], profile.height[here][far], 1), y)
+        scatter = 1.5 * np.median(np.abs(left[far])) + 1e-12
         width = max(3, len(here) // 60)
-        smooth = np.convolve(profile.height[here] - level, np.full(width, 1.0 / width), mode="same")
+        smooth = np.convolve(left, np.full(width, 1.0 / width), mode="same")
         worn = np.abs(smooth[width:-width]) > 4.0 * scatter
         if worn.any():
-            edge = max(edge, float(np.abs(profile.y[here][width:-width][worn]).max()))
-    outer = np.abs(profile.y).max()
+            edge = max(edge, float(np.abs(y[width:-width][worn]).max()))
     return np.asarray(np.abs(profile.y) > edge + 0.25 * (outer - edge))
 
 
@@ -240,7 +244,9 @@ def _reml(
         _likelihood(values, used, _links(position, series, float(c)) if c else np.zeros(len(values))) for c in grid
     ]
     likely = np.array([likelihood for likelihood, _ in found])
-    best, longest = int(np.argmax(likely)), int(np.flatnonzero(likely >= likely.max() - ONE_ERROR)[-1])
+    best = int(np.argmax(likely))
+    reach = grid[best] + LONGER / np.sqrt(len(values) - used.shape[1])
+    longest = int(np.flatnonzero((likely >= likely.max() - NEAR) & (grid <= reach))[-1])
     return (found[best][1], float(grid[best])), (found[longest][1], float(grid[longest]))
 
 

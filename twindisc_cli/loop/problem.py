@@ -48,12 +48,14 @@ class Case:
     """One test with the noise of its channels and the samples that may be used to fit.
 
     free_mu: mu as measured (iteration,) in place of a model of friction, and its standard deviation.
+    known: values of K and convection_W_K to hold where they are not fitted, and to start from.
     """
 
     model: ForwardModel
     noise: Mapping[Channel, Noise]
     train: Mapping[Channel, Mask]
     free_mu: tuple[Floats, Floats] | None = None
+    known: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def test(self) -> Experiment:
@@ -74,6 +76,8 @@ class Case:
     def first_wear(self) -> float:
         """K from W H / E of the last recorded profile, with the traction as it was measured; 0 without a profile."""
         profile = self.test.measured.profile
+        if "K" in self.known:
+            return self.known["K"]
         if profile is None:
             return 0.0
         last = profile.iteration == profile.iteration.max()
@@ -84,6 +88,8 @@ class Case:
     def first_convection(self) -> float:
         """Convection [W/K] from the mean power, with the traction as measured, over the mean warming; 1 unmeasured."""
         thermal, samples = self.test.thermal, self.test.measured.temperature
+        if "convection_W_K" in self.known:
+            return self.known["convection_W_K"]
         if thermal is None or samples is None:
             return 1.0
         warming = float(np.mean(samples.temperature - thermal.environment_temperature))
@@ -279,6 +285,8 @@ class Problem:
             if thermal and np.isfinite(thermal.convection)
             else case.first_convection,
         }
+        if not np.isfinite(given["convection_W_K"]):
+            given["convection_W_K"] = case.first_convection
         base = {key: np.full(sets, value) for key, value in given.items()}
         base |= self.own_base(number, theta)
         if case.free_mu is not None:

@@ -44,21 +44,21 @@ def temperatures(
     everything = (power, duration, convection, environment, conductance, shaft_capacity, np.empty((1, 1)))
     shape = np.broadcast_shapes(*(np.shape(value) for value in everything))
     loss = np.broadcast_to(np.maximum(convection + conductance, _NO_LOSS), shape)
-    kept = np.exp(-loss * duration / capacity)
+    gone = -np.expm1(-loss * duration / capacity)
     level = (power + convection * environment + _NO_LOSS * environment * (convection + conductance == 0.0)) / loss
     level, pull = np.broadcast_to(level, shape), np.broadcast_to(conductance / loss, shape)
     follows = np.broadcast_to(-np.expm1(-conductance * duration / shaft_capacity), shape)
-    # T_i - kept T_(i-1) - (1 - kept) pull T_s(i-1) = ... and, beneath it, T_s(i) - (1 - follows) T_s(i-1) - ... = 0:
+    # T_i - (1 - gone) T_(i-1) - gone pull T_s(i-1) = ... and, beneath it, T_s(i) - (1 - follows) T_s(i-1) - ... = 0:
     # one lower banded system, columns by diagonal
     bands = np.zeros((*shape, 2, 4))
-    bands[:, :-1, 0, 2] = -kept[:, 1:]
-    bands[:, :-1, 1, 1] = -((1.0 - kept) * pull)[:, 1:]
+    bands[:, :-1, 0, 2] = gone[:, 1:] - 1.0
+    bands[:, :-1, 1, 1] = -(gone * pull)[:, 1:]
     bands[:, :, 0, 1] = -0.5 * follows
     bands[:, :-1, 0, 3] = -0.5 * follows[:, 1:]
     bands[:, :-1, 1, 2] = follows[:, 1:] - 1.0
     known = np.zeros((*shape, 2))
-    known[..., 0] = (1.0 - kept) * level
-    known[:, 0, 0] += initial * (kept + (1.0 - kept) * pull)[:, 0]
+    known[..., 0] = gone * level
+    known[:, 0, 0] += initial * (1.0 - gone + gone * pull)[:, 0]
     known[:, 0, 1] = initial * (1.0 - 0.5 * follows)[:, 0]
     found = dtbsv(3, bands.reshape(-1, 4).T, known.ravel(), lower=1, diag=1)
     return np.asarray(found.reshape(*shape, 2)[..., 0])
