@@ -174,6 +174,24 @@ def test_twice_the_samples_give_the_same_test() -> None:
     assert one.profile == pytest.approx(two.profile, abs=0.02 * np.ptp(two.profile))
 
 
+@pytest.mark.parametrize("per_kelvin", [-0.06, -0.02, 0.005])
+def test_friction_that_depends_on_the_heat_it_makes(per_kelvin: float) -> None:
+    """C dT/dt = mu_0 e^(k (T - T_0)) N v V - hS (T - T_0), in 20 ms steps of Euler beside the program's own passes."""
+    course, step = history((0.03, 0.09, 0.05), 2), 0.02
+    instants = np.arange(0.0, course.end_time[-1], step)
+    creepage = course.creepage[running(course, instants + 0.5 * step)]
+    rise = np.zeros(len(instants) + 1)
+    for i, sliding in enumerate(creepage * SPEED):
+        power = 0.6 * np.exp(per_kelvin * rise[i]) * LOAD * sliding
+        rise[i + 1] = rise[i] + step / 100.0 * (power - 1.6 * rise[i])
+    test = measured(course, each=8)
+    assert test.measured.temperature is not None
+    closed = np.interp(test.measured.temperature.time, np.append(instants, course.end_time[-1]), rise)
+    found = predict(test, {"temperature_dependent_friction": {"per_kelvin": per_kelvin}}, K=0.0)
+    assert found.temperature[0] - ROOM == pytest.approx(closed, abs=0.012 * rise.max())
+    assert found.traction[0] == pytest.approx(0.6 * np.exp(per_kelvin * closed), abs=0.003)
+
+
 # ------------------------------------------------------------------------------------------------ effects
 
 

@@ -19,7 +19,7 @@ from twindisc_cli.effects._effect import CHANNELS, Param
 from twindisc_cli.errors import NEGATIVE_FINDING, DefinitionError, Problem
 from twindisc_cli.loop.diagnose import diagnose
 from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis, Estimate, FoundEffect, NextExperiment
-from twindisc_cli.loop.problem import channels_of
+from twindisc_cli.loop.problem import channels_of, friction_is_given
 from twindisc_cli.report.close_loop import render
 from twindisc_cli.report.words import CHANNEL, listed, number, p_value, percent, plain_name, unit, with_error
 from twindisc_cli.results import Result
@@ -63,6 +63,15 @@ def _refuse_nothing_measured(tests: Sequence[Test]) -> None:
     """Every test must bring something to compare with."""
     what = "names no data that can be compared: give a traction, a profile, or a temperature with [thermal]"
     problems = [Problem(what, test.path, key="measured") for test in tests if not channels_of(test.experiment)]
+    problems += [
+        Problem(
+            "neither measured nor given: measure the traction, or give mu in the model or in every step",
+            test.path,
+            key="model.friction_coefficient",
+        )
+        for test in tests
+        if test.experiment.measured.traction is None and not friction_is_given(test.experiment)
+    ]
     if problems:
         raise DefinitionError(problems)
 

@@ -3,7 +3,7 @@
     maximise over histories   sum over pairs of  w_a w_b [1 - exp(-D_ab^2 / 8)]
 
     w     probabilities of the models
-    D_ab  distance of their predictions in noise units, after the base parameters of the rival have been refitted
+    D_ab  distance of their predictions in noise units, after the parameters of the rival have been refitted
 
 The histories stay within the creepages and the length of the test at hand: again, reversed, up and down, alternating,
 and held constant.
@@ -34,6 +34,7 @@ from twindisc_cli.model.experiment import (
 from twindisc_cli.model.forward import ForwardModel
 
 SAMPLES = 4
+SLIGHTLY = 0.01
 ASSUMED_NOISE: Mapping[Channel, float] = {"traction": 0.005, "profile": 1e-7, "temperature": 0.2}
 CLEAR = 5.0
 
@@ -44,7 +45,7 @@ def next_experiment(alive: Sequence[tuple[Fit, float]], names: Sequence[str]) ->
     present = [channel for channel in CHANNELS if channel in first.noise]
     ranked = []
     for label, steps in _histories(first.test.history):
-        distances = _distances(first, steps, alive)
+        distances = _distances(first, steps, alive, present)
         worth = 0.0
         for (a, b), by_channel in distances.items():
             total = sum(by_channel[channel] for channel in present)
@@ -55,8 +56,9 @@ def next_experiment(alive: Sequence[tuple[Fit, float]], names: Sequence[str]) ->
     closest = min(best[3], key=lambda pair: sum(best[3][pair][c] for c in present))
     separation = _length(best[3][closest], present)
     missing = [channel for channel in CHANNELS if channel not in present and first.test.thermal is not None]
-    wanted = max(missing, key=lambda c: best[3][closest][c], default=None)
-    helps = wanted is not None and separation < CLEAR and best[3][closest][wanted] > separation**2
+    more = {c: _distances(first, best[2], alive, [*present, c])[closest] for c in missing}
+    wanted = max(missing, key=lambda c: sum(more[c].values()), default=None)
+    helps = wanted is not None and separation < CLEAR and sum(more[wanted].values()) > 2.0 * separation**2
     rivals = (names[closest[0]], names[closest[1]])
     why = (
         f"{best[1]}: expected to separate {rivals[0]} from {rivals[1]} by {separation:.1f} noise units "
@@ -110,43 +112,48 @@ def _steps(creepages: Sequence[float], counts: Sequence[int]) -> list[dict[str, 
 
 
 def _distances(
-    case: Case, steps: Sequence[Mapping[str, float]], alive: Sequence[tuple[Fit, float]]
+    case: Case, steps: Sequence[Mapping[str, float]], alive: Sequence[tuple[Fit, float]], channels: Sequence[Channel]
 ) -> dict[tuple[int, int], dict[Channel, float]]:
-    """Squared distance of each pair of models by channel, the rival's base parameters refitted."""
+    """Squared distance of each pair of models by recorded channel, the parameters of the rival refitted."""
     model = ForwardModel(_planned(case.test, steps, alive[0][0]))
     rows, slopes = zip(*[_rows(model, case, fitted) for fitted, _ in alive], strict=True)
     found = {}
     for a, b in combinations(range(len(alive)), 2):
-        gap = np.concatenate([rows[a][c] - rows[b][c] for c in CHANNELS])
-        span = span_of(np.concatenate([slopes[b][c] for c in CHANNELS]))
+        gap = np.concatenate([rows[a][c] - rows[b][c] for c in channels])
+        span = span_of(np.concatenate([slopes[b][c] for c in channels]))
         gap = gap - span @ (span.T @ gap)
-        parts = np.split(gap, np.cumsum([len(rows[a][c]) for c in CHANNELS])[:-1])
-        found[a, b] = {c: float(part @ part) for c, part in zip(CHANNELS, parts, strict=True)}
+        parts = np.split(gap, np.cumsum([len(rows[a][c]) for c in channels])[:-1])
+        found[a, b] = {c: float(part @ part) for c, part in zip(channels, parts, strict=True)}
     return found
 
 
 def _rows(model: ForwardModel, case: Case, fitted: Fit) -> tuple[dict[Channel, Floats], dict[Channel, Floats]]:
-    """Predicted channels in noise units, and their slopes over the base parameters (sample, base)."""
-    values = {p.key: fitted.value(p)[0] for p in fitted.problem.parameters if p.effect is None and p.case in (None, 0)}
-    thermal = case.test.thermal
+    """Predicted channels in noise units, and their slopes over the parameters (sample, parameter)."""
+    problem = fitted.problem
+    values = {p.key: fitted.value(p)[0] for p in problem.parameters if p.effect is None and p.case in (None, 0)}
+    thermal, options = case.test.thermal, case.test.options
     given = {
-        "mu": case.test.options.friction_coefficient,
-        "K": case.test.options.wear_coefficient if np.isfinite(case.test.options.wear_coefficient) else case.first_wear,
-        "convection_W_K": thermal.convection if thermal is not None and np.isfinite(thermal.convection) else 1.0,
+        "mu": options.friction_coefficient,
+        "K": options.wear_coefficient if np.isfinite(options.wear_coefficient) else case.first_wear,
+        "convection_W_K": thermal.convection
+        if thermal is not None and np.isfinite(thermal.convection)
+        else case.first_convection,
     }
     start = {key: values.get(key, value) for key, value in given.items()}
-    steps = np.concatenate([np.ones((1, 3)), 1.0 + 0.01 * np.eye(3)])
-    base = {key: value * steps[:, i] for i, (key, value) in enumerate(start.items())}
-    effects = {
-        name: {key: np.repeat(value, 4) for key, value in parameters.items()}
-        for name, parameters in fitted.problem.effects_of(fitted.theta[None]).items()
-    }
-    predicted = model.predict(base, effects)
+    shaped = [i for i, p in enumerate(problem.parameters) if p.effect is not None]
+    sets = 1 + len(start) + len(shaped)
+    base = {key: np.full(sets, value) for key, value in start.items()}
+    for place, key in enumerate(start, start=1):
+        base[key][place] *= 1.0 + SLIGHTLY
+    theta = np.tile(fitted.theta, (sets, 1))
+    for place, i in enumerate(shaped, start=1 + len(start)):
+        theta[place, i] += SLIGHTLY if theta[place, i] + SLIGHTLY <= problem.bounds[1][i] else -SLIGHTLY
+    predicted = model.predict(base, problem.effects_of(theta))
     rows, slopes = {}, {}
     for channel in CHANNELS:
         noise = case.noise[channel].std if channel in case.noise else ASSUMED_NOISE[channel]
         white = np.nan_to_num(getattr(predicted, channel)) / noise
-        rows[channel], slopes[channel] = white[0], (white[1:] - white[0]).T / 0.01
+        rows[channel], slopes[channel] = white[0], (white[1:] - white[0]).T / SLIGHTLY
     return rows, slopes
 
 

@@ -26,13 +26,14 @@ from twindisc_cli.loop.diagnosis import (
 )
 from twindisc_cli.loop.fit import Fit, at, fit, settled
 from twindisc_cli.loop.holdout import held_out_steps, training_masks
-from twindisc_cli.loop.problem import DRIVEN, Case, Problem, Role, channels_of, noise_of
+from twindisc_cli.loop.problem import DRIVEN, Case, Problem, Role, channels_of, friction_is_given, noise_of
 from twindisc_cli.loop.screen import Leftover, leftover
 from twindisc_cli.loop.search import (
     ALARM,
     SHORT,
     Candidate,
     Finding,
+    akaike,
     free_friction,
     refit,
     search,
@@ -64,6 +65,8 @@ def diagnose(tests: Sequence[Experiment], *, validate: Experiment | None, progre
     channels = tuple(c for c in UNITS if any(c in case.noise for case in cases))
     if not channels:
         raise ValueError("nothing is measured: a closed loop needs traction, a profile or a temperature")
+    if any("traction" not in case.noise and not friction_is_given(case.test) for case in cases):
+        raise ValueError("nothing fixes the friction: a closed loop needs the traction measured or mu given")
     whole = Problem(cases, channels)
     progress("base model", 0.05)
     before = plain_fit(whole)
@@ -170,7 +173,7 @@ def _jointly(joint: Fit, others: Sequence[str], rival: Candidate) -> Candidate:
     """A rival explanation fitted to all explained channels, beside the effects of the other channels."""
     problem = joint.problem.with_effects(*others, *rival.names)
     fitted = fit(problem, _carried(problem, rival.fit, joint))
-    return replace(rival, fit=fitted, evidence=fitted.evidence)
+    return replace(rival, fit=fitted, evidence=akaike(fitted) - akaike(joint))
 
 
 def _left(joint: Fit, findings: Sequence[Finding]) -> list[Unexplained]:
@@ -446,11 +449,13 @@ def _predict_other(case: Case, fitted: Fit) -> Prediction:
     """Prediction of another test with fitted parameters; those of a single test are taken from the first."""
     values = {p.key: fitted.value(p)[0] for p in reversed(fitted.problem.parameters)}
     options, thermal = case.test.options, case.test.thermal
-    base = {
-        "mu": values.get("mu", options.friction_coefficient),
-        "K": values.get("K", options.wear_coefficient),
-        "convection_W_K": values.get("convection_W_K", thermal.convection if thermal else np.nan),
+    given = {
+        "mu": options.friction_coefficient,
+        "K": options.wear_coefficient,
+        "convection_W_K": thermal.convection if thermal else np.nan,
     }
+    assumed = {"mu": np.nan, "K": case.first_wear, "convection_W_K": case.first_convection}
+    base = {key: values.get(key, value if np.isfinite(value) else assumed[key]) for key, value in given.items()}
     declared = fitted.problem.cases[0].test.effects
     effects = {name: {key: np.array([v]) for key, v in table.items()} for name, table in declared.items()}
     return case.model.predict({key: np.array([value]) for key, value in base.items()}, effects)

@@ -113,6 +113,11 @@ def channels_of(test: Experiment) -> tuple[Channel, ...]:
     return tuple(channel for channel in CHANNELS if present[channel])
 
 
+def friction_is_given(test: Experiment) -> bool:
+    """Whether the definition says mu at every iteration."""
+    return bool(np.isfinite(test.options.friction_coefficient) or np.isfinite(test.history.given_mu).all())
+
+
 def noise_of(test: Experiment) -> dict[Channel, Noise]:
     """Noise of every measured channel."""
     makers = {"traction": traction_noise, "profile": profile_noise, "temperature": temperature_noise}
@@ -180,8 +185,8 @@ class Problem:
         found: list[Parameter] = []
         for number, case in enumerate(self.cases):
             present = set(self.channels) & set(case.noise)
-            options, thermal = case.test.options, case.test.thermal
-            if case.free_mu is None and "traction" in present and not np.isfinite(options.friction_coefficient):
+            thermal = case.test.thermal
+            if case.free_mu is None and "traction" in present and not friction_is_given(case.test):
                 level = float(np.clip(np.quantile(np.abs(case.values("traction")), 0.9), 1e-3, 2.0))
                 found.append(Parameter("mu", None, "mu", "1", level, 1e-3, 3.0, True, number))
             if "temperature" in present and thermal is not None and not np.isfinite(thermal.convection):
@@ -289,8 +294,11 @@ class Problem:
             given["convection_W_K"] = case.first_convection
         base = {key: np.full(sets, value) for key, value in given.items()}
         base |= self.own_base(number, theta)
+        step_mu = case.test.history.given_mu
         if case.free_mu is not None:
             base["mu"] = np.broadcast_to(case.free_mu[0], (sets, len(case.free_mu[0])))
+        elif np.isfinite(step_mu).any():
+            base["mu"] = np.where(np.isfinite(step_mu), step_mu, base["mu"][:, None])
         return base
 
     def white(self, predictions: Sequence[Prediction], role: Role = "train") -> Floats:

@@ -33,6 +33,7 @@ ALARM = 0.005
 REFUSAL = 0.002
 SHORT = 0.2
 ROUNDING = 0.02
+SHARP = 0.5
 PAIRED = 5
 PROMISING = 6.0
 CLEARLY = 3.0
@@ -137,7 +138,16 @@ def _explained(base: Fit, channel: Channel, *names: str) -> Candidate:
         key=lambda f: f.evidence,
     )
     nothing_yet = Leftover(channel, [], 1.0, 0.0)
-    return Candidate(names, best, base.chi2 - best.chi2, best.evidence - base.evidence, nothing_yet, False)
+    return Candidate(names, best, base.chi2 - best.chi2, akaike(best) - akaike(base), nothing_yet, False)
+
+
+def akaike(fitted: Fit) -> float:
+    """Logarithm of the evidence by Akaike, -chi2 / 2 - k: it knows nothing of how large effects usually are.
+
+    Whether there is an effect at all is not asked here: every explanation has passed its test of significance.
+    Source: K. P. Burnham, D. R. Anderson, Sociological Methods and Research 33 (2004) 261-304.
+    """
+    return -0.5 * fitted.chi2 - len(fitted.theta)
 
 
 def _starts(problem: Problem, base: Fit, names: Sequence[str]) -> list[Floats]:
@@ -215,12 +225,13 @@ def weigh(candidates: Sequence[Candidate]) -> list[Candidate]:
     """Posterior probabilities over the explanations that passed, by falling evidence.
 
     The evidence is cooled by what a large effect leaves through the form of its law, which no candidate gets right, and
-    more so where two laws at once make up the explanation.
+    more so where two laws at once make up the explanation. It is sharpened so that sets of 95 % hold the truth as
+    often as that.
     """
     passed = [c for c in candidates if c.passed]
     if not passed:
         return list(candidates)
-    heat = (1.0 + ROUNDING * np.sqrt(max(c.gain for c in passed))) * max(len(c.names) for c in passed) ** 2
+    heat = SHARP * (1.0 + ROUNDING * np.sqrt(max(c.gain for c in passed))) * max(len(c.names) for c in passed) ** 2
     best = max(c.evidence for c in passed)
     weights = {c.names: float(np.exp((c.evidence - best) / heat)) for c in passed}
     total = sum(weights.values())
