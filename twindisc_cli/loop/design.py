@@ -179,5 +179,5 @@ def _planned(test: Experiment, steps: Sequence[Mapping[str, float]], fitted: Fit
         ),
         temperature=TemperatureSamples(times, np.full_like(times, 293.0)) if test.thermal is not None else None,
     )
-    wear = next((fitted.value(p)[0] for p in fitted.problem.parameters if p.key == "K"), test.options.wear_coefficient)
+    wear = fitted.problem.cases[0].first_wear or test.options.wear_coefficient
     return replace(test, history=history, measured=measured, options=replace(test.options, wear_coefficient=wear))

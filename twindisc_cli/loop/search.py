@@ -173,6 +173,7 @@ def _scored(problem: Problem, base: Fit, names: Sequence[str]) -> list[tuple[Flo
 def _grid(name: str) -> Floats:
     """Inner parameters of one effect on a coarse grid (set, parameter)."""
     axes = []
+    shapes = sum(p.off is None for p in effect_parameters(name))
     for p in effect_parameters(name):
         if p.off is not None:
             sizes = [p.start] + ([2.0 * p.off - p.start] if p.lower <= 2.0 * p.off - p.start <= p.upper else [])
@@ -180,7 +181,7 @@ def _grid(name: str) -> Floats:
                 sizes.append(p.off**2 / p.start)
             axes.append([p.inner(s) for s in sizes])
         elif p.log:
-            axes.append([p.inner(float(v)) for v in np.geomspace(p.lower, p.upper, 7)[1:-1]])
+            axes.append([p.inner(float(v)) for v in np.geomspace(p.lower, p.upper, 15 if shapes == 1 else 7)[1:-1]])
         else:
             axes.append([p.inner(p.start)])
     return np.stack([a.ravel() for a in np.meshgrid(*axes, indexing="ij")], axis=1)
