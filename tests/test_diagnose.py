@@ -83,7 +83,7 @@ def test_nothing_missing_is_said() -> None:
     assert found.base["convection_W_K"].value == pytest.approx(1.6, rel=0.01)
     assert found.base["K"].value == pytest.approx(1e-3, rel=0.03)
     for error in found.errors.values():
-        assert error.after == pytest.approx(error.before, rel=1e-9)
+        assert error.after == pytest.approx(error.before, rel=1e-6)
         assert error.before == pytest.approx(error.noise, rel=0.3)
 
 

@@ -22,7 +22,7 @@ from rigs import (
 )
 
 from twindisc_cli.effects import catalogue
-from twindisc_cli.loop.diagnose import _estimate
+from twindisc_cli.loop.diagnose import _estimate, as_estimated
 from twindisc_cli.loop.fit import TYPICAL, Fit, at, fit, settled
 from twindisc_cli.loop.problem import STEP_TOLERANCE, Case, Problem, effect_parameters, measured_energy, noise_of
 from twindisc_cli.loop.search import refit
@@ -136,7 +136,7 @@ def test_ninety_percent_intervals_cover() -> None:
     for seed in range(200):
         ratio = level + SIGMA * np.random.default_rng(seed).standard_normal(len(TIME))
         problem = Problem([traction_case(ratio, uncertainty=np.nan)], ("traction",), ("falling_friction",))
-        found = refit(problem)
+        found = as_estimated(refit(problem))
         intervals = {p.name: _estimate(found, i) for i, p in enumerate(problem.parameters)}
         hits.append([intervals[name].low <= value <= intervals[name].high for name, value in truth.items()])
     covered = np.mean(hits, axis=0)

@@ -12,7 +12,7 @@ from twindisc_cli.effects import catalogue
 from twindisc_cli.loop.fit import Fit, at, fit
 from twindisc_cli.loop.problem import Case, Problem, noise_of
 from twindisc_cli.loop.screen import Leftover, leftover
-from twindisc_cli.loop.search import Candidate, Finding, free_friction, search, search_channel, weigh
+from twindisc_cli.loop.search import SHARP, Candidate, Finding, free_friction, search, search_channel, weigh
 from twindisc_cli.model.experiment import Experiment, Measured
 from twindisc_cli.model.forward import ForwardModel
 
@@ -46,14 +46,14 @@ def candidate(name: str, evidence: float, gain: float = 1e-6, passed: bool = Tru
     return Candidate((name,), ANY_FIT, gain, evidence, Leftover("traction", [], 1.0, 0.0), passed)
 
 
-def test_probabilities_are_bayes_factors_among_those_that_passed() -> None:
+def test_probabilities_are_sharpened_bayes_factors_among_those_that_passed() -> None:
     weighed = {c.names[0]: c.probability for c in weigh([
         candidate("a", 4.0), candidate("b", 3.0), candidate("c", 90.0, passed=False), candidate("d", 1.0),
     ])}  # fmt: skip
     assert sum(weighed.values()) == pytest.approx(1.0)
     assert weighed["c"] == 0.0
-    assert weighed["b"] / weighed["a"] == pytest.approx(np.exp(-1.0), rel=1e-3)
-    assert weighed["d"] / weighed["a"] == pytest.approx(np.exp(-3.0), rel=1e-3)
+    assert weighed["b"] / weighed["a"] == pytest.approx(np.exp(-1.0 / SHARP), rel=1e-3)
+    assert weighed["d"] / weighed["a"] == pytest.approx(np.exp(-3.0 / SHARP), rel=1e-3)
 
 
 def test_what_a_large_effect_leaves_through_its_form_cools_the_odds() -> None:

@@ -19,7 +19,6 @@ import numpy as np
 from twindisc_cli.effects._effect import Effect, Param, seen
 from twindisc_cli.effects._state import Floats, State
 
-
 _WIDTH = 0.03
 
 

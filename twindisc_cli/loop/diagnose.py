@@ -76,16 +76,17 @@ def diagnose(tests: Sequence[Experiment], *, validate: Experiment | None, progre
     findings, joint = _together(whole, findings)
     progress("errors and intervals", 0.85)
     left = _left(joint, findings)
-    effects = [effect for finding in findings if finding.chosen is not None for effect in _found(finding, joint)]
+    sure = as_estimated(joint)
+    effects = [effect for finding in findings if finding.chosen is not None for effect in _found(finding, sure)]
     verdict: Verdict = "effects_found" if effects else "unexplained" if left else "no_missing_effect"
-    after = _afterwards(whole, joint, findings)
+    after = _afterwards(whole, sure, findings)
     progress("next experiment", 0.95)
     return Diagnosis(
         verdict=verdict,
         effects=effects,
         unexplained=left,
         errors={channel: _error(before, after[channel], channel) for channel in channels},
-        base=_base(after[channels[-1]], joint) | _base(after[channels[0]], joint),
+        base=_base(after[channels[-1]], sure) | _base(after[channels[0]], sure),
         tried=[_tried(finding.channel, c) for finding in findings if finding.missing for c in finding.candidates],
         curves=_curves(before, after),
         p_values={finding.channel: finding.p_value for finding in findings},
@@ -193,6 +194,15 @@ def _left(joint: Fit, findings: Sequence[Finding]) -> list[Unexplained]:
             if rest.significant(ALARM if finding.missing else SURPRISE) and open_:
                 found += _listed(rest, revised)
     return found
+
+
+def as_estimated(fitted: Fit) -> Fit:
+    """The fit under the noise as estimated: the caution of the tests of significance would widen the intervals."""
+    cases = [
+        replace(case, noise={channel: replace(noise, cautious=None) for channel, noise in case.noise.items()})
+        for case in fitted.problem.cases
+    ]
+    return refit(replace(fitted.problem, cases=cases), fitted.theta)
 
 
 def everywhere(fitted: Fit) -> Fit:
