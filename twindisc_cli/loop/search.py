@@ -197,8 +197,7 @@ def _gated(candidate: Candidate, *channels: Channel, strict: bool = False) -> Ca
     """Whether an explanation is one: what it leaves in the channels, and its bounds."""
     left = min((leftover(candidate.fit, channel) for channel in channels), key=lambda rest: rest.p_value)
     explained = np.sqrt(max(candidate.gain, 0.0))
-    refusal = ALARM if strict else REFUSAL / len(channels)
-    clean = left.p_value > refusal or (not strict and left.length < SHORT * explained)
+    clean = left.p_value > REFUSAL / len(channels) or (not strict and left.length < SHORT * explained)
     significant = _p_of(candidate, 1) < ALARM
     return replace(candidate, left=left, passed=bool(clean and significant and not candidate.fit.at_bound))
 
