@@ -236,3 +236,34 @@ def test_whitened_noise_has_unit_covariance() -> None:
     assert np.allclose(careful.whiten(np.eye(40), used).T, whitener, rtol=1e-12)
     plain = replace(noise, correlation=0.0)
     assert np.sort(plain.whiten(np.arange(40.0), used)) == pytest.approx(np.sort(np.flatnonzero(used) / 0.3))
+
+
+# ------------------------------------------------------------------------------------------------ what is no noise
+
+
+def test_far_samples_are_outliers_unless_they_come_in_runs() -> None:
+    """A spike is the sensor's, eight neighbours that agree are the rig's."""
+    ratio = 0.6 + 0.004 * np.random.default_rng(3).standard_normal(len(TIME))
+    ratio[[20, 100]] += 0.2
+    ratio[50:58] += 0.2
+    found = traction_noise(with_traction(ratio))
+    assert np.flatnonzero(~found.kept).tolist() == [20, 100]
+    assert found.std == pytest.approx(0.004, rel=0.15)
+
+
+def test_spikes_of_a_profile_are_outliers_and_a_scratch_is_not() -> None:
+    y = np.linspace(-2e-3, 2e-3, 401)
+    track = -5e-6 * np.clip(1.0 - (y / 1e-3) ** 2, 0.0, None)
+    height = track + 1e-7 * np.random.default_rng(0).standard_normal(len(y))
+    height[[60, 200, 310]] += 2e-6
+    height[240:248] -= 2e-6
+    assert np.flatnonzero(~profile_noise(with_profile(height, y)).kept).tolist() == [60, 200, 310]
+
+
+@pytest.mark.parametrize("slope", [0.0, 2e-3])
+def test_a_tilt_of_the_profile_is_no_noise(slope: float) -> None:
+    y = np.linspace(-2e-3, 2e-3, 401)
+    track = -5e-6 * np.clip(1.0 - (y / 1e-3) ** 2, 0.0, None)
+    found = profile_noise(with_profile(track + slope * y + 1e-7 * np.random.default_rng(0).standard_normal(len(y)), y))
+    assert found.std == pytest.approx(1e-7, rel=0.15)
+    assert found.correlation <= 0.2

@@ -92,6 +92,20 @@ def test_a_score_is_chi_squared_of_its_own_count() -> None:
             assert np.mean(values) == pytest.approx(count, abs=4.5 * np.sqrt(2.0 * count / len(draws)))
 
 
+def test_a_span_of_iterations_is_paid_for() -> None:
+    """The p-value of the best sum of neighbouring iterations is no smaller than it says."""
+    found = [leftover(base_fit(of_traction(0.6 + SIGMA * unit(seed)), "traction"), "traction") for seed in range(100)]
+    least = [s.p_value for rest in found for s in rest.scores if s.group.kind == "iterations, a span"]
+    assert len(least) == len(found)
+    assert np.mean(np.array(least) < 0.1) < 0.1 + 2.0 * np.sqrt(0.1 * 0.9 / len(least))
+
+
+def test_a_burst_is_one_span() -> None:
+    burst = 0.02 * ((TIME > 250.0) & (TIME < 420.0))
+    found = leftover(base_fit(of_traction(0.6 + burst + SIGMA * unit(1)), "traction"), "traction")
+    assert found.scores[0].group.kind == "iterations, a span"
+
+
 # ------------------------------------------------------------------------------------------------ something missing
 
 MISSING: dict[str, tuple[Floats, str]] = {

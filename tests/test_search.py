@@ -6,14 +6,23 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rigs import SPEED, Floats, Instruments, Plant, experiment, history, spread, traction_samples
+from rigs import ROOM, SPEED, Floats, Instruments, Plant, experiment, history, spread, traction_samples
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.loop.fit import Fit, at, fit
 from twindisc_cli.loop.problem import Case, Problem, noise_of
 from twindisc_cli.loop.screen import Leftover, leftover
-from twindisc_cli.loop.search import SHARP, Candidate, Finding, free_friction, search, search_channel, weigh
-from twindisc_cli.model.experiment import Experiment, Measured
+from twindisc_cli.loop.search import (
+    SHARP,
+    Candidate,
+    Finding,
+    free_friction,
+    given,
+    search,
+    search_channel,
+    weigh,
+)
+from twindisc_cli.model.experiment import Experiment, Measured, Thermal
 from twindisc_cli.model.forward import ForwardModel
 
 COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 2)
@@ -209,3 +218,31 @@ def test_each_channel_is_searched_given_those_before_it() -> None:
     assert findings[0].chosen is not None
     assert findings[0].chosen.names == ("falling_friction",)
     assert not findings[1].missing, "what warmed the disc less is known by then"
+
+
+def test_what_an_earlier_channel_leaves_uncertain_is_a_nuisance_of_the_next() -> None:
+    """mu is known to its standard deviation from the traction; the warming is as uncertain as mu, all of it at once."""
+    rods = Instruments(channels=("traction", "temperature"), traction=0.05)
+    case = case_of(
+        rods.record(Plant(COURSE), np.random.default_rng(4), thermal=Thermal(ROOM, 100.0, ROOM, convection=1.6))
+    )
+    whole = Problem([case], ("traction", "temperature"))
+    friction = fit(replace(whole, channels=("traction",)))
+    mu, spread = friction.value(friction.problem.parameters[0])
+    assert spread > 0.003
+    later = replace(given(whole, friction), channels=("temperature",))
+    moved = later.with_nuisance(later.start(), np.empty((len(later.measured), 0))).nuisance
+    assert moved is not None
+    warming = later.white([replace(p, temperature=p.temperature - ROOM) for p in later.predict(later.start()[None])])[0]
+    assert moved[:, -1] == pytest.approx(warming * spread / mu, rel=0.03, abs=1e-3)
+
+
+def test_friction_as_measured_is_as_uncertain_as_its_samples() -> None:
+    case = free_friction(traction_case(np.full(len(TIME), 0.6)))
+    problem = Problem([case], ("traction",))
+    columns = problem.with_nuisance(problem.start(), np.empty((len(TIME), 0))).nuisance
+    assert columns is not None
+    own = columns[:, -len(COURSE.step) :]
+    assert np.sum(own**2, axis=0) == pytest.approx(1.0, rel=0.25), (
+        "so many samples, each with the noise over their root"
+    )

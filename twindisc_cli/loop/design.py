@@ -52,8 +52,8 @@ def next_experiment(alive: Sequence[tuple[Fit, float]], names: Sequence[str]) ->
             worth += alive[a][1] * alive[b][1] * (1.0 - np.exp(-total / 8.0))
         ranked.append((worth, label, steps, distances))
     now = ranked[0]
-    best = max(ranked, key=lambda r: r[0])
-    closest = min(best[3], key=lambda pair: sum(best[3][pair][c] for c in present))
+    best = max(ranked, key=lambda r: (round(r[0], 3), min(_length(pair, present) for pair in r[3].values())))
+    closest = min(best[3], key=lambda pair: _length(best[3][pair], present))
     separation = _length(best[3][closest], present)
     missing = [channel for channel in CHANNELS if channel not in present and first.test.thermal is not None]
     more = {c: _distances(first, best[2], alive, [*present, c])[closest] for c in missing}

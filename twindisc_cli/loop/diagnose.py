@@ -405,6 +405,11 @@ def _notes(cases: Sequence[Case], findings: Sequence[Finding]) -> list[str]:
                     f"{name}: the {channel} has no scatter to estimate its noise from; one percent of its size is "
                     f"assumed, and every significance in that channel rests on this"
                 )
+        if case.test.effects:
+            notes.append(
+                f"{name}: {' and '.join(case.test.effects)} declared: the parameters stay as given; taken out of the "
+                f"definition, an effect is looked for and fitted"
+            )
         missing = [c for c in UNITS if c not in channels_of(case.test)]
         if missing:
             notes.append(f"{name}: {' and '.join(missing)} not measured; effects seen only there stay unseen")

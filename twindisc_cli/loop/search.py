@@ -259,7 +259,8 @@ def free_friction(case: Case) -> Case:
         mu = np.clip(mu * ratio, 1e-3, 3.0)
     seen = np.flatnonzero(weight)
     noise = case.noise["traction"]
-    spread = noise.std * np.sqrt((1.0 + noise.correlation) / (1.0 - noise.correlation) / np.maximum(weight, 1))
+    std, correlation = noise.cautious or (noise.std, noise.correlation)
+    spread = std * np.sqrt((1.0 + correlation) / (1.0 - correlation) / np.maximum(weight, 1))
     level = np.array([np.mean(np.abs(samples.ratio[kept & (iteration == i)])) for i in seen])
     relative = np.interp(np.arange(count), seen, spread[seen] / np.maximum(level, 1e-9))
     mu = np.interp(np.arange(count), seen, mu[seen])
