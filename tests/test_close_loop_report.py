@@ -329,7 +329,7 @@ def test_ranking_puts_what_holds_first_and_says_why_others_do_not(test: Test) ->
         ("falling friction", "71 %"),
         ("film breakdown", "29 %"),
         ("sensor drift", "leaves structure"),
-        ("misalignment", "yaw_mrad at a bound"),
+        ("misalignment", "at a bound"),
         ("load error", "too little"),
     ]
     assert [r.chosen for r in row.ranking] == [True, False, False, False, False]

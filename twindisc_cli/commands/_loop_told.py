@@ -55,7 +55,10 @@ def sentences(diagnosis: Diagnosis) -> list[str]:
 def _what_was_found(diagnosis: Diagnosis) -> list[str]:
     groups = together(diagnosis)
     parts = [f"in the {CHANNEL[channel]} {named(effects)}" for channel, effects in groups.items()]
-    told = [f"The model lacks {listed([named(e) for e in groups.values()]) if len(parts) == 1 else '; '.join(parts)}."]
+    open_ = list(dict.fromkeys(CHANNEL[u.channel] for u in diagnosis.unexplained))
+    rest = f"; something in the {listed(open_)} stays unexplained" if open_ else ""
+    lacks = listed([named(e) for e in groups.values()]) if len(parts) == 1 else "; ".join(parts)
+    told = [f"The model lacks {lacks}{rest}."]
     doubtful = [CHANNEL[c] for c, effects in groups.items() if effects[0].alternatives]
     if doubtful:
         told.append(f"These data cannot tell the ones named for the {listed(doubtful)} from each other.")
@@ -115,7 +118,7 @@ def outcome(tried: Tried) -> tuple[str, str]:
         return "too little", "takes away no more than chance would"
     if tried.at_bound:
         keys = listed([name.rpartition(".")[2] for name in tried.at_bound])
-        return f"{keys} at a bound", f"refused: {keys} ran into a bound"
+        return "at a bound", f"refused: {keys} ran into a bound"
     if tried.left_p_value <= REFUSAL:
         return "leaves structure", "refused: what it leaves is not noise"
     return "too little", "refused: takes away too little"

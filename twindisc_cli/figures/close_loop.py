@@ -229,8 +229,9 @@ def _ranking(axes: Axes, row: Row) -> None:
     longest = max(max(r.gain for r in row.ranking), 1e-9)
     for place, ranked in zip(places, row.ranking, strict=True):
         weight = "bold" if ranked.chosen else "normal"
-        axes.text(0.012 * longest, place, ranked.label, va="center", fontsize=SMALL, fontweight=weight)
-        axes.text(1.3 * longest, place, ranked.note, va="center", ha="right", fontsize=SMALL - 0.5, color=REMARK)
-    axes.set_xlim(0.0, 1.3 * longest)
+        size = SMALL - 1.5 * ranked.label.count("\n")
+        axes.text(0.012 * longest, place, ranked.label, va="center", fontsize=size, fontweight=weight, linespacing=0.95)
+        axes.text(1.42 * longest, place, ranked.note, va="center", ha="right", fontsize=SMALL - 0.5, color=REMARK)
+    axes.set_xlim(0.0, 1.42 * longest)
     axes.set_ylim(max(len(row.ranking), FEWEST) - 0.4, -0.6)
     name_axes(axes, "misfit taken away [noise units]", "", row.outcome)
