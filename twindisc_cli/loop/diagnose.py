@@ -448,29 +448,40 @@ def _next(findings: Sequence[Finding], joint: Fit, left: Sequence[Unexplained]) 
     return None
 
 
+NEEDED: Mapping[Channel, str] = {"traction": "mu", "profile": "K", "temperature": "convection_W_K"}
+"""The base parameter without which a channel of a test that was not fitted cannot be predicted."""
+
+
 def _validated(test: Experiment, before: Fit, after: Fit) -> Validation:
     """Predict a test that was not fitted, with the base parameters of the first and the effects found."""
     case = replace(_case(test), train={c: np.zeros(len(n.kept), dtype=bool) for c, n in noise_of(test).items()})
+    known = _known_elsewhere(case, after)
     predictions = [_predict_other(case, fitted) for fitted in (before, after)]
     errors = {}
     for channel, noise in case.noise.items():
-        unit, factor = UNITS[channel]
-        first, last = (factor * _rms([case], [p], channel, "held_out") for p in predictions)
-        errors[channel] = ChannelError(unit, factor * noise.std, noise.correlation, np.nan, np.nan, first, last)
+        if NEEDED[channel] in known:
+            unit, factor = UNITS[channel]
+            first, last = (factor * _rms([case], [p], channel, "held_out") for p in predictions)
+            errors[channel] = ChannelError(unit, factor * noise.std, noise.correlation, np.nan, np.nan, first, last)
     return Validation(test.name, errors)
 
 
+def _known_elsewhere(case: Case, fitted: Fit) -> dict[str, float]:
+    """Base parameters for another test: as fitted, those of a single test from the first, else as either test says."""
+    known: dict[str, float] = {}
+    for test in (case.test, fitted.problem.cases[0].test):
+        thermal = test.thermal
+        given = {
+            "mu": test.options.friction_coefficient,
+            "K": test.options.wear_coefficient,
+            "convection_W_K": thermal.convection if thermal else np.nan,
+        }
+        known |= {key: value for key, value in given.items() if np.isfinite(value) and key not in known}
+    return known | {p.key: fitted.value(p)[0] for p in reversed(fitted.problem.parameters) if p.effect is None}
+
+
 def _predict_other(case: Case, fitted: Fit) -> Prediction:
-    """Prediction of another test with fitted parameters; those of a single test are taken from the first."""
-    values = {p.key: fitted.value(p)[0] for p in reversed(fitted.problem.parameters)}
-    options, thermal = case.test.options, case.test.thermal
-    given = {
-        "mu": options.friction_coefficient,
-        "K": options.wear_coefficient,
-        "convection_W_K": thermal.convection if thermal else np.nan,
-    }
-    assumed = {"mu": np.nan, "K": case.first_wear, "convection_W_K": case.first_convection}
-    base = {key: values.get(key, value if np.isfinite(value) else assumed[key]) for key, value in given.items()}
+    base = {"mu": np.nan, "K": 0.0, "convection_W_K": 1.0, **_known_elsewhere(case, fitted)}
     declared = fitted.problem.cases[0].test.effects
     effects = {name: {key: np.array([v]) for key, v in table.items()} for name, table in declared.items()}
     return case.model.predict({key: np.array([value]) for key, value in base.items()}, effects)
