@@ -7,7 +7,7 @@
     xi        the linear theory's force over mu N [1]
 
 C11 and C22 differ, so the traction turns as the patch slides. The form and the 12 are fitted to twelve points of
-CONTACT (open-source release 2025-07-23, revision 2707; a/b = 0.63, nu = 0.3), which they meet within 0.007 mu N.
+CONTACT (open-source release 2025-07-23, revision 2707; a/b = 0.63, nu = 0.3), which they meet within 0.004 mu N.
 """
 
 from __future__ import annotations
