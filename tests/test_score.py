@@ -10,7 +10,7 @@ from score.contact import HalfSpace, hertz_ellipse
 from score.effects import CATALOGUE
 from score.heat import Plant, thermocouple
 from score.hidden import NOTHING, Hidden
-from score.making import Case, make, make_test
+from score.making import Case, _setting, make, make_test
 from score.rig import VICKERS, March, Rig
 from score.scoring import is_right, judge, table
 from score.sensors import CHANNELS, draw_plan, noise, read, whiten
@@ -311,3 +311,17 @@ def test_figure_has_a_point_for_every_size():
     assert named_first.lines[0].get_ydata().tolist() == [1.0, 1.0]
     falsely = next(c for c in right.containers if c.get_label() == "falsely explained")
     assert falsely.lines[0].get_ydata().tolist() == [1.0, 1.0]
+
+
+def test_the_traction_law_is_no_second_effect_beside_a_hidden_one():
+    """With nothing of the catalogue hidden the true law may be the exact one where FASTSIM is declared."""
+    laws = {
+        effects: [_setting(np.random.default_rng(seed), effects)[0] for seed in range(60)]
+        for effects in ((), ("falling_friction",))
+    }
+    assert all(rig.law == rig.declared_law for rig in laws[("falling_friction",)])
+    assert {(rig.law, rig.declared_law) for rig in laws[()]} == {
+        ("fastsim", "fastsim"),
+        ("exact", "exact"),
+        ("exact", "fastsim"),
+    }
