@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rigs import ROOM, SPEED, Floats, Instruments, Plant, autoregressive, experiment, history, spread, traction_samples
 
-from twindisc_cli.effects._effect import Channel
+from twindisc_cli.effects._effect import CHANNELS, Channel
 from twindisc_cli.loop.fit import Fit, fit
 from twindisc_cli.loop.generic import groups, levels, smooth, waves
 from twindisc_cli.loop.problem import Case, Problem, noise_of
@@ -16,6 +16,7 @@ from twindisc_cli.loop.screen import leftover
 from twindisc_cli.loop.search import refit
 from twindisc_cli.model.experiment import Experiment, Measured
 from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.report.words import KIND
 
 COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 2)
 TIME = spread(COURSE, 6)
@@ -229,3 +230,10 @@ def test_a_drifting_room_is_seen_over_time() -> None:
     assert found.significant(0.002)
     assert "time" in [score.group.covariate for score in found.covariates[:2]]
     assert noisy.min() > ROOM - 3.0
+
+
+@pytest.mark.parametrize("channel", CHANNELS)
+def test_every_kind_of_leftover_has_words(channel: Channel) -> None:
+    test = Instruments().record(Plant(COURSE), np.random.default_rng(0))
+    found = leftover(base_fit(test, "traction", "profile", "temperature"), channel)
+    assert {score.group.kind for score in found.scores} <= set(KIND)
