@@ -10,9 +10,13 @@ import numpy as np
 import pytest
 from rigs import SPEED, Floats, Instruments, Plant, history, rig
 
-from twindisc_cli.loop.diagnose import diagnose
+from twindisc_cli.loop.diagnose import _case, _notes, diagnose
 from twindisc_cli.loop.diagnosis import Diagnosis, FoundEffect
-from twindisc_cli.model.experiment import Experiment, Options, TemperatureSamples
+from twindisc_cli.loop.fit import at
+from twindisc_cli.loop.problem import Problem
+from twindisc_cli.loop.screen import Leftover
+from twindisc_cli.loop.search import Candidate, Finding
+from twindisc_cli.model.experiment import Experiment, Options, ProfileSamples, TemperatureSamples
 
 COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 3)
 Law = Callable[[Floats, Floats, Floats], Floats]
@@ -392,3 +396,23 @@ def test_twins_across_channels_are_named_together() -> None:
     assert found.verdict == "effects_found"
     told = {e.name for e in found.effects} | {name for e in found.effects for name in e.alternatives}
     assert {"torque_offset", "heat_partition"} <= told
+
+
+@pytest.mark.parametrize(("stops", "few"), [(3, True), (6, False)])
+def test_few_profiles_are_said_to_refuse_little(stops: int, few: bool) -> None:
+    """K and two parameters take three profiles up; three more can refuse the law."""
+    test = recorded("nothing", "traction", "profile")
+    profile = test.measured.profile
+    assert profile is not None
+    several = ProfileSamples(
+        y=np.tile(profile.y, stops),
+        height=np.tile(profile.height, stops),
+        disc=np.tile(profile.disc, stops),
+        iteration=np.repeat(1 + np.arange(stops), len(profile.y)),
+    )
+    case = _case(replace(test, measured=replace(test.measured, profile=several)))
+    nothing = at(Problem([case], ("profile",)), Problem([case], ("profile",)).start())
+    left = Leftover("profile", [], 1.0, 0.0)
+    chosen = Candidate(("running_in_wear",), nothing, 100.0, 40.0, left, True, 1.0)
+    notes = _notes([case], [Finding("profile", True, nothing, left, 0.0, [chosen], chosen)])
+    assert any("little to refuse it" in note for note in notes) == few

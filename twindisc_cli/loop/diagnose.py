@@ -35,6 +35,7 @@ from twindisc_cli.loop.search import (
     Finding,
     akaike,
     free_friction,
+    recorded_stops,
     refit,
     search,
     weigh,
@@ -50,6 +51,8 @@ CLOSED = 1.15
 """A channel is closed where its error is within so much of the noise."""
 SURPRISE = 0.001
 """Significance at which samples that were held out say that something is missing where the others say nothing."""
+SPARE_STOPS = 3
+"""Fewer profiles beyond the parameters than this hardly test the form of a law of wear."""
 INTERVAL = 2.706
 """Growth of chi2 at the ends of a 90 % interval."""
 Progress = Callable[[str, float], None]
@@ -421,6 +424,15 @@ def _notes(cases: Sequence[Case], findings: Sequence[Finding]) -> list[str]:
             )
         if len(np.unique(case.test.history.step_creepage)) < 3:
             notes.append(f"{name}: fewer than three creepages; what depends on creepage cannot be told from the rest")
+    stops = max((len(recorded_stops(case.test)) for case in cases), default=0)
+    for finding in findings:
+        for name in finding.chosen.names if finding.chosen else ():
+            effect = catalogue()[name]
+            if effect.needs_stops and stops - len(effect.params) - 1 < SPARE_STOPS:
+                notes.append(
+                    f"{stops} profiles fix K and the parameters of {name} and leave little to refuse it: a wear "
+                    f"coefficient that changed in another way could look the same"
+                )
     if len({replace(case.test.rig, normal_load=0.0, rolling_speed=0.0) for case in cases}) > 1:
         notes.append(
             "the tests are of different rigs or materials; K and the effects are shared between them all the same"
