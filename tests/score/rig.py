@@ -23,8 +23,8 @@ from .traction import equivalent_ellipse, linear_force, saturation, strip_share
 Floats = NDArray[np.float64]
 VICKERS = 9.80665e6  # Pa in one HV
 SHORTEST = 3.0  # the longest small time step [s]
-# xi, and how far the force has turned: twelve points of CONTACT (open-source release 2025-07-23, revision 2707) for
-# longitudinal and lateral creepage together, a/b = 0.63
+# xi, and how far the force has turned: read off the twelve points of CONTACT (open-source release 2025-07-23,
+# revision 2707) with longitudinal and lateral creepage together, a/b = 0.63
 _TURNED = (
     (0.0, 0.43, 0.72, 0.88, 1.06, 1.69, 1.86, 2.78, 3.3, 4.31, 20.0),
     (0.0, 0.035, 0.06, 0.11, 0.13, 0.25, 0.3, 0.68, 0.74, 0.84, 1.0),

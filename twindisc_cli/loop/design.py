@@ -48,28 +48,28 @@ def next_experiment(alive: Sequence[tuple[Fit, float]], names: Sequence[str]) ->
         distances = _distances(first, steps, alive, present)
         worth = 0.0
         for (a, b), by_channel in distances.items():
-            total = sum(by_channel[channel] for channel in present)
-            worth += alive[a][1] * alive[b][1] * (1.0 - np.exp(-total / 8.0))
+            worth += alive[a][1] * alive[b][1] * (1.0 - np.exp(-sum(by_channel.values()) / 8.0))
         ranked.append((worth, label, steps, distances))
     now = ranked[0]
-    best = max(ranked, key=lambda r: (round(r[0], 3), min(_length(pair, present) for pair in r[3].values())))
-    closest = min(best[3], key=lambda pair: _length(best[3][pair], present))
-    separation = _length(best[3][closest], present)
-    missing = [channel for channel in CHANNELS if channel not in present and first.test.thermal is not None]
-    more = {c: _distances(first, best[2], alive, [*present, c])[closest] for c in missing}
-    wanted = max(missing, key=lambda c: sum(more[c].values()), default=None)
-    helps = wanted is not None and separation < CLEAR and sum(more[wanted].values()) > 2.0 * separation**2
+    best = max(ranked, key=lambda r: (round(r[0], 3), min(_length(by_channel) for by_channel in r[3].values())))
+    closest = min(best[3], key=lambda pair: _length(best[3][pair]))
+    separation = _length(best[3][closest])
+    near = separation < CLEAR and first.test.thermal is not None
+    missing = [channel for channel in CHANNELS if near and channel not in present]
+    more = {c: _length(_distances(first, best[2], alive, [*present, c])[closest]) for c in missing}
+    wanted = max(more, key=lambda c: more[c], default=None)
+    helps = wanted is not None and more[wanted] ** 2 > 2.0 * separation**2
     rivals = (names[closest[0]], names[closest[1]])
     why = (
         f"{best[1]}: expected to separate {rivals[0]} from {rivals[1]} by {separation:.1f} noise units "
-        f"(this history again: {_length(now[3][closest], present):.1f})"
+        f"(this history again: {_length(now[3][closest]):.1f})"
     )
     return NextExperiment(
         why=why if not helps else f"{why}; recording the {wanted} as well would settle it",
         steps=best[2],
         rivals=rivals,
         separation=separation,
-        separation_now=_length(now[3][closest], present),
+        separation_now=_length(now[3][closest]),
         channel_wanted=wanted if helps else None,
     )
 
@@ -80,8 +80,8 @@ def up_and_down(history: History, why: str) -> NextExperiment:
     return NextExperiment(why, steps, (), np.nan, np.nan, None)
 
 
-def _length(by_channel: Mapping[Channel, float], channels: Sequence[Channel]) -> float:
-    return float(np.sqrt(sum(by_channel[channel] for channel in channels)))
+def _length(by_channel: Mapping[Channel, float]) -> float:
+    return float(np.sqrt(sum(by_channel.values())))
 
 
 def _histories(history: History) -> list[tuple[str, list[dict[str, float]]]]:
@@ -130,16 +130,8 @@ def _distances(
 def _rows(model: ForwardModel, case: Case, fitted: Fit) -> tuple[dict[Channel, Floats], dict[Channel, Floats]]:
     """Predicted channels in noise units, and their slopes over the parameters (sample, parameter)."""
     problem = fitted.problem
-    values = {p.key: fitted.value(p)[0] for p in problem.parameters if p.effect is None and p.case in (None, 0)}
-    thermal, options = case.test.thermal, case.test.options
-    given = {
-        "mu": options.friction_coefficient,
-        "K": options.wear_coefficient if np.isfinite(options.wear_coefficient) else case.first_wear,
-        "convection_W_K": thermal.convection
-        if thermal is not None and np.isfinite(thermal.convection)
-        else case.first_convection,
-    }
-    start = {key: values.get(key, value) for key, value in given.items()}
+    fitted_base = {key: float(value[0]) for key, value in problem.own_base(0, fitted.theta[None]).items()}
+    start = case.held | fitted_base
     shaped = [i for i, p in enumerate(problem.parameters) if p.effect is not None]
     sets = 1 + len(start) + len(shaped)
     base = {key: np.full(sets, value) for key, value in start.items()}

@@ -26,7 +26,7 @@ from twindisc_cli.loop.diagnosis import (
 )
 from twindisc_cli.loop.fit import Fit, at, fit, settled
 from twindisc_cli.loop.holdout import held_out_steps, training_masks
-from twindisc_cli.loop.problem import DRIVEN, Case, Problem, Role, channels_of, friction_is_given, noise_of
+from twindisc_cli.loop.problem import DRIVEN, Case, Problem, Role, channels_of, friction_is_given, noise_of, stated
 from twindisc_cli.loop.screen import Leftover, leftover
 from twindisc_cli.loop.search import (
     ALARM,
@@ -39,6 +39,7 @@ from twindisc_cli.loop.search import (
     refit,
     search,
     weigh,
+    with_nuisance_of,
 )
 from twindisc_cli.model.experiment import Experiment, Floats, Ints
 from twindisc_cli.model.forward import ForwardModel, Prediction
@@ -108,7 +109,7 @@ def plain_fit(problem: Problem, *known: Fit) -> Fit:
     """
     theta, cases = _carried(problem, *known), remembered(problem.cases, *known)
     names = [(p.name, p.case) for p in problem.parameters]
-    for channel in (c for c in DRIVEN if c in problem.channels):
+    for channel in problem.in_order:
         part = replace(problem, channels=(channel,), nuisance=None, cases=cases)
         alone = fit(part, _carried(part, *known))
         cases = settled(cases, alone)
@@ -120,12 +121,7 @@ def plain_fit(problem: Problem, *known: Fit) -> Fit:
 def remembered(cases: Sequence[Case], *fits: Fit) -> list[Case]:
     """The cases with K and convection as fitted earlier, for where these are not fitted."""
     found = [
-        {
-            p.key: fitted.value(p)[0]
-            for fitted in fits
-            for p in fitted.problem.parameters
-            if p.effect is None and p.case in (None, number)
-        }
+        {key: float(value[0]) for f in fits for key, value in f.problem.own_base(number, f.theta[None]).items()}
         for number in range(len(cases))
     ]
     return [replace(case, known={**case.known, **values}) for case, values in zip(cases, found, strict=True)]
@@ -214,9 +210,7 @@ def everywhere(fitted: Fit) -> Fit:
     cases = [
         replace(c, train={channel: np.ones_like(used) for channel, used in c.train.items()}) for c in problem.cases
     ]
-    plain = at(replace(problem, cases=cases, nuisance=None), theta)
-    base = [i for i, p in enumerate(problem.parameters) if p.effect is None]
-    return at(plain.problem.with_nuisance(theta, plain.jacobian[:, base]), theta)
+    return at(with_nuisance_of(at(replace(problem, cases=cases, nuisance=None), theta)), theta)
 
 
 def _power(fitted: Fit, channel: Channel) -> float:
@@ -480,16 +474,8 @@ def _validated(test: Experiment, before: Fit, after: Fit) -> Validation:
 
 def _known_elsewhere(case: Case, fitted: Fit) -> dict[str, float]:
     """Base parameters for another test: as fitted, those of a single test from the first, else as either test says."""
-    known: dict[str, float] = {}
-    for test in (case.test, fitted.problem.cases[0].test):
-        thermal = test.thermal
-        given = {
-            "mu": test.options.friction_coefficient,
-            "K": test.options.wear_coefficient,
-            "convection_W_K": thermal.convection if thermal else np.nan,
-        }
-        known |= {key: value for key, value in given.items() if np.isfinite(value) and key not in known}
-    return known | {p.key: fitted.value(p)[0] for p in reversed(fitted.problem.parameters) if p.effect is None}
+    said = stated(fitted.problem.cases[0].test) | stated(case.test)
+    return said | {p.key: fitted.value(p)[0] for p in reversed(fitted.problem.parameters) if p.effect is None}
 
 
 def _predict_other(case: Case, fitted: Fit) -> Prediction:

@@ -96,6 +96,12 @@ class Case:
         power = measured_energy(self) / float(self.test.history.end_time[-1])
         return float(np.clip(power / max(abs(warming), 1e-3), 1e-3, 1e4))
 
+    @property
+    def held(self) -> dict[str, float]:
+        """Base parameters where they are not fitted: as the definition says, else the first guess; mu may be NaN."""
+        guess = {"mu": np.nan, "K": self.first_wear, "convection_W_K": self.first_convection}
+        return guess | stated(self.test)
+
     def used(self, channel: Channel, role: Role) -> Mask:
         """Samples without outliers that are fitted, or that are held out."""
         train = self.train[channel]
@@ -111,6 +117,16 @@ def channels_of(test: Experiment) -> tuple[Channel, ...]:
         "temperature": measured.temperature is not None and test.thermal is not None,
     }
     return tuple(channel for channel in CHANNELS if present[channel])
+
+
+def stated(test: Experiment) -> dict[str, float]:
+    """The base parameters that a definition gives a value."""
+    values = {
+        "mu": test.options.friction_coefficient,
+        "K": test.options.wear_coefficient,
+        "convection_W_K": test.thermal.convection if test.thermal else np.nan,
+    }
+    return {key: value for key, value in values.items() if np.isfinite(value)}
 
 
 def friction_is_given(test: Experiment) -> bool:
@@ -171,6 +187,11 @@ class Problem:
     effects: tuple[str, ...] = ()
     settled: tuple[Settled, ...] = ()
     nuisance: Floats | None = field(default=None, repr=False)
+
+    @property
+    def in_order(self) -> list[Channel]:
+        """The channels, those first that drive the others."""
+        return [channel for channel in DRIVEN if channel in self.channels]
 
     def with_effects(self, *names: str) -> Problem:
         """The same problem with other effects."""
@@ -282,17 +303,7 @@ class Problem:
 
     def _base_of(self, number: int, case: Case, theta: Floats) -> dict[str, Floats]:
         sets = len(theta)
-        thermal, options = case.test.thermal, case.test.options
-        given = {
-            "mu": options.friction_coefficient,
-            "K": options.wear_coefficient if np.isfinite(options.wear_coefficient) else case.first_wear,
-            "convection_W_K": thermal.convection
-            if thermal and np.isfinite(thermal.convection)
-            else case.first_convection,
-        }
-        if not np.isfinite(given["convection_W_K"]):
-            given["convection_W_K"] = case.first_convection
-        base = {key: np.full(sets, value) for key, value in given.items()}
+        base = {key: np.full(sets, value) for key, value in case.held.items()}
         base |= self.own_base(number, theta)
         step_mu = case.test.history.given_mu
         if case.free_mu is not None:

@@ -24,7 +24,7 @@ from scipy.stats import chi2
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Channel
 from twindisc_cli.loop.fit import Fit, fit, settled
-from twindisc_cli.loop.problem import DRIVEN, Case, Problem, Settled, effect_parameters
+from twindisc_cli.loop.problem import Case, Problem, Settled, effect_parameters
 from twindisc_cli.loop.screen import Leftover, leftover
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Experiment, Floats
@@ -107,8 +107,13 @@ def search_channel(problem: Problem, channel: Channel, declared: frozenset[str])
 def refit(problem: Problem, start: Floats | None = None) -> Fit:
     """Fit, find the nuisances there, and fit again."""
     first = fit(replace(problem, nuisance=None), start)
-    base = [i for i, p in enumerate(problem.parameters) if p.effect is None]
-    return fit(problem.with_nuisance(first.theta, first.jacobian[:, base]), first.theta)
+    return fit(with_nuisance_of(first), first.theta)
+
+
+def with_nuisance_of(plain: Fit) -> Problem:
+    """The problem of a fit without nuisances, with the nuisances as they are there."""
+    base = [i for i, p in enumerate(plain.problem.parameters) if p.effect is None]
+    return plain.problem.with_nuisance(plain.theta, plain.jacobian[:, base])
 
 
 def _candidates(problem: Problem, channel: Channel, declared: frozenset[str]) -> list[str]:
@@ -272,7 +277,7 @@ def search(problem: Problem, progress: Progress) -> list[Finding]:
     declared = frozenset(name for case in problem.cases for name in case.test.effects)
     findings: list[Finding] = []
     known, now = declared, problem
-    for channel in _in_order(problem):
+    for channel in problem.in_order:
         progress(channel)
         finding = _economical(now, search_channel(replace(now, channels=(channel,)), channel, known))
         findings.append(finding)
@@ -289,11 +294,6 @@ def search(problem: Problem, progress: Progress) -> list[Finding]:
     return sorted(findings, key=lambda f: problem.channels.index(f.channel))
 
 
-def _in_order(problem: Problem) -> list[Channel]:
-    """The channels of a problem, those first that drive the others."""
-    return [channel for channel in DRIVEN if channel in problem.channels]
-
-
 def given(problem: Problem, fitted: Fit) -> Problem:
     """The problem with what was fitted given, as well as it is known."""
     known = Settled(fitted.problem, fitted.theta, fitted.covariance)
@@ -302,7 +302,7 @@ def given(problem: Problem, fitted: Fit) -> Problem:
 
 def _economical(problem: Problem, finding: Finding) -> Finding:
     """Of the explanations that a channel leaves open, choose one after which the channels it drives miss nothing."""
-    order = _in_order(problem)
+    order = problem.in_order
     driven = order[order.index(finding.channel) + 1 :]
     if not finding.alternatives or not driven:
         return finding
