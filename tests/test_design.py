@@ -11,20 +11,19 @@ from rigs import ROOM, SPEED, experiment, history, spread, traction_samples
 from twindisc_cli.loop.design import SAMPLES, next_experiment, up_and_down
 from twindisc_cli.loop.diagnosis import NextExperiment
 from twindisc_cli.loop.fit import Fit, at
-from twindisc_cli.loop.problem import Case, Problem, noise_of
+from twindisc_cli.loop.problem import Case, Problem, case_of
 from twindisc_cli.model.experiment import Measured, Thermal
-from twindisc_cli.model.forward import ForwardModel
 
 COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06), (2, 3, 2, 4, 2))
 TIME = spread(COURSE, 6)
 SIGMA = 0.004
 
 
-def case_of(thermal: Thermal | None = None) -> Case:
+def constant_case(thermal: Thermal | None = None) -> Case:
     """Traction alone, of constant mu, with its uncertainty."""
     samples = traction_samples(COURSE, TIME, np.full(len(TIME), 0.6), SIGMA)
     test = experiment(COURSE, thermal=thermal, measured=Measured(traction=samples))
-    return Case(ForwardModel(test), noise_of(test), {"traction": np.ones(len(TIME), dtype=bool)})
+    return case_of(test)
 
 
 def model_of(case: Case, mu: float, effect: str, **parameters: float) -> Fit:
@@ -44,7 +43,7 @@ def per_iteration(steps: list[Mapping[str, float]]) -> np.ndarray:
 
 def test_the_separation_of_two_laws_is_their_distance_in_noise_units() -> None:
     """Full sliding: mu (A + (1 - A) e^(-B w)) against mu_2, the second's level refitted: n var / s^2 in closed form."""
-    case = case_of()
+    case = constant_case()
     falling = model_of(case, 0.7, "falling_friction", ratio=0.6, decay_s_m=3.0)
     offset = model_of(case, 0.5, "torque_offset", offset=0.05)
     found = planned(case, falling, offset)
@@ -59,7 +58,7 @@ def test_the_separation_of_two_laws_is_their_distance_in_noise_units() -> None:
 
 
 def test_the_history_chosen_stays_within_the_rigs_range() -> None:
-    case = case_of()
+    case = constant_case()
     falling = model_of(case, 0.7, "falling_friction", ratio=0.98, decay_s_m=3.0)
     drifting = model_of(case, 0.6, "sensor_drift", per_hour=0.01)
     found = planned(case, falling, drifting)
@@ -77,7 +76,7 @@ def test_creepage_and_time_are_told_apart_by_going_up_and_down() -> None:
     test = experiment(
         ramp, thermal=None, measured=Measured(traction=traction_samples(ramp, time, np.full(len(time), 0.6), SIGMA))
     )
-    case = Case(ForwardModel(test), noise_of(test), {"traction": np.ones(len(time), dtype=bool)})
+    case = case_of(test)
     falling = model_of(case, 0.6, "falling_friction", ratio=0.97, decay_s_m=1.2)
     settling = model_of(case, 0.59, "running_in_friction", excess=0.012, settling_cycles=60000.0)
     found = planned(case, falling, settling)
@@ -87,7 +86,7 @@ def test_creepage_and_time_are_told_apart_by_going_up_and_down() -> None:
 
 
 def test_one_model_is_not_separated_from_itself() -> None:
-    case = case_of()
+    case = constant_case()
     one = model_of(case, 0.7, "falling_friction", ratio=0.7, decay_s_m=1.2)
     found = planned(case, one, one)
     assert found.separation == pytest.approx(0.0, abs=1e-6)
@@ -97,7 +96,7 @@ def test_one_model_is_not_separated_from_itself() -> None:
 @pytest.mark.parametrize("thermal", [None, Thermal(ROOM, 100.0, ROOM)])
 def test_what_the_measured_channels_cannot_tell_apart_has_no_separation(thermal: Thermal | None) -> None:
     """In full sliding a torque offset and a load error both only shift T/N, which mu makes up for, in any history."""
-    case = case_of(thermal)
+    case = constant_case(thermal)
     offset, load = (
         model_of(case, 0.5, "torque_offset", offset=0.1),
         model_of(case, 0.75, "load_error", error_percent=-20.0),
@@ -110,7 +109,7 @@ def test_what_the_measured_channels_cannot_tell_apart_has_no_separation(thermal:
 
 def test_the_channel_that_would_settle_it_is_named() -> None:
     """An offset of the torque meter heats nothing, more load does: the temperature tells."""
-    case = case_of(Thermal(ROOM, 100.0, ROOM, convection=1.6))
+    case = constant_case(Thermal(ROOM, 100.0, ROOM, convection=1.6))
     offset = model_of(case, 0.5, "torque_offset", offset=0.1)
     load = model_of(case, 0.75, "load_error", error_percent=-20.0)
     found = planned(case, offset, load)
@@ -119,7 +118,7 @@ def test_the_channel_that_would_settle_it_is_named() -> None:
 
 
 def test_the_choice_is_the_same_every_time() -> None:
-    case = case_of()
+    case = constant_case()
     models = (
         model_of(case, 0.7, "falling_friction", ratio=0.7, decay_s_m=1.2),
         model_of(case, 0.6, "sensor_drift", per_hour=-0.2),

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from rigs import SPEED, Floats, Instruments, Plant, history, rig
 
-from twindisc_cli.loop.diagnose import _case, _notes, diagnose
+from twindisc_cli.loop.diagnose import _notes, diagnose
 from twindisc_cli.loop.diagnosis import Diagnosis, FoundEffect
+from twindisc_cli.loop.explain import Explanation
 from twindisc_cli.loop.fit import at
-from twindisc_cli.loop.problem import Problem
+from twindisc_cli.loop.problem import Problem, case_of
 from twindisc_cli.loop.screen import Leftover
 from twindisc_cli.loop.search import Candidate, Finding
 from twindisc_cli.model.experiment import Experiment, Options, ProfileSamples, TemperatureSamples
@@ -410,9 +411,10 @@ def test_few_profiles_are_said_to_refuse_little(stops: int, few: bool) -> None:
         disc=np.tile(profile.disc, stops),
         iteration=np.repeat(1 + np.arange(stops), len(profile.y)),
     )
-    case = _case(replace(test, measured=replace(test.measured, profile=several)))
+    case = case_of(replace(test, measured=replace(test.measured, profile=several)))
     nothing = at(Problem([case], ("profile",)), Problem([case], ("profile",)).start())
     left = Leftover("profile", [], 1.0, 0.0)
     chosen = Candidate(("running_in_wear",), nothing, 100.0, 40.0, left, True, 1.0)
-    notes = _notes([case], [Finding("profile", True, nothing, left, 0.0, [chosen], chosen)])
+    found = Explanation(nothing, [Finding("profile", True, nothing, left, 0.0, [chosen], chosen)], nothing, nothing, {})
+    notes = _notes(found, found)
     assert any("little to refuse it" in note for note in notes) == few

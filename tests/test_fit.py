@@ -22,23 +22,18 @@ from rigs import (
 )
 
 from twindisc_cli.effects import catalogue
-from twindisc_cli.loop.diagnose import _estimate, as_estimated
+from twindisc_cli.loop.diagnose import _estimate
+from twindisc_cli.loop.explain import as_estimated
 from twindisc_cli.loop.fit import TYPICAL, Fit, at, fit, settled
-from twindisc_cli.loop.problem import STEP_TOLERANCE, Case, Problem, effect_parameters, measured_energy, noise_of
+from twindisc_cli.loop.problem import STEP_TOLERANCE, Case, Problem, case_of, effect_parameters, measured_energy
 from twindisc_cli.loop.search import refit
-from twindisc_cli.model.experiment import Experiment, Measured, Options
+from twindisc_cli.model.experiment import Measured, Options
 from twindisc_cli.model.forward import ForwardModel
 
 HISTORY = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 2)
 TIME = spread(HISTORY, 5)
 SIGMA = 0.004
 FALLING = Plant(HISTORY, mu=lambda time, creepage, cycles: 0.6 * (0.5 + 0.5 * np.exp(-4.0 * creepage * SPEED)))
-
-
-def case_of(test: Experiment) -> Case:
-    """A case in which every sample is fitted."""
-    noise = noise_of(test)
-    return Case(ForwardModel(test), noise, {channel: np.ones(len(n.kept), dtype=bool) for channel, n in noise.items()})
 
 
 def traction_case(ratio: Floats, *, uncertainty: float = SIGMA, friction: float = np.nan) -> Case:

@@ -10,6 +10,7 @@ import pytest
 from rigs import HARDNESS, LOAD, RADIUS, ROOM, SPEED, experiment, history, rig, running, spread, traction_samples
 
 from twindisc_cli.model.experiment import (
+    Contact,
     Experiment,
     History,
     Measured,
@@ -317,3 +318,10 @@ def test_samples_without_times_see_the_creepage_of_their_step() -> None:
     found = predict(experiment(CREEPING, measured=Measured(traction=untimed)), K=0.0)
     timed = predict(measured(CREEPING, each=1), K=0.0)
     assert found.traction[0] == pytest.approx(timed.traction[0, 1::2], rel=1e-9)
+
+
+@pytest.mark.parametrize("contact", ["hertz", "half_space"])
+def test_a_track_worn_beyond_the_tables_of_the_exact_theory_is_still_predicted(contact: Contact) -> None:
+    """A patch far more than twenty times as wide as long: full sliding is mu whatever the ratio of the axes."""
+    test = measured(SLIDING, options=Options(contact=contact, traction="exact"))
+    assert predict(test, K=0.01).traction[0] == pytest.approx(np.full(5 * len(SLIDING.step), 0.6), rel=1e-3)

@@ -9,10 +9,9 @@ import pytest
 from rigs import Instruments, Plant, experiment, history, running, spread, traction_samples
 
 from twindisc_cli.loop.diagnose import diagnose
-from twindisc_cli.loop.holdout import held_out_steps, training_masks
-from twindisc_cli.loop.problem import Case, noise_of
+from twindisc_cli.loop.explain import explain
+from twindisc_cli.loop.holdout import held_out_steps, steps_withheld, withheld, without
 from twindisc_cli.model.experiment import Experiment, Measured, TemperatureSamples
-from twindisc_cli.model.forward import ForwardModel
 
 COURSE = history((0.01, 0.02, 0.015, 0.04, 0.03, 0.06, 0.05, 0.09, 0.07), 3)
 FALLING = Plant(COURSE, mu=lambda time, creepage, cycles: 0.6 * (0.5 + 0.5 * np.exp(-30.0 * creepage)), lag=40.0)
@@ -23,7 +22,7 @@ def recorded(seed: int = 0) -> Experiment:
 
 
 def masks_of(test: Experiment) -> dict[str, np.ndarray]:
-    return dict(training_masks(test, held_out_steps(test.history)))
+    return dict(withheld(test))
 
 
 @pytest.mark.parametrize("count", [8, 9, 12, 20])
@@ -61,10 +60,11 @@ def test_whole_steps_and_last_iterations_are_held_out() -> None:
     assert test.measured.temperature is not None
     steps = held_out_steps(COURSE)
     for channel, time in (("traction", test.measured.traction.time), ("temperature", test.measured.temperature.time)):
-        held = ~masks_of(test)[channel]
+        held = masks_of(test)[channel]
         iteration = running(COURSE, time)
-        last = np.isin(iteration, np.flatnonzero(np.diff(COURSE.step, append=99)))
-        assert np.array_equal(held, np.isin(COURSE.step[iteration], steps) | last)
+        others = [step for step in range(9) if step not in steps]
+        last = np.flatnonzero(np.diff(COURSE.step, append=99))[others[1::2]]
+        assert np.array_equal(held, np.isin(COURSE.step[iteration], steps) | np.isin(iteration, last))
         by_iteration = [set(held[iteration == i]) for i in np.unique(iteration)]
         assert all(len(kinds) == 1 for kinds in by_iteration), "an iteration is held out whole or not at all"
 
@@ -72,7 +72,7 @@ def test_whole_steps_and_last_iterations_are_held_out() -> None:
 def test_profiles_are_held_out_in_bands() -> None:
     test = recorded()
     assert test.measured.profile is not None
-    held = ~masks_of(test)["profile"]
+    held = masks_of(test)["profile"]
     assert 0.15 < held.mean() < 0.25
     edges = np.flatnonzero(np.diff(held.astype(int)))
     assert len(edges) == 16, "eight bands"
@@ -94,16 +94,26 @@ def test_steps_asked_for_are_held_out_in_their_place() -> None:
     assert not curve.held_out[~np.isin(at, (1, 4))].all()
 
 
-def test_fitted_and_held_out_samples_are_disjoint_and_leave_none_over() -> None:
+def test_a_test_without_samples_keeps_the_others_as_they_are() -> None:
     test = recorded()
-    noise = noise_of(test)
-    case = Case(ForwardModel(test), noise, training_masks(test, held_out_steps(test.history)))
-    for channel in ("traction", "profile", "temperature"):
-        train, held = case.used(channel, "train"), case.used(channel, "held_out")
-        assert not np.any(train & held)
-        assert np.array_equal(train | held, noise[channel].kept)
-        assert train.any()
-        assert held.any()
+    masks = masks_of(test)
+    rest = without(test, masks).measured
+    assert test.measured.temperature is not None
+    assert rest.temperature is not None
+    assert rest.profile is not None
+    assert np.array_equal(rest.temperature.time, test.measured.temperature.time[~masks["temperature"]])
+    assert np.array_equal(rest.temperature.temperature, test.measured.temperature.temperature[~masks["temperature"]])
+    assert len(rest.profile.y) == len(rest.profile.height) == len(rest.profile.disc) == np.sum(~masks["profile"])
+    assert without(test, {}) == test
+
+
+def test_without_times_only_whole_steps_are_held_out() -> None:
+    test = recorded()
+    samples = test.measured.traction
+    assert samples is not None
+    untimed = replace(samples, time=np.full(len(samples.time), np.nan))
+    held = masks_of(replace(test, measured=replace(test.measured, traction=untimed)))["traction"]
+    assert np.array_equal(held, np.isin(samples.step, steps_withheld(test)))
 
 
 def test_a_short_record_holds_nothing_out() -> None:
@@ -115,7 +125,7 @@ def test_a_short_record_holds_nothing_out() -> None:
             temperature=TemperatureSamples(time, np.full(6, 300.0)),
         ),
     )  # fmt: skip
-    assert all(mask.all() for mask in masks_of(test).values())
+    assert all(not mask.any() for mask in masks_of(test).values())
 
 
 def ignored(stage: str, part: float) -> None:
@@ -132,28 +142,32 @@ def shaken(test: Experiment) -> Experiment:
         test,
         measured=replace(
             measured,
-            traction=replace(measured.traction, ratio=measured.traction.ratio - 0.2 * ~masks["traction"]),
-            profile=replace(measured.profile, height=measured.profile.height + 9e-6 * ~masks["profile"]),
+            traction=replace(measured.traction, ratio=measured.traction.ratio - 0.2 * masks["traction"]),
+            profile=replace(measured.profile, height=measured.profile.height + 9e-6 * masks["profile"]),
             temperature=replace(
-                measured.temperature, temperature=measured.temperature.temperature + 5.0 * ~masks["temperature"]
+                measured.temperature, temperature=measured.temperature.temperature + 5.0 * masks["temperature"]
             ),
         ),
     )
 
 
-@pytest.mark.xfail(strict=True, reason="the noise, K's start and the convection's start look at held-out samples")
 def test_held_out_samples_do_not_move_a_single_bit() -> None:
-    """Whatever is held out may be anything: effects, parameters and predictions stay the same to the last bit."""
+    """Whatever is held out may be anything: the answer that is judged by it stays the same to the last bit."""
     course = history((0.03, 0.09, 0.015, 0.06, 0.02), 3)
     test = Instruments(each=4).record(replace(FALLING, history=course), np.random.default_rng(3))
-    one, two = (diagnose([t], validate=None, progress=ignored) for t in (test, shaken(test)))
-    assert [e.name for e in one.effects] == [e.name for e in two.effects]
-    assert dict(one.base) == dict(two.base)
-    for a, b in zip(one.effects, two.effects, strict=True):
-        assert dict(a.parameters) == dict(b.parameters)
-        assert a.probability == b.probability
-    for a, b in zip(one.curves, two.curves, strict=True):
-        assert np.array_equal(a.after, b.after)
-    for channel in one.errors:
-        assert one.errors[channel].after == two.errors[channel].after
-        assert one.errors[channel].held_out_after != two.errors[channel].held_out_after
+    one, two = (explain([without(t, masks_of(test))], ignored) for t in (test, shaken(test)))
+    assert one.effects == two.effects != ()
+    assert np.array_equal(one.joint.theta, two.joint.theta)
+    assert one.joint.chi2 == two.joint.chi2
+    for channel, after in one.after.items():
+        assert np.array_equal(after.residual, two.after[channel].residual)
+
+
+def test_held_out_errors_are_of_the_answer_found_without_them() -> None:
+    """Nonsense in the held-out samples shows in their error in full, and a note says whose error it is."""
+    course = history((0.03, 0.09, 0.015, 0.06, 0.02), 3)
+    test = Instruments(each=4).record(replace(FALLING, history=course), np.random.default_rng(3))
+    found = diagnose([shaken(test)], validate=None, progress=ignored)
+    assert found.errors["traction"].held_out_after == pytest.approx(0.2, rel=0.05)
+    assert found.errors["temperature"].held_out_after == pytest.approx(5.0, rel=0.05)
+    assert any("without the samples held out the search finds falling_friction" in note for note in found.notes)

@@ -227,15 +227,15 @@ def test_whitened_noise_has_unit_covariance() -> None:
     rng = np.random.default_rng(4)
     position, series = rng.permutation(np.cumsum(rng.uniform(0.2, 3.0, 40))), rng.integers(0, 3, 40)
     used = rng.random(40) > 0.2
-    noise = Noise(0.3, 0.7, np.ones(40, dtype=bool), position, series, estimated=True)
-    whitener = noise.whiten(np.eye(40), used).T
+    noise = Noise(0.3, 0.7, used, position, series, estimated=True)
+    whitener = noise.whiten(np.eye(40)).T
     assert whitener.shape == (used.sum(), 40)
     assert np.all(whitener[:, ~used] == 0.0)
     assert whitener @ covariance(noise) @ whitener.T == pytest.approx(np.eye(int(used.sum())), abs=1e-10)
     careful = replace(noise, std=0.2, correlation=0.4, cautious=(0.3, 0.7))
-    assert np.allclose(careful.whiten(np.eye(40), used).T, whitener, rtol=1e-12)
+    assert np.allclose(careful.whiten(np.eye(40)).T, whitener, rtol=1e-12)
     plain = replace(noise, correlation=0.0)
-    assert np.sort(plain.whiten(np.arange(40.0), used)) == pytest.approx(np.sort(np.flatnonzero(used) / 0.3))
+    assert np.sort(plain.whiten(np.arange(40.0))) == pytest.approx(np.sort(np.flatnonzero(used) / 0.3))
 
 
 # ------------------------------------------------------------------------------------------------ what is no noise

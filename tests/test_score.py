@@ -272,7 +272,7 @@ def test_judge_tells_a_false_explanation_and_the_noise_floor():
     assert judge(BURST, answer(("running_in_friction",)))["falsely_explained"]
     assert not judge(BURST, answer(("running_in_friction",), leftover=["traction:time"]))["falsely_explained"]
     assert judge(LAG, answer(("thermocouple_lag",)))["at_floor"]
-    assert not judge(LAG, answer(("thermocouple_lag",), after=0.0047))["at_floor"]
+    assert not judge(LAG, answer(("thermocouple_lag",), after=0.0049))["at_floor"]
     whole_step = answer(("thermocouple_lag",), after=0.0066) | {"hold_out_steps": {"test": [1]}}
     assert judge(LAG, whole_step)["at_floor"]
     assert not judge(LAG, answer(("heat_partition", "thermocouple_lag")))["first_0"]

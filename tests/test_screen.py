@@ -11,11 +11,10 @@ from rigs import ROOM, SPEED, Floats, Instruments, Plant, autoregressive, experi
 from twindisc_cli.effects._effect import CHANNELS, Channel
 from twindisc_cli.loop.fit import Fit, fit
 from twindisc_cli.loop.generic import groups, levels, smooth, waves
-from twindisc_cli.loop.problem import Case, Problem, noise_of
+from twindisc_cli.loop.problem import Problem, case_of
 from twindisc_cli.loop.screen import leftover
 from twindisc_cli.loop.search import refit
 from twindisc_cli.model.experiment import Experiment, Measured
-from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.report.words import KIND
 
 COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 2)
@@ -26,9 +25,7 @@ DRAWS = 200
 
 
 def base_fit(test: Experiment, *channels: Channel) -> Fit:
-    noise = noise_of(test)
-    everything = {channel: np.ones(len(n.kept), dtype=bool) for channel, n in noise.items()}
-    return fit(Problem([Case(ForwardModel(test), noise, everything)], channels))
+    return fit(Problem([case_of(test)], channels))
 
 
 def of_traction(ratio: Floats, uncertainty: float = SIGMA) -> Experiment:
@@ -72,8 +69,7 @@ def test_correlated_noise_that_is_estimated_alarms_rarely() -> None:
     for seed in range(60):
         noise = SIGMA * autoregressive(np.random.default_rng(seed), len(TIME), 0.5)
         test = of_traction(0.6 + noise, np.nan)
-        case = Case(ForwardModel(test), noise_of(test), {"traction": np.ones(len(TIME), dtype=bool)})
-        alarms.append(leftover(refit(Problem([case], ("traction",))), "traction").p_value < 0.05)
+        alarms.append(leftover(refit(Problem([case_of(test)], ("traction",))), "traction").p_value < 0.05)
     assert np.mean(alarms) <= 0.10 + 2.0 * np.sqrt(0.1 * 0.9 / 60)
 
 
@@ -193,17 +189,16 @@ def test_levels_and_waves() -> None:
 
 def test_no_group_holds_a_column_that_stands_still() -> None:
     test = Instruments().record(Plant(COURSE), np.random.default_rng(0))
-    noise = noise_of(test)
-    case = Case(ForwardModel(test), noise, {c: np.ones(len(n.kept), dtype=bool) for c, n in noise.items()})
+    case = case_of(test)
     base = {"mu": np.array([0.6]), "K": np.array([1e-3]), "convection_W_K": np.array([1.6])}
     prediction = case.model.predict(base)
     known = {"creepage", "time", "cycles", "energy", "temperature", "y"}
-    for channel in noise:
+    for channel, noise in case.noise.items():
         found = list(groups(case, channel, prediction))
         assert found
         for group in found:
             assert group.covariate in known
-            assert group.columns.shape[0] == len(noise[channel].kept)
+            assert group.columns.shape[0] == len(noise.kept)
             assert np.isfinite(group.columns).all()
             assert np.ptp(group.columns, axis=0).min() > 0.0
 

@@ -166,3 +166,12 @@ def test_a_sharper_disc_has_a_smaller_first_section() -> None:
     for crown in (0.01, 0.03):
         unworn = wear_path(rig(crown=crown), contact="hertz", section=0.0)
         assert first_section(rig(crown=crown)) == pytest.approx((2.0 * unworn.b[0]) ** 3 / (12.0 * crown), rel=1e-9)
+
+
+def test_the_worn_zone_ends_where_two_percent_of_the_depth_are_left() -> None:
+    """The parabola 1 - u^2 has 2 % left at u = sqrt(0.98), between the strips."""
+    y = np.linspace(-1.0, 1.0, 121)
+    depth = np.stack([np.zeros_like(y), 3e-6 * np.maximum(1.0 - (y / 0.7) ** 2, 0.0)])
+    unworn, worn = wear._edges(y, depth, np.array([0.2, 0.3]))
+    assert unworn == 0.2
+    assert worn == pytest.approx(0.7 * np.sqrt(0.98), rel=1e-3)

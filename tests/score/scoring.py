@@ -96,16 +96,17 @@ def _at_floor(truth: Row, answer: Row) -> bool | None:
 
 
 def _held_out_noise(truth: Row, answer: Row, channel: str) -> float:
-    """The true noise (1, um, K) of the samples that the loop held out: its steps, and the last iteration of others."""
+    """The true noise (1, um, K) of what the loop held out: steps, and the last iteration of every second other one."""
     noise = truth.get("noise", {}).get(channel, 0.0)
     if not isinstance(noise, list):
         return float(noise)
     steps = {step for held in answer.get("hold_out_steps", {}).values() for step in held}
     ends = np.cumsum(truth["iterations"])
+    last = [step for step in range(1, len(ends) + 1) if step not in steps][1::2]
     held = [
         i
         for step, (end, count) in enumerate(zip(ends, truth["iterations"], strict=True), start=1)
-        for i in range(end - (count if step in steps else 1), end)
+        for i in range(end - (count if step in steps else 1 if step in last else 0), end)
     ]
     count, total = np.array(noise)[[i for i in held if i < len(noise)]].sum(axis=0)
     return float(np.sqrt(total / max(count, 1)))

@@ -170,7 +170,7 @@ def _held_out(test: Test, diagnosis: Diagnosis) -> str:
     steps = diagnosis.held_out_steps.get(test.experiment.name, ())
     named = [f"{step + 1} ({100.0 * creepage[step]:g} %)" for step in steps]
     parts = [f"step{'s' if len(named) > 1 else ''} {listed(named)}"] if named else []
-    parts.append("the last iteration of the other steps where these are long enough")
+    parts.append("the last iteration of every second other step where it is long enough")
     if test.experiment.measured.profile is not None:
         parts.append(f"every {EVERY}th of {BANDS} bands across the track")
     curves = [curve for curve in diagnosis.curves if curve.test == test.experiment.name]

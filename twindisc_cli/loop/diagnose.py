@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from time import monotonic
 
@@ -24,193 +24,86 @@ from twindisc_cli.loop.diagnosis import (
     Validation,
     Verdict,
 )
-from twindisc_cli.loop.fit import Fit, at, fit, settled
-from twindisc_cli.loop.holdout import held_out_steps, training_masks
-from twindisc_cli.loop.problem import DRIVEN, Case, Problem, Role, channels_of, friction_is_given, noise_of, stated
+from twindisc_cli.loop.explain import Explanation, Progress, explain
+from twindisc_cli.loop.fit import Fit
+from twindisc_cli.loop.holdout import Mask, steps_withheld, withheld, without
+from twindisc_cli.loop.problem import Case, case_of, channels_of, friction_is_given, stated
 from twindisc_cli.loop.screen import Leftover, leftover
-from twindisc_cli.loop.search import (
-    ALARM,
-    SHORT,
-    Candidate,
-    Finding,
-    akaike,
-    free_friction,
-    recorded_stops,
-    refit,
-    search,
-    weigh,
-    with_nuisance_of,
-)
+from twindisc_cli.loop.search import REFUSAL, SHORT, Candidate, Finding, recorded_stops
 from twindisc_cli.model.experiment import Experiment, Floats, Ints
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import Prediction
 from twindisc_cli.model.points import sample_times
 
 COVARIATES = 2
-RIVALS = 5
-NEGLIGIBLE = 1e-4
 CLOSED = 1.15
 """A channel is closed where its error is within so much of the noise."""
-SURPRISE = 0.001
-"""Significance at which samples that were held out say that something is missing where the others say nothing."""
 SPARE_STOPS = 3
 """Fewer profiles beyond the parameters than this hardly test the form of a law of wear."""
 INTERVAL = 2.706
 """Growth of chi2 at the ends of a 90 % interval."""
-Progress = Callable[[str, float], None]
 
 
 def diagnose(tests: Sequence[Experiment], *, validate: Experiment | None, progress: Progress) -> Diagnosis:
     """Find what the model lacks in these tests.
 
+    The answer rests on all samples. How well the answer predicts is judged by a second one, found in the same way as if
+    the samples held out had never been measured.
+
     Raises ValueError where the tests cannot be diagnosed: nothing measured, or nothing that fixes the friction.
     """
     started = monotonic()
-    cases = [_case(test) for test in tests]
-    channels = tuple(c for c in UNITS if any(c in case.noise for case in cases))
-    if not channels:
-        raise ValueError("nothing is measured: a closed loop needs traction, a profile or a temperature")
-    if any("traction" not in case.noise and not friction_is_given(case.test) for case in cases):
-        raise ValueError("nothing fixes the friction: a closed loop needs the traction measured or mu given")
-    whole = Problem(cases, channels)
-    progress("base model", 0.05)
-    before = plain_fit(whole)
-    whole = replace(whole, cases=remembered(whole.cases, before))
-    findings = search(whole, lambda channel: progress(f"effects seen in the {channel}", 0.1))
-    progress("all channels together", 0.7)
-    findings, joint = _together(whole, findings)
-    progress("errors and intervals", 0.85)
-    left = _left(joint, findings)
-    sure = as_estimated(joint)
-    effects = [effect for finding in findings if finding.chosen is not None for effect in _found(finding, sure)]
+    _refuse(tests)
+    masks = [withheld(test) for test in tests]
+    found = explain(tests, lambda stage, part: progress(stage, 0.05 + 0.45 * part))
+    blind = found
+    if any(mask.any() for test in masks for mask in test.values()):
+        seen = [without(test, mask) for test, mask in zip(tests, masks, strict=True)]
+        blind = explain(seen, lambda stage, part: progress(f"{stage}, without what is held out", 0.5 + 0.4 * part))
+    progress("errors and intervals", 0.9)
+    left = _left(found)
+    effects = [effect for finding in found.findings if finding.chosen for effect in _found(finding, found.sure)]
     verdict: Verdict = "effects_found" if effects else "unexplained" if left else "no_missing_effect"
-    after = _afterwards(whole, sure, findings)
+    channels = found.before.problem.channels
+    curves = _curves(found, blind, masks)
     progress("next experiment", 0.95)
     return Diagnosis(
         verdict=verdict,
         effects=effects,
         unexplained=left,
-        errors={channel: _error(before, after[channel], channel) for channel in channels},
-        base=_base(after[channels[-1]], sure) | _base(after[channels[0]], sure),
-        tried=[_tried(finding.channel, c) for finding in findings if finding.missing for c in finding.candidates],
-        curves=_curves(before, after),
-        p_values={finding.channel: finding.p_value for finding in findings},
-        held_out_steps={case.test.name: _steps_held(case.test) for case in cases},
-        notes=_notes(cases, findings),
-        next_experiment=_next(findings, joint, left),
-        validation=_validated(validate, before, after[channels[0]]) if validate is not None else None,
+        errors={channel: _error(channel, found, curves) for channel in channels},
+        base=_base(found.after[channels[-1]], found.sure) | _base(found.after[channels[0]], found.sure),
+        tried=[_tried(finding.channel, c) for finding in found.findings if finding.missing for c in finding.candidates],
+        curves=curves,
+        p_values={finding.channel: finding.p_value for finding in found.findings},
+        held_out_steps={test.name: steps_withheld(test) for test in tests},
+        notes=_notes(found, blind),
+        next_experiment=_next(found, left),
+        validation=_validated(validate, found.before, found.after[channels[0]]) if validate is not None else None,
         seconds=monotonic() - started,
     )
 
 
-def plain_fit(problem: Problem, *known: Fit) -> Fit:
-    """Fit without nuisances, each base parameter to its own channel: what an effect-free identification would give.
-
-    A channel that misses an effect then does not pull at the parameters of the others. `known` fits give start values.
-    """
-    theta, cases = _carried(problem, *known), remembered(problem.cases, *known)
-    names = [(p.name, p.case) for p in problem.parameters]
-    for channel in problem.in_order:
-        part = replace(problem, channels=(channel,), nuisance=None, cases=cases)
-        alone = fit(part, _carried(part, *known))
-        cases = settled(cases, alone)
-        for p, inner in zip(alone.problem.parameters, alone.theta, strict=True):
-            theta[names.index((p.name, p.case))] = inner
-    return at(problem, theta)
+def _refuse(tests: Sequence[Experiment]) -> None:
+    """Tests that cannot be diagnosed."""
+    if not any(channels_of(test) for test in tests):
+        raise ValueError("nothing is measured: a closed loop needs traction, a profile or a temperature")
+    if any("traction" not in channels_of(test) and not friction_is_given(test) for test in tests):
+        raise ValueError("nothing fixes the friction: a closed loop needs the traction measured or mu given")
 
 
-def remembered(cases: Sequence[Case], *fits: Fit) -> list[Case]:
-    """The cases with K and convection as fitted earlier, for where these are not fitted."""
-    found = [
-        {key: float(value[0]) for f in fits for key, value in f.problem.own_base(number, f.theta[None]).items()}
-        for number in range(len(cases))
-    ]
-    return [replace(case, known={**case.known, **values}) for case, values in zip(cases, found, strict=True)]
-
-
-def _steps_held(test: Experiment) -> tuple[int, ...]:
-    return test.hold_out_steps or held_out_steps(test.history)
-
-
-def _case(test: Experiment) -> Case:
-    return Case(ForwardModel(test), noise_of(test), training_masks(test, _steps_held(test)))
-
-
-def _carried(problem: Problem, *fits: Fit) -> Floats:
-    """Inner start values of a problem, taken from earlier fits where these had the parameter."""
-    known = {
-        (p.name, p.case): float(value)
-        for fitted in fits
-        for p, value in zip(fitted.problem.parameters, fitted.theta, strict=True)
-    }
-    return np.array([known.get((p.name, p.case), p.inner(p.start)) for p in problem.parameters])
-
-
-def _together(whole: Problem, findings: list[Finding]) -> tuple[list[Finding], Fit]:
-    """Refit all explained channels jointly; rivals are weighed by all of them."""
-    explained = [f for f in findings if f.chosen is not None or not f.missing]
-    if not explained:
-        return findings, findings[0].base
-    names = [name for f in explained if f.chosen for name in f.chosen.names]
-    problem = replace(whole, channels=tuple(f.channel for f in explained), effects=tuple(names))
-    if not any(f.channel == "traction" for f in explained):
-        last = max(findings, key=lambda f: DRIVEN.index(f.channel)).base.problem
-        problem = replace(problem, cases=last.cases, settled=last.settled)
-    joint = refit(problem, _carried(problem, *(f.chosen.fit if f.chosen else f.base for f in explained)))
-    for number, finding in enumerate(findings):
-        rivals = [c for c in finding.candidates if c.passed and c.probability > NEGLIGIBLE][:RIVALS]
-        if finding.chosen is None or len(rivals) < 2:
-            continue
-        others = [name for name in joint.effects if name not in finding.chosen.names]
-        weighed = weigh([_jointly(joint, others, rival) for rival in rivals])
-        best = max(weighed, key=lambda c: c.probability)
-        rest = [c for c in finding.candidates if c.names not in {w.names for w in weighed}]
-        findings[number] = replace(finding, candidates=[*weighed, *rest], chosen=best)
-        joint = best.fit
-    return findings, joint
-
-
-def _jointly(joint: Fit, others: Sequence[str], rival: Candidate) -> Candidate:
-    """A rival explanation fitted to all explained channels, beside the effects of the other channels."""
-    problem = joint.problem.with_effects(*others, *rival.names)
-    fitted = fit(problem, _carried(problem, rival.fit, joint))
-    return replace(rival, fit=fitted, evidence=akaike(fitted) - akaike(joint))
-
-
-def _left(joint: Fit, findings: Sequence[Finding]) -> list[Unexplained]:
-    """What stays unexplained, with the covariates that say most.
-
-    Also what only the held-out samples show: the model fails to predict them.
-    """
-    found: list[Unexplained] = []
-    revised = everywhere(joint)
-    for finding in findings:
+def _left(found: Explanation) -> list[Unexplained]:
+    """What stays unexplained, with the covariates that say most."""
+    left: list[Unexplained] = []
+    for finding in found.findings:
         if finding.missing and finding.chosen is None:
-            found += _listed(finding.before, finding.base)
-        elif finding.channel in joint.problem.channels:
-            rest = leftover(revised, finding.channel)
+            left += _listed(finding.before, finding.base)
+        elif finding.channel in found.joint.problem.channels:
+            rest = leftover(found.joint, finding.channel)
             explained = np.sqrt(max(finding.chosen.gain, 0.0)) if finding.chosen else 0.0
-            open_ = rest.length > SHORT * explained or _power(revised, finding.channel) > CLOSED**2
-            if rest.significant(ALARM if finding.missing else SURPRISE) and open_:
-                found += _listed(rest, revised)
-    return found
-
-
-def as_estimated(fitted: Fit) -> Fit:
-    """The fit under the noise as estimated: the caution of the tests of significance would widen the intervals."""
-    cases = [
-        replace(case, noise={channel: replace(noise, cautious=None) for channel, noise in case.noise.items()})
-        for case in fitted.problem.cases
-    ]
-    return refit(replace(fitted.problem, cases=cases), fitted.theta)
-
-
-def everywhere(fitted: Fit) -> Fit:
-    """The same model on all samples, with those held out, to which it is not fitted."""
-    problem, theta = fitted.problem, fitted.theta
-    cases = [
-        replace(c, train={channel: np.ones_like(used) for channel, used in c.train.items()}) for c in problem.cases
-    ]
-    return at(with_nuisance_of(at(replace(problem, cases=cases, nuisance=None), theta)), theta)
+            open_ = rest.length > SHORT * explained or _power(found.joint, finding.channel) > CLOSED**2
+            if rest.significant(REFUSAL) and open_:
+                left += _listed(rest, found.joint)
+    return left
 
 
 def _power(fitted: Fit, channel: Channel) -> float:
@@ -272,24 +165,6 @@ def _end(fitted: Fit, number: int, side: float) -> float:
     return float(problem.parameters[number].outer(end))
 
 
-def _afterwards(whole: Problem, joint: Fit, findings: Sequence[Finding]) -> dict[Channel, Fit]:
-    """The revised model of each channel: the effects found are declared, as the revised definition will say.
-
-    Where the friction stays unexplained, the other channels are judged with friction as it was measured.
-    """
-    cases = [
-        replace(case, model=replace(case.model, experiment=replace(case.test, effects=other.test.effects)))
-        for case, other in zip(whole.cases, settled(whole.cases, joint), strict=True)
-    ]
-    revised = plain_fit(replace(whole, cases=cases), joint)
-    after = dict.fromkeys(whole.channels, revised)
-    if any(f.channel == "traction" and f.missing and f.chosen is None for f in findings):
-        freed = replace(whole, cases=[free_friction(case) for case in cases], channels=whole.channels[1:])
-        if freed.channels:
-            after.update(dict.fromkeys(freed.channels, plain_fit(freed, joint)))
-    return after
-
-
 def _base(after: Fit, joint: Fit) -> dict[str, Estimate]:
     """Base parameters of the revised model with the spread of the joint fit; several tests add their names."""
     cases = after.problem.cases
@@ -306,31 +181,30 @@ def _base(after: Fit, joint: Fit) -> dict[str, Estimate]:
     return found
 
 
-def _error(before: Fit, after: Fit, channel: Channel) -> ChannelError:
-    cases = before.problem.cases
+def _error(channel: Channel, found: Explanation, curves: Sequence[Curve]) -> ChannelError:
+    """Errors of the curves of one channel."""
     unit, factor = UNITS[channel]
-    first, last = (fitted.problem.predict(fitted.theta[None]) for fitted in (before, after))
-    noises = [case.noise[channel] for case in cases if channel in case.noise]
+    noises = [case.noise[channel] for case in found.before.problem.cases if channel in case.noise]
+    own = [curve for curve in curves if curve.channel == channel]
+
+    def rms(held_out: bool, kind: str) -> float:
+        misses = [(c.measured - getattr(c, kind))[c.kept & (c.held_out == held_out)] for c in own]
+        return factor * _rms(np.concatenate(misses))
+
     return ChannelError(
         unit=unit,
         noise=factor * float(np.sqrt(np.mean([n.std**2 for n in noises]))),
         correlation=float(np.mean([n.correlation for n in noises])),
-        before=factor * _rms(cases, first, channel, "train"),
-        after=factor * _rms(cases, last, channel, "train"),
-        held_out_before=factor * _rms(cases, first, channel, "held_out"),
-        held_out_after=factor * _rms(cases, last, channel, "held_out"),
+        before=rms(False, "before"),
+        after=rms(False, "after"),
+        held_out_before=rms(True, "before"),
+        held_out_after=rms(True, "after"),
     )
 
 
-def _rms(cases: Sequence[Case], predictions: Sequence[Prediction], channel: Channel, role: Role) -> float:
-    """Root mean square of measured minus predicted over all tests; NaN without samples."""
-    misses = [
-        (case.values(channel) - getattr(p, channel)[0])[case.used(channel, role)]
-        for case, p in zip(cases, predictions, strict=True)
-        if channel in case.noise
-    ]
-    everything = np.concatenate(misses)
-    return float(np.sqrt(np.mean(everything**2))) if len(everything) else float("nan")
+def _rms(misses: Floats) -> float:
+    """Root mean square; NaN without samples."""
+    return float(np.sqrt(np.mean(misses**2))) if len(misses) else float("nan")
 
 
 def _tried(channel: Channel, candidate: Candidate) -> Tried:
@@ -347,24 +221,48 @@ def _tried(channel: Channel, candidate: Candidate) -> Tried:
     )
 
 
-def _curves(before: Fit, after: Mapping[Channel, Fit]) -> list[Curve]:
-    first = before.problem.predict(before.theta[None])
-    last = {channel: fitted.problem.predict(fitted.theta[None]) for channel, fitted in after.items()}
-    return [
-        Curve(
-            test=case.test.name,
-            channel=channel,
-            measured=case.values(channel),
-            before=getattr(first[number], channel)[0],
-            after=getattr(last[channel][number], channel)[0],
-            held_out=~case.train[channel],
-            kept=case.noise[channel].kept,
-            covariates=_covariates(case, channel, first[number]),
-            provenance=case.test.measured.provenance,
+def _curves(found: Explanation, blind: Explanation, masks: Sequence[Mapping[Channel, Mask]]) -> list[Curve]:
+    """Every channel of every test; the samples held out are predicted by the explanation that never saw them."""
+    cases = found.before.problem.cases
+    first, unseen = (_predicted(e.before, cases) for e in (found, blind))
+    curves = []
+    for channel, fitted in found.after.items():
+        last, unseen_last = _predicted(fitted, cases), _predicted(blind.after[channel], cases)
+        for number, case in enumerate(cases):
+            if channel not in case.noise:
+                continue
+            held_out = masks[number][channel]
+            before, after = (
+                np.where(held_out, getattr(two[number], channel)[0], getattr(one[number], channel)[0])
+                for one, two in ((first, unseen), (last, unseen_last))
+            )
+            curves.append(
+                Curve(
+                    test=case.test.name,
+                    channel=channel,
+                    measured=case.values(channel),
+                    before=before,
+                    after=after,
+                    held_out=held_out,
+                    kept=case.noise[channel].kept,
+                    covariates=_covariates(case, channel, first[number]),
+                    provenance=case.test.measured.provenance,
+                )
+            )
+    return curves
+
+
+def _predicted(fitted: Fit, cases: Sequence[Case]) -> list[Prediction]:
+    """Predictions at all samples of these tests by a fit that may have seen fewer of them."""
+    whole = [
+        replace(
+            case,
+            model=replace(case.model, experiment=replace(case.test, measured=other.test.measured)),
+            known={"K": case.first_wear, "convection_W_K": case.first_convection},
         )
-        for number, case in enumerate(before.problem.cases)
-        for channel in case.noise
+        for case, other in zip(fitted.problem.cases, cases, strict=True)
     ]
+    return replace(fitted.problem, cases=whole).predict(fitted.theta[None])
 
 
 def _covariates(case: Case, channel: Channel, prediction: Prediction) -> dict[str, Floats | Ints]:
@@ -391,9 +289,15 @@ def _covariates(case: Case, channel: Channel, prediction: Prediction) -> dict[st
     }
 
 
-def _notes(cases: Sequence[Case], findings: Sequence[Finding]) -> list[str]:
+def _notes(found: Explanation, blind: Explanation) -> list[str]:
     """What the reader must know to weigh the verdict."""
+    cases, findings = found.before.problem.cases, found.findings
     notes = []
+    if set(blind.effects) != set(found.effects):
+        notes.append(
+            f"without the samples held out the search finds {' and '.join(blind.effects) or 'no effect'}: the held-out "
+            f"errors are of that answer"
+        )
     for case in cases:
         name = case.test.name
         for channel, noise in case.noise.items():
@@ -436,10 +340,10 @@ def _notes(cases: Sequence[Case], findings: Sequence[Finding]) -> list[str]:
     return notes
 
 
-def _next(findings: Sequence[Finding], joint: Fit, left: Sequence[Unexplained]) -> NextExperiment | None:
+def _next(found: Explanation, left: Sequence[Unexplained]) -> NextExperiment | None:
     """Separate the models alive; else a history that tells the covariates of the leftover apart."""
-    history = joint.problem.cases[0].test.history
-    for finding in findings:
+    history = found.joint.problem.cases[0].test.history
+    for finding in found.findings:
         if finding.chosen is not None:
             rivals = [finding.chosen, *finding.alternatives]
             if len(rivals) == 1:
@@ -460,14 +364,15 @@ NEEDED: Mapping[Channel, str] = {"traction": "mu", "profile": "K", "temperature"
 
 def _validated(test: Experiment, before: Fit, after: Fit) -> Validation:
     """Predict a test that was not fitted, with the base parameters of the first and the effects found."""
-    case = replace(_case(test), train={c: np.zeros(len(n.kept), dtype=bool) for c, n in noise_of(test).items()})
+    case = case_of(test)
     known = _known_elsewhere(case, after)
     predictions = [_predict_other(case, fitted) for fitted in (before, after)]
     errors = {}
     for channel, noise in case.noise.items():
         if NEEDED[channel] in known:
             unit, factor = UNITS[channel]
-            first, last = (factor * _rms([case], [p], channel, "held_out") for p in predictions)
+            misses = [(case.values(channel) - getattr(p, channel)[0])[noise.kept] for p in predictions]
+            first, last = (factor * _rms(miss) for miss in misses)
             errors[channel] = ChannelError(unit, factor * noise.std, noise.correlation, np.nan, np.nan, first, last)
     return Validation(test.name, errors)
 

@@ -1,22 +1,32 @@
-"""Which samples are never used to fit or to choose: whole steps, last iterations, and bands of the profile.
+"""Which samples are withheld to judge what is found without them: whole steps, last iterations, bands of a profile.
 
 Chosen before anything is fitted and never at random, since neighbouring samples tell about each other: the steps next
-to both ends of the range of creepages and the one in the middle, the last iteration of the other steps, and every
-fifth band across the track.
+to both ends of the range of creepages and the one in the middle, the last iteration of every second other step, and
+every fifth band across the track.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import fields, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.effects._effect import Channel
-from twindisc_cli.model.experiment import Experiment, Floats, History, Ints
-from twindisc_cli.model.points import sample_times
+from twindisc_cli.model.experiment import (
+    Experiment,
+    Floats,
+    History,
+    Ints,
+    ProfileSamples,
+    TemperatureSamples,
+    TractionSamples,
+)
 
 Mask = NDArray[np.bool_]
+Samples = TypeVar("Samples", TractionSamples, ProfileSamples, TemperatureSamples)
 
 BANDS = 40
 EVERY = 5
@@ -40,29 +50,57 @@ def held_out_steps(history: History) -> tuple[int, ...]:
     return tuple(sorted(int(step) for step in chosen))
 
 
-def training_masks(test: Experiment, steps: tuple[int, ...]) -> Mapping[Channel, Mask]:
-    """Samples of every measured channel that may be used to fit (sample,)."""
+def withheld(test: Experiment) -> dict[Channel, Mask]:
+    """Samples of every measured channel that are held out (sample,)."""
     masks: dict[Channel, Mask] = {}
-    measured = test.measured
+    measured, history, steps = test.measured, test.history, steps_withheld(test)
     if measured.traction is not None:
-        times = sample_times(test.history, measured.traction)
-        held = _held(test.history, measured.traction.step, times, steps)
-        masks["traction"] = ~_unless_everything(held)
+        masks["traction"] = _withheld(history, measured.traction.step, measured.traction.time, steps)
     if measured.profile is not None:
         y = measured.profile.y
         band = np.floor(BANDS * (y - y.min()) / max(float(np.ptp(y)), 1e-30)).astype(np.int64)
-        masks["profile"] = ~_unless_everything(band % EVERY == 2)
-    if measured.temperature is not None and test.thermal is not None:
+        masks["profile"] = np.asarray(band % EVERY == 2)
+    if measured.temperature is not None:
         times = measured.temperature.time
-        iteration = np.minimum(np.searchsorted(test.history.end_time, times), len(test.history.step) - 1)
-        masks["temperature"] = ~_unless_everything(_held(test.history, test.history.step[iteration], times, steps))
-    return masks
+        iteration = np.minimum(np.searchsorted(history.end_time, times), len(history.step) - 1)
+        masks["temperature"] = _withheld(history, history.step[iteration], times, steps)
+    return {channel: _unless_everything(mask) for channel, mask in masks.items()}
 
 
-def _held(history: History, step: Ints, times: Floats, steps: tuple[int, ...]) -> Mask:
-    """Samples in the held-out steps, and in the last iteration of the others where these are long enough."""
+def without(test: Experiment, masks: Mapping[Channel, Mask]) -> Experiment:
+    """The test as if the samples of these masks had never been measured."""
+    measured = test.measured
+    return replace(
+        test,
+        measured=replace(
+            measured,
+            traction=_only(measured.traction, masks.get("traction")),
+            profile=_only(measured.profile, masks.get("profile")),
+            temperature=_only(measured.temperature, masks.get("temperature")),
+        ),
+    )
+
+
+def _only(samples: Samples | None, dropped: Mask | None) -> Samples | None:
+    """A table of samples, every column of it, without those that are dropped."""
+    if samples is None or dropped is None:
+        return samples
+    return replace(samples, **{column.name: getattr(samples, column.name)[~dropped] for column in fields(samples)})
+
+
+def steps_withheld(test: Experiment) -> tuple[int, ...]:
+    """The steps held out whole: those that the definition asks for, else those chosen here."""
+    return test.hold_out_steps or held_out_steps(test.history)
+
+
+def _withheld(history: History, step: Ints, times: Floats, steps: tuple[int, ...]) -> Mask:
+    """Samples in the held-out steps, and in the last iteration of every second other one that is long enough.
+
+    Without a time the iteration of a sample is not known: only whole steps are held out.
+    """
     held = np.isin(step, steps)
-    for number in np.unique(step):
+    others = np.setdiff1d(step, steps)
+    for number in others[1::2]:
         iterations = np.flatnonzero(history.step == number)
         inside = step == number
         if len(iterations) >= 3 and inside.sum() >= 3 * len(iterations):

@@ -52,9 +52,9 @@ class Noise:
     estimated: bool
     cautious: tuple[float, float] | None = None
 
-    def whiten(self, values: Floats, used: Mask) -> Floats:
-        """White noise of unit variance from values (..., sample) at the used samples: (..., used sample)."""
-        order = np.flatnonzero(used)
+    def whiten(self, values: Floats) -> Floats:
+        """White noise of unit variance from values (..., sample), without the outliers: (..., kept sample)."""
+        order = np.flatnonzero(self.kept)
         order = order[np.lexsort((self.position[order], self.series[order]))]
         std, correlation = self.cautious or (self.std, self.correlation)
         part = values[..., order] / std

@@ -14,10 +14,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import CHANNELS, Channel
@@ -29,9 +27,6 @@ from twindisc_cli.model.surface import recorded_sections
 
 DRIVEN: tuple[Channel, ...] = ("traction", "temperature", "profile")
 """The channels in the order in which they drive each other: friction warms the disc, a warm disc may wear faster."""
-
-Mask = NDArray[np.bool_]
-Role = Literal["train", "held_out"]
 
 TOLERANCES: tuple[tuple[str, dict[str, float]], ...] = (
     ("third_body_layer", {"slope_ratio": 0.993}),
@@ -45,7 +40,7 @@ STEP_TOLERANCE = (0.003, 6e-6)
 
 @dataclass(frozen=True)
 class Case:
-    """One test with the noise of its channels and the samples that may be used to fit.
+    """One test with the noise of its channels.
 
     free_mu: mu as measured (iteration,) in place of a model of friction, and its standard deviation.
     known: values of K and convection_W_K to hold where they are not fitted, and to start from.
@@ -53,7 +48,6 @@ class Case:
 
     model: ForwardModel
     noise: Mapping[Channel, Noise]
-    train: Mapping[Channel, Mask]
     free_mu: tuple[Floats, Floats] | None = None
     known: Mapping[str, float] = field(default_factory=dict)
 
@@ -102,11 +96,6 @@ class Case:
         guess = {"mu": np.nan, "K": self.first_wear, "convection_W_K": self.first_convection}
         return guess | stated(self.test)
 
-    def used(self, channel: Channel, role: Role) -> Mask:
-        """Samples without outliers that are fitted, or that are held out."""
-        train = self.train[channel]
-        return np.asarray(self.noise[channel].kept & (train if role == "train" else ~train))
-
 
 def channels_of(test: Experiment) -> tuple[Channel, ...]:
     """The channels that were measured."""
@@ -138,6 +127,11 @@ def noise_of(test: Experiment) -> dict[Channel, Noise]:
     """Noise of every measured channel."""
     makers = {"traction": traction_noise, "profile": profile_noise, "temperature": temperature_noise}
     return {channel: makers[channel](test) for channel in channels_of(test)}
+
+
+def case_of(test: Experiment) -> Case:
+    """A test with the noise of its channels."""
+    return Case(ForwardModel(test), noise_of(test))
 
 
 @dataclass(frozen=True)
@@ -312,10 +306,10 @@ class Problem:
             base["mu"] = np.where(np.isfinite(step_mu), step_mu, base["mu"][:, None])
         return base
 
-    def white(self, predictions: Sequence[Prediction], role: Role = "train") -> Floats:
+    def white(self, predictions: Sequence[Prediction]) -> Floats:
         """Predicted channels as white numbers (set, sample), all tests and channels in a row."""
         parts = [
-            case.noise[channel].whiten(getattr(prediction, channel), case.used(channel, role))
+            case.noise[channel].whiten(getattr(prediction, channel))
             for case, prediction in zip(self.cases, predictions, strict=True)
             for channel in self.channels
             if channel in case.noise
@@ -326,7 +320,7 @@ class Problem:
     def measured(self) -> Floats:
         """Measured channels as white numbers (sample,)."""
         parts = [
-            case.noise[channel].whiten(case.values(channel), case.used(channel, "train"))
+            case.noise[channel].whiten(case.values(channel))
             for case in self.cases
             for channel in self.channels
             if channel in case.noise
@@ -341,7 +335,7 @@ class Problem:
         for case in self.cases:
             for channel in self.channels:
                 if channel in case.noise:
-                    count = int(case.used(channel, "train").sum())
+                    count = int(case.noise[channel].kept.sum())
                     found[channel].append(slice(first, first + count))
                     first += count
         return found

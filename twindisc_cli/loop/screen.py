@@ -68,7 +68,7 @@ def leftover(fitted: Fit, channel: Channel, generator: np.random.Generator | Non
     """Test the generic functions of a channel on the residual of a fit."""
     problem = fitted.problem
     generator = generator or np.random.default_rng(SEED)
-    span = span_of(fitted.jacobian)
+    span = _reached(fitted)
     bases: list[tuple[Group, _Basis]] = []
     for number, (case, prediction) in enumerate(zip(problem.cases, problem.predict(fitted.theta[None]), strict=True)):
         if channel in case.noise:
@@ -96,6 +96,13 @@ def leftover(fitted: Fit, channel: Channel, generator: np.random.Generator | Non
     return Leftover(channel, scores, family, float(np.sqrt(max(excess, 0.0))))
 
 
+def _reached(fitted: Fit) -> Floats:
+    """Orthonormal directions (sample, direction) where the parameters go beyond the noise within their bounds."""
+    lower, upper = fitted.problem.bounds
+    left, size, _ = np.linalg.svd(fitted.jacobian * (upper - lower), full_matrices=False)
+    return np.asarray(left[:, size > 1.0])
+
+
 def _channel_power(fitted: Fit, channel: Channel) -> float:
     return float(sum(np.sum(fitted.residual[part] ** 2) for part in fitted.problem.slices[channel]))
 
@@ -116,9 +123,7 @@ def _basis(fitted: Fit, number: int, group: Group, span: Floats) -> _Basis:
     case = problem.cases[number]
     rows = np.zeros((group.columns.shape[1], len(fitted.residual)))
     index = [i for i, c in enumerate(problem.cases) if group.channel in c.noise].index(number)
-    rows[:, problem.slices[group.channel][index]] = case.noise[group.channel].whiten(
-        group.columns.T, case.used(group.channel, "train")
-    )
+    rows[:, problem.slices[group.channel][index]] = case.noise[group.channel].whiten(group.columns.T)
     columns = problem.discount(rows).T
     columns = columns - span @ (span.T @ columns)
     left, size, right = np.linalg.svd(columns, full_matrices=False)

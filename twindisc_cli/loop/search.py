@@ -29,8 +29,9 @@ from twindisc_cli.loop.screen import Leftover, leftover
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Experiment, Floats
 
-ALARM = 0.005
+ALARM = 0.003
 REFUSAL = 0.002
+DOUBT = 0.1
 SHORT = 0.2
 ROUNDING = 0.02
 SHARP = 0.5
@@ -95,9 +96,10 @@ def search_channel(problem: Problem, channel: Channel, declared: frozenset[str])
     p_value = min([before.p_value, *(_p_of(c, len(singles)) for c in singles)])
     if p_value > ALARM:
         return Finding(channel, False, base, before, p_value, singles, None)
-    gated = [_gated(c, channel) for c in sorted(singles, key=lambda c: -c.evidence)]
+    unknown = max((s.evidence for s in before.scores), default=0.0)
+    gated = [_gated(c, channel, unknown=unknown) for c in sorted(singles, key=lambda c: -c.evidence)]
     if not any(c.passed for c in gated):
-        gated = [*_pairs(base, before, gated, channel), *gated]
+        gated = [*_pairs(base, unknown, gated, channel), *gated]
     weighed = weigh(gated)
     passed = [c for c in weighed if c.passed]
     chosen = max(passed, key=lambda c: c.probability) if passed else None
@@ -143,7 +145,13 @@ def _explained(base: Fit, channel: Channel, *names: str) -> Candidate:
         key=lambda f: f.evidence,
     )
     nothing_yet = Leftover(channel, [], 1.0, 0.0)
-    return Candidate(names, best, base.chi2 - best.chi2, akaike(best) - akaike(base), nothing_yet, False)
+    return Candidate(names, best, _gain(base, best), akaike(best) - akaike(base), nothing_yet, False)
+
+
+def _gain(base: Fit, better: Fit) -> float:
+    """What a fit takes off chi2, without the sample where it takes off most: a stray sample is no effect."""
+    taken = base.residual**2 - better.residual**2
+    return float(np.sum(taken) - np.max(taken, initial=0.0))
 
 
 def akaike(fitted: Fit) -> float:
@@ -198,22 +206,26 @@ def _p_of(candidate: Candidate, searched: int) -> float:
     return min(1.0, searched * float(chi2.sf(max(candidate.gain, 0.0), free)))
 
 
-def _gated(candidate: Candidate, *channels: Channel, strict: bool = False) -> Candidate:
-    """Whether an explanation is one: what it leaves in the channels, and its bounds."""
+def _gated(candidate: Candidate, *channels: Channel, unknown: float = -np.inf, strict: bool = False) -> Candidate:
+    """Whether an explanation is one: what it leaves in the channels, and its bounds.
+
+    Where a generic function says more than the explanation (`unknown` is its evidence), even a doubtful leftover is
+    too much.
+    """
     left = min((leftover(candidate.fit, channel) for channel in channels), key=lambda rest: rest.p_value)
     explained = np.sqrt(max(candidate.gain, 0.0))
-    clean = left.p_value > REFUSAL / len(channels) or (not strict and left.length < SHORT * explained)
+    least = DOUBT if unknown > candidate.evidence else REFUSAL
+    clean = left.p_value > least / len(channels) or (not strict and left.length < SHORT * explained)
     significant = _p_of(candidate, 1) < ALARM
     return replace(candidate, left=left, passed=bool(clean and significant and not candidate.fit.at_bound))
 
 
-def _pairs(base: Fit, before: Leftover, singles: Sequence[Candidate], channel: Channel) -> list[Candidate]:
+def _pairs(base: Fit, unknown: float, singles: Sequence[Candidate], channel: Channel) -> list[Candidate]:
     """Pairs of the best single effects that leave nothing, in which each effect explains a good part.
 
-    They count only if the best of them stands up to the best generic function.
+    They count only if the best of them stands up to the best generic function, whose evidence is `unknown`.
     """
     alone = {c.names[0]: c for c in singles[:PAIRED]}
-    unknown = max((s.evidence for s in before.scores), default=0.0)
     found = []
     for pair in combinations(alone, 2):
         if catalogue()[pair[0]].stage == catalogue()[pair[1]].stage:
@@ -327,7 +339,8 @@ def _common_cause(problem: Problem, findings: list[Finding], declared: frozenset
     rival = refit(problem.with_effects(*found)) if found else base
     names = _candidates(problem, "traction", declared)
     tried = [c for name in names if _promise(base, name) > PROMISING and (c := _explained(base, "traction", name))]
-    better = [c for c in tried if _p_of(c, len(names)) < ALARM and c.fit.evidence > rival.evidence + CLEARLY]
+    enough = akaike(rival) - akaike(base) + CLEARLY
+    better = [c for c in tried if _p_of(c, len(names)) < ALARM and c.evidence > enough]
     gated = weigh([_gated(c, *problem.channels) for c in sorted(better, key=lambda c: -c.evidence)])
     passed = [c for c in gated if c.passed]
     if not passed:

@@ -14,13 +14,16 @@ import numpy as np
 
 from twindisc_cli.model.experiment import Contact, Floats
 from twindisc_cli.model.wear import WearPath
+from twindisc_cli.physics import kalker
 
 WANDERS = np.array([0.0, 0.15, 0.3, 0.5, 0.75, 1.0, 1.5, 2.2])
 
 
 @dataclass(frozen=True)
 class Patch:
-    """Contact at every point, (set, point): stiffness G a b C11, stiffness_y G a b C22 [N], area [m2], a [m], a/b."""
+    """Contact at every point, (set, point): stiffness G a b C11, stiffness_y G a b C22 [N], area [m2], a [m], and
+    a/b within the range of the tables of creepage coefficients.
+    """
 
     stiffness: Floats
     stiffness_y: Floats
@@ -51,7 +54,7 @@ class WeightedPaths:
             stiffness_y=self.at(lambda path: path.stiffness_y, own) * squared,
             area=self.at(lambda path: path.area, own) * squared,
             a=self.at(lambda path: path.a, own) * np.sqrt(squared),
-            ratio=self.at(lambda path: path.a / path.b, own),
+            ratio=np.clip(self.at(lambda path: path.a / path.b, own), *kalker.RATIO_RANGE),
         )
 
 

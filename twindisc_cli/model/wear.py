@@ -248,6 +248,6 @@ def _ellipse_on(rig: Rig, y: Floats, curvature_y: float) -> _Patch:
 def _edges(y: Floats, depth: Floats, b: Floats) -> Floats:
     """Half-width of the worn zone [m], (node,): where the depth falls below 2 % of its greatest value."""
     deepest = depth.max(axis=1)
-    worn = depth > 0.02 * deepest[:, None]
-    half = np.where(worn, np.abs(y), 0.0).max(axis=1)
+    inwards = np.flatnonzero(y >= 0.0)[::-1]
+    half = [np.interp(0.02 * d, row[inwards], y[inwards]) for d, row in zip(deepest, depth, strict=True)]
     return np.where(deepest > 0.0, half, b)
