@@ -22,6 +22,8 @@ from .unknowns import NEEDS_STOPS as UNKNOWN_NEEDS_STOPS
 from .unknowns import UNKNOWN
 from .writing import definition, write_tables
 
+BANDS = 40
+"""Equal parts of a profile's range for which the true noise is told."""
 _RETRIES = 4
 _SIGMA = {"traction": (0.0015, 0.02), "profile": (0.03e-6, 0.3e-6), "temperature": (0.03, 0.6)}  # 1, m, K
 
@@ -170,16 +172,17 @@ def truth(made: Made) -> dict[str, object]:
 
 
 def _true_noise(made: Made) -> dict[str, object]:
-    """The noise that was added: for the channels over time samples and sum of squares of each iteration, in 1 and K;
-    for the profile the root mean square in um."""
+    """The noise that was added, as samples and sum of squares: of each iteration in 1 and K, of each band in um2."""
     noise: dict[str, object] = {}
     for name in CHANNELS:
         squares = (made.measured[name] - made.clean[name]) ** 2
         if name == "profile":
-            noise[name] = 1e6 * float(np.sqrt(np.mean(squares)))
-            continue
-        iteration = (made.plan.time(name) / made.rig.duration).astype(int)
-        count, total = np.bincount(iteration), np.bincount(iteration, squares)
+            y, squares = made.plan.y, 1e12 * squares
+            band = np.floor(BANDS * (y - y.min()) / np.ptp(y)).astype(int)
+            part = np.tile(band, squares.size // y.size)
+        else:
+            part = (made.plan.time(name) / made.rig.duration).astype(int)
+        count, total = np.bincount(part), np.bincount(part, squares)
         noise[name] = [[int(n), float(s)] for n, s in zip(count, total, strict=True)]
     return noise
 

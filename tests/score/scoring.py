@@ -96,10 +96,15 @@ def _at_floor(truth: Row, answer: Row) -> bool | None:
 
 
 def _held_out_noise(truth: Row, answer: Row, channel: str) -> float:
-    """The true noise (1, um, K) of what the loop held out: steps, and the last iteration of every second other one."""
+    """The true noise (1, um, K) of what the loop held out.
+
+    Steps, and the last iteration of every second other one; in a profile the third of every five bands.
+    """
     noise = truth.get("noise", {}).get(channel, 0.0)
     if not isinstance(noise, list):
         return float(noise)
+    if channel == "profile":
+        return _root_mean(noise, range(2, len(noise), 5))
     steps = {step for held in answer.get("hold_out_steps", {}).values() for step in held}
     ends = np.cumsum(truth["iterations"])
     last = [step for step in range(1, len(ends) + 1) if step not in steps][1::2]
@@ -108,7 +113,12 @@ def _held_out_noise(truth: Row, answer: Row, channel: str) -> float:
         for step, (end, count) in enumerate(zip(ends, truth["iterations"], strict=True), start=1)
         for i in range(end - (count if step in steps else 1 if step in last else 0), end)
     ]
-    count, total = np.array(noise)[[i for i in held if i < len(noise)]].sum(axis=0)
+    return _root_mean(noise, [i for i in held if i < len(noise)])
+
+
+def _root_mean(noise: Sequence[Sequence[float]], parts: Iterable[int]) -> float:
+    """Root mean square over some parts of samples and sums of squares."""
+    count, total = np.array(noise)[list(parts)].sum(axis=0)
     return float(np.sqrt(total / max(count, 1)))
 
 
