@@ -200,8 +200,11 @@ def test_curves_carry_what_the_errors_are_made_of() -> None:
     found = of("falling")
     for curve in found.curves:
         error, factor = found.errors[curve.channel], 1e6 if curve.channel == "profile" else 1.0
-        for side, held in ((error.before, False), (error.held_out_before, True)):
-            miss = (curve.measured - curve.before)[(curve.held_out == held) & curve.kept]
+        for side, curve_of, held in (
+            (error.before, curve.before, False), (error.after, curve.after, False),
+            (error.held_out_before, curve.unseen_before, True), (error.held_out_after, curve.unseen_after, True),
+        ):  # fmt: skip
+            miss = (curve.measured - curve_of)[(curve.held_out == held) & curve.kept]
             assert factor * np.sqrt(np.mean(miss**2)) == pytest.approx(side, rel=1e-9)
         for covariate in curve.covariates.values():
             assert len(covariate) == len(curve.measured)

@@ -91,8 +91,14 @@ def _candidates(tried: Sequence[Tried]) -> list[Array]:
 def _curve(curve: Curve, prefix: str) -> list[Array]:
     """Measured, before and after, what was held out or kept, and the covariates of one channel of one test."""
     dims, unit = (f"{prefix}_sample",), SI[curve.channel]
-    what = {"measured": "measured", "before": "model before", "after": "model after"}
-    marks = {"held_out": "predicted by the answer that was found without them", "kept": "not an outlier"}
+    what = {
+        "measured": "measured",
+        "before": "model before",
+        "after": "model after",
+        "unseen_before": "model before, fitted without the samples held out",
+        "unseen_after": "model after, found without the samples held out",
+    }
+    marks = {"held_out": "held out to judge the answer that is found without them", "kept": "not an outlier"}
     return [
         *(Array(f"{prefix}_{key}", dims, getattr(curve, key), unit, text) for key, text in what.items()),
         *(Array(f"{prefix}_{key}", dims, getattr(curve, key), "1", text) for key, text in marks.items()),

@@ -182,12 +182,12 @@ def _base(after: Fit, joint: Fit) -> dict[str, Estimate]:
 
 
 def _error(channel: Channel, found: Explanation, curves: Sequence[Curve]) -> ChannelError:
-    """Errors of the curves of one channel."""
+    """Errors of one channel: fitted where all samples were seen, held out where these were not."""
     unit, factor = UNITS[channel]
     noises = [case.noise[channel] for case in found.before.problem.cases if channel in case.noise]
     own = [curve for curve in curves if curve.channel == channel]
 
-    def rms(held_out: bool, kind: str) -> float:
+    def rms(kind: str, *, held_out: bool) -> float:
         misses = [(c.measured - getattr(c, kind))[c.kept & (c.held_out == held_out)] for c in own]
         return factor * _rms(np.concatenate(misses))
 
@@ -195,10 +195,10 @@ def _error(channel: Channel, found: Explanation, curves: Sequence[Curve]) -> Cha
         unit=unit,
         noise=factor * float(np.sqrt(np.mean([n.std**2 for n in noises]))),
         correlation=float(np.mean([n.correlation for n in noises])),
-        before=rms(False, "before"),
-        after=rms(False, "after"),
-        held_out_before=rms(True, "before"),
-        held_out_after=rms(True, "after"),
+        before=rms("before", held_out=False),
+        after=rms("after", held_out=False),
+        held_out_before=rms("unseen_before", held_out=True),
+        held_out_after=rms("unseen_after", held_out=True),
     )
 
 
@@ -222,20 +222,16 @@ def _tried(channel: Channel, candidate: Candidate) -> Tried:
 
 
 def _curves(found: Explanation, blind: Explanation, masks: Sequence[Mapping[Channel, Mask]]) -> list[Curve]:
-    """Every channel of every test; the samples held out are predicted by the explanation that never saw them."""
+    """Every channel of every test, by the answer that saw all samples and by the one that did not."""
     cases = found.before.problem.cases
-    first, unseen = (_predicted(e.before, cases) for e in (found, blind))
     curves = []
-    for channel, fitted in found.after.items():
-        last, unseen_last = _predicted(fitted, cases), _predicted(blind.after[channel], cases)
+    for channel in found.after:
+        fits = (found.before, found.after[channel], blind.before, blind.after[channel])
+        predictions = [_predicted(fitted, cases) for fitted in fits]
         for number, case in enumerate(cases):
             if channel not in case.noise:
                 continue
-            held_out = masks[number][channel]
-            before, after = (
-                np.where(held_out, getattr(two[number], channel)[0], getattr(one[number], channel)[0])
-                for one, two in ((first, unseen), (last, unseen_last))
-            )
+            before, after, unseen_before, unseen_after = (getattr(p[number], channel)[0] for p in predictions)
             curves.append(
                 Curve(
                     test=case.test.name,
@@ -243,9 +239,11 @@ def _curves(found: Explanation, blind: Explanation, masks: Sequence[Mapping[Chan
                     measured=case.values(channel),
                     before=before,
                     after=after,
-                    held_out=held_out,
+                    unseen_before=unseen_before,
+                    unseen_after=unseen_after,
+                    held_out=masks[number][channel],
                     kept=case.noise[channel].kept,
-                    covariates=_covariates(case, channel, first[number]),
+                    covariates=_covariates(case, channel, predictions[0][number]),
                     provenance=case.test.measured.provenance,
                 )
             )

@@ -82,7 +82,8 @@ class Tried:
 class Curve:
     """One channel of one test in SI units, each (sample,): measured, predicted before and after, what was held out.
 
-    covariates by name (creepage, time, y, ...); kept is False for outliers.
+    unseen_before and unseen_after are of the answer found without what was held out; covariates by name (creepage,
+    time, y, ...); kept is False for outliers.
     """
 
     test: str
@@ -90,6 +91,8 @@ class Curve:
     measured: Floats
     before: Floats
     after: Floats
+    unseen_before: Floats
+    unseen_after: Floats
     held_out: NDArray[np.bool_]
     kept: NDArray[np.bool_]
     covariates: Mapping[str, Floats | Ints]
