@@ -236,6 +236,25 @@ def test_what_an_earlier_channel_leaves_uncertain_is_a_nuisance_of_the_next() ->
     assert moved[:, -1] == pytest.approx(warming * spread / mu, rel=0.03, abs=1e-3)
 
 
+def test_friction_given_in_some_steps_is_uncertain_only_in_the_others() -> None:
+    """What mu is not known by moves the warming of the first step alone; in the others the definition says mu."""
+    course = replace(COURSE, given_mu=np.where(COURSE.step == 0, np.nan, 0.6))
+    rods = Instruments(channels=("traction", "temperature"), traction=0.05)
+    case = case_of(
+        rods.record(Plant(course), np.random.default_rng(4), thermal=Thermal(ROOM, 100.0, ROOM, convection=1.6))
+    )
+    whole = Problem([case], ("traction", "temperature"))
+    friction = fit(replace(whole, channels=("traction",)))
+    mu, spread = friction.value(friction.problem.parameters[0])
+    later = replace(given(whole, friction), channels=("temperature",))
+    moved = later.with_nuisance(later.start(), np.empty((len(later.measured), 0))).nuisance
+    assert moved is not None
+    sets = np.where(COURSE.step == 0, [[mu], [mu + spread]], 0.6)
+    found = case.model.predict({"mu": sets, "K": np.zeros(2), "convection_W_K": np.full(2, 1.6)}).temperature
+    change = case.noise["temperature"].whiten(found[1] - found[0])
+    assert moved[:, -1] == pytest.approx(change, rel=0.03, abs=1e-3 * np.abs(change).max())
+
+
 def test_friction_as_measured_is_as_uncertain_as_its_samples() -> None:
     case = free_friction(traction_case(np.full(len(TIME), 0.6)))
     problem = Problem([case], ("traction",))

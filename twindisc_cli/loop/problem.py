@@ -260,7 +260,7 @@ class Problem:
             sets = np.tile(theta, (len(moved), 1))
             predictions = [
                 case.model.predict(
-                    {**self._base_of(number, case, sets), **earlier.problem.own_base(number, moved)},
+                    self._base_of(number, case, sets, earlier.problem.own_base(number, moved)),
                     {**earlier.problem.effects_of(moved), **self.effects_of(sets)},
                 )
                 for number, case in enumerate(self.cases)
@@ -295,10 +295,16 @@ class Problem:
                 found[p.effect][p.key] = p.outer(column)
         return found
 
-    def _base_of(self, number: int, case: Case, theta: Floats) -> dict[str, Floats]:
+    def _base_of(
+        self, number: int, case: Case, theta: Floats, known: Mapping[str, Floats] | None = None
+    ) -> dict[str, Floats]:
+        """Base parameters of a test for theta (set, parameter), `known` ones (set,) in place of its own.
+
+        What the definition says of mu in single steps stands above both.
+        """
         sets = len(theta)
         base = {key: np.full(sets, value) for key, value in case.held.items()}
-        base |= self.own_base(number, theta)
+        base |= self.own_base(number, theta) | dict(known or {})
         step_mu = case.test.history.given_mu
         if case.free_mu is not None:
             base["mu"] = np.broadcast_to(case.free_mu[0], (sets, len(case.free_mu[0])))
