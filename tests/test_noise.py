@@ -128,6 +128,20 @@ def test_a_jump_inside_one_step_is_no_noise() -> None:
     assert found.correlation < 0.3
 
 
+def test_a_spike_in_correlated_noise_is_an_outlier() -> None:
+    """Four standard deviations are little by themselves, but eight and a half beside neighbours correlated by 0.8."""
+    dropped, others = [], []
+    for seed in range(10):
+        unit = autoregressive(np.random.default_rng(seed), len(TIME), 0.8)
+        at = 20 + 15 * seed
+        unit[at] = np.mean(unit[[at - 1, at + 1]]) + 4.0
+        kept = traction_noise(with_traction(0.6 + 0.004 * unit)).kept
+        dropped.append(not kept[at])
+        others.append(int(np.sum(~kept)) - (not kept[at]))
+    assert np.mean(dropped) >= 0.9
+    assert np.mean(others) <= 0.3
+
+
 @pytest.mark.parametrize("channel", CHANNELS)
 def test_outliers_are_dropped_and_nothing_else(channel: str) -> None:
     """Not at the first samples of a step, where a steep relaxation of the temperature is no outlier."""

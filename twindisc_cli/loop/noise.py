@@ -5,14 +5,16 @@
     rho   correlation of neighbouring samples [1], gap_i distance to the sample before, in median distances
     s     standard deviation of a sample, in the channel's unit
 
-A smooth trend inside every step (in a profile: inside every unworn flank) is taken out, and rho and s follow from the
-restricted likelihood (REML) of what is left, so that the trend's own parameters are paid for. Outliers beyond five
-robust standard deviations are dropped unless they come in runs.
+A smooth trend inside every step (in a profile: inside every unworn flank), no richer than the samples ask for, is taken
+out, and rho and s follow from the restricted likelihood (REML) of what is left, so that the trend's own parameters are
+paid for. Outliers beyond five robust standard deviations, or as far from what their neighbours let expect, are dropped
+unless they come in runs.
 Source: D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320-338.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,6 +33,8 @@ STILL = 1e-4
 NEAR = 2.0
 LONGER = 2.5
 LONGEST_OUTLIER = 3
+FAR = 5.0
+PASSES = 3
 NEIGHBOURS = 9
 
 
@@ -80,14 +84,14 @@ def traction_noise(experiment: Experiment) -> Noise:
     times = sample_times(experiment.history, samples)
     varied = np.ptp(samples.creepage - experiment.history.step_creepage[samples.step]) > 1e-9
     if varied and not timed:
-        trend = _polynomials(np.log(np.maximum(np.abs(samples.creepage), 1e-9)), np.zeros_like(samples.step), 8, 10)
+        trends = [_polynomials(np.log(np.maximum(np.abs(samples.creepage), 1e-9)), np.zeros_like(samples.step), 8, 10)]
     else:
-        trend = _polynomials(times, samples.step, 3, 6)
+        trends = [_polynomials(times, samples.step, degree, 6) for degree in range(4)]
     given = samples.uncertainty
     if np.isfinite(given).all():
         return Noise(float(np.sqrt(np.mean(given**2))), 0.0, *_all_kept(times, samples.step), estimated=True)
     size = float(np.sqrt(np.mean(samples.ratio**2)))
-    return _estimate(samples.ratio, trend, times, np.zeros_like(samples.step), size, correlated=timed)
+    return _estimate(samples.ratio, trends, times, np.zeros_like(samples.step), size, correlated=timed)
 
 
 def temperature_noise(experiment: Experiment) -> Noise:
@@ -97,9 +101,9 @@ def temperature_noise(experiment: Experiment) -> Noise:
     ends = experiment.history.end_time
     iteration = np.minimum(np.searchsorted(ends, samples.time - 1e-9 * ends[-1]), len(ends) - 1)
     step = experiment.history.step[iteration]
-    trend = _relaxations(samples.time, step, 4)
+    trends = [_relaxations(samples.time, step, shapes, 4) for shapes in range(1, 6)]
     size = float(np.ptp(samples.temperature))
-    return _estimate(samples.temperature, trend, samples.time, np.zeros_like(step), size, correlated=True)
+    return _estimate(samples.temperature, trends, samples.time, np.zeros_like(step), size, correlated=True)
 
 
 def profile_noise(experiment: Experiment) -> Noise:
@@ -112,10 +116,10 @@ def profile_noise(experiment: Experiment) -> Noise:
     size = float(np.ptp(profile.height))
     if flank.sum() >= 6 * FEWEST_FREE:
         trend = _polynomials(profile.y[flank], series[flank], 1, 6)
-        found = _estimate(profile.height[flank], trend, position[flank], series[flank], size, correlated=True)
+        found = _estimate(profile.height[flank], [trend], position[flank], series[flank], size, correlated=True)
     else:
         trend = _polynomials(profile.y, record, 24, 3)
-        found = _estimate(profile.height, trend, position, record, size, correlated=True)
+        found = _estimate(profile.height, [trend], position, record, size, correlated=True)
     spacing = float(np.median(np.diff(np.unique(profile.y))))
     kept = np.ones(len(profile.y), dtype=bool)
     for number in np.unique(record):
@@ -168,14 +172,14 @@ def _polynomials(at: Floats, group: Ints, degree: int, samples_each: int) -> Flo
     return np.concatenate(columns, axis=1)
 
 
-def _relaxations(at: Floats, group: Ints, samples_each: int) -> Floats:
-    """A level, a slope and exponential approaches in each group (sample, column), at most one for so many samples."""
+def _relaxations(at: Floats, group: Ints, most: int, samples_each: int) -> Floats:
+    """A level, then exponential approaches and a slope in each group (sample, column), one for so many samples."""
     columns = []
     for number in np.unique(group):
         here = group == number
         unit = (at[here] - at[here].min()) / max(float(np.ptp(at[here])), 1e-300)
         shapes = [np.ones_like(unit), np.exp(-unit / 0.15), unit, np.exp(-unit / 0.05), np.exp(-unit / 0.4)]
-        block = np.zeros((len(at), min(len(shapes), 1 + int(here.sum()) // samples_each)))
+        block = np.zeros((len(at), min(most, 1 + int(here.sum()) // samples_each)))
         block[here] = np.stack(shapes[: block.shape[1]], axis=1)
         columns.append(block)
     return np.concatenate(columns, axis=1)
@@ -185,13 +189,15 @@ def _all_kept(position: Floats, series: Ints) -> tuple[Mask, Floats, Ints]:
     return np.ones(len(position), dtype=bool), position, np.zeros_like(series)
 
 
-def _estimate(values: Floats, trend: Floats, at: Floats, series: Ints, size: float, *, correlated: bool) -> Noise:
-    """REML estimate of standard deviation and correlation about the trend (sample, column).
+def _estimate(
+    values: Floats, trends: Sequence[Floats], at: Floats, series: Ints, size: float, *, correlated: bool
+) -> Noise:
+    """REML estimate of standard deviation and correlation about the best of the trends (sample, column), richest last.
 
     Where too few samples scatter, or none does, a share of the channel's size is assumed.
     """
     order = np.lexsort((at, series))
-    values, trend, at, series = values[order], trend[order], at[order], series[order]
+    values, trend, at, series = values[order], trends[-1][order], at[order], series[order]
     spacing = float(np.median(np.diff(at))) if len(at) > 1 else 1.0
     position = at / spacing if spacing > 0.0 else np.arange(len(at), dtype=float)
     kept, back = np.ones(len(values), dtype=bool), _unsorted(order)
@@ -200,17 +206,76 @@ def _estimate(values: Floats, trend: Floats, at: Floats, series: Ints, size: flo
     assumed = Noise(ASSUMED_SHARE * size, 0.0, kept, position[back], series[back], estimated=False)
     if free < FEWEST_FREE:
         return assumed
-    for _ in range(3):
-        left = values - trend @ np.linalg.lstsq(trend[kept], values[kept], rcond=None)[0]
+    for _ in range(PASSES):
+        left = _detrended(values, trend, kept)
         paid = np.sqrt(kept.sum() / max(kept.sum() - trend.shape[1], 1))
         scatter = 1.4826 * paid * float(np.median(np.abs(left[kept])))
-        kept = np.abs(left) <= 5.0 * max(scatter, 1e-300)
-    calm = kept & _calm(left, trend, kept)
-    (std, correlation), cautious = _reml(values[calm], trend[calm], position[calm], series[calm], correlated)
+        kept = np.abs(left) <= FAR * max(scatter, 1e-300)
+    for _ in range(PASSES):
+        (_, correlation), _ = _about(trend, values, left, kept, position, series, correlated)
+        kept &= ~_stray(left, kept, position, series, correlation)
+        left = _detrended(values, trend, kept)
+    trend = _needed([t[order] for t in trends], values, kept, position, series, correlated)
+    left = _detrended(values, trend, kept)
+    (std, correlation), cautious = _about(trend, values, left, kept, position, series, correlated)
     if std <= STILL * size:
         return assumed
     alone = kept | _in_a_run(~kept)
     return Noise(std, correlation, alone[back], position[back], series[back], estimated=True, cautious=cautious)
+
+
+def _about(
+    trend: Floats, values: Floats, left: Floats, kept: Mask, position: Floats, series: Ints, correlated: bool
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Likeliest and cautious noise about a trend, from the calm samples."""
+    calm = kept & _calm(left, trend, kept)
+    return _reml(values[calm], trend[calm], position[calm], series[calm], correlated)
+
+
+def _needed(
+    trends: Sequence[Floats], values: Floats, kept: Mask, position: Floats, series: Ints, correlated: bool
+) -> Floats:
+    """The trend that the samples ask for, by Akaike's criterion for few samples: what it takes up, the noise lacks.
+
+    Source: C. M. Hurvich, C.-L. Tsai, Biometrika 76 (1989) 297-307.
+    """
+
+    def criterion(trend: Floats) -> float:
+        used = trend[kept][:, np.any(trend[kept] != 0.0, axis=0)]
+        samples, columns = len(used), int(used.shape[1])
+        paid = 2.0 * columns * samples / max(samples - columns - 1, 1)
+        links = _tried_links(position[kept], series[kept], correlated)
+        return paid - 2.0 * float(np.max([_likelihood(values[kept], used, k, restricted=False)[0] for k in links]))
+
+    return min(trends, key=criterion) if len(trends) > 1 else trends[0]
+
+
+def _tried_links(position: Floats, series: Ints, correlated: bool) -> list[Floats]:
+    """The links between neighbours for every correlation that is tried."""
+    grid = CORRELATIONS if correlated else CORRELATIONS[:1]
+    return [_links(position, series, float(c)) if c else np.zeros(len(position)) for c in grid]
+
+
+def _detrended(values: Floats, trend: Floats, kept: Mask) -> Floats:
+    """Values without the trend (sample, column) that fits those that are kept."""
+    return np.asarray(values - trend @ np.linalg.lstsq(trend[kept], values[kept], rcond=None)[0])
+
+
+def _stray(left: Floats, kept: Mask, position: Floats, series: Ints, correlation: float) -> Mask:
+    """Samples far from what both their neighbours let expect: in correlated noise a spike is small against the noise.
+
+    A spike makes its neighbours look far off too, in the other direction; only the farthest of neighbours is one.
+    """
+    here = np.flatnonzero(kept)
+    e, before = left[here], _links(position[here], series[here], correlation) if correlation else np.zeros(len(here))
+    after = np.append(before[1:], 0.0)
+    share = 1.0 - (before * after) ** 2
+    expected = before * (1.0 - after**2) * np.append(0.0, e[:-1]) + after * (1.0 - before**2) * np.append(e[1:], 0.0)
+    far = np.abs(e - expected / share) / np.sqrt((1.0 - before**2) * (1.0 - after**2) / share)
+    highest = (far >= np.append(0.0, far[:-1])) & (far >= np.append(far[1:], 0.0))
+    stray = np.zeros(len(left), dtype=bool)
+    stray[here] = highest & (far > FAR * 1.4826 * float(np.median(far)))
+    return stray
 
 
 def _in_a_run(far: Mask) -> Mask:
@@ -240,9 +305,7 @@ def _reml(
     """Standard deviation and correlation of greatest restricted likelihood, and of the longest correlation near it."""
     used = trend[:, np.any(trend != 0.0, axis=0)]
     grid = CORRELATIONS if correlated else CORRELATIONS[:1]
-    found = [
-        _likelihood(values, used, _links(position, series, float(c)) if c else np.zeros(len(values))) for c in grid
-    ]
+    found = [_likelihood(values, used, link) for link in _tried_links(position, series, correlated)]
     likely = np.array([likelihood for likelihood, _ in found])
     best = int(np.argmax(likely))
     reach = grid[best] + LONGER / np.sqrt(len(values) - used.shape[1])
@@ -250,14 +313,15 @@ def _reml(
     return (found[best][1], float(grid[best])), (found[longest][1], float(grid[longest]))
 
 
-def _likelihood(values: Floats, trend: Floats, link: Floats) -> tuple[float, float]:
-    """Logarithm of the restricted likelihood, and the standard deviation, for given links between neighbours."""
+def _likelihood(values: Floats, trend: Floats, link: Floats, *, restricted: bool = True) -> tuple[float, float]:
+    """Logarithm of the (restricted) likelihood, and the standard deviation, for given links between neighbours."""
     scale = np.sqrt(1.0 - link**2)
     both = np.concatenate([trend, values[:, None]], axis=1)
     white = (both - link[:, None] * np.concatenate([np.zeros((1, both.shape[1])), both[:-1]])) / scale[:, None]
     q, r = np.linalg.qr(white[:, :-1])
     left = white[:, -1] - q @ (q.T @ white[:, -1])
-    free = len(values) - trend.shape[1]
+    free = len(values) - (trend.shape[1] if restricted else 0)
     variance = max(float(left @ left) / free, 1e-300)
-    size = float(np.log(np.maximum(np.abs(np.diag(r)), 1e-12)).sum() + np.log(scale).sum())
+    volume = float(np.log(np.maximum(np.abs(np.diag(r)), 1e-12)).sum()) if restricted else 0.0
+    size = volume + float(np.log(scale).sum())
     return -0.5 * free * float(np.log(variance)) - size, float(np.sqrt(variance))
