@@ -58,7 +58,7 @@ def _traction(case: Case, prediction: Prediction) -> Iterator[tuple[str, str, Fl
         return
     yield "time", "smooth", smooth(time, SMOOTH)
     yield "time", "iterations", levels(points.iteration[at]) * prediction.traction.T
-    for wave in waves(time, WAVES):
+    for wave in waves(time, max(WAVES, len(case.test.history.step) // 2)):
         yield "time", "wave", wave
     yield "energy", "smooth", smooth(state.energy[0, at], SMOOTH)
     if case.test.thermal is not None:

@@ -29,7 +29,7 @@ from twindisc_cli.loop.screen import Leftover, leftover
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Experiment, Floats
 
-ALARM = 0.003
+ALARM = 0.005
 REFUSAL = 0.002
 DOUBT = 0.1
 SHORT = 0.2
