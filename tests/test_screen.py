@@ -187,6 +187,18 @@ def test_levels_and_waves() -> None:
         assert wave == pytest.approx(np.stack([np.cos(phase), np.sin(phase)], axis=1), abs=1e-9)
 
 
+def test_a_swing_from_one_iteration_to_the_next_but_one_is_seen() -> None:
+    """28 periods in 63 iterations, among as many samples as make each of them smooth."""
+    course = history(tuple(np.geomspace(0.02, 0.09, 21)), 3)
+    time = spread(course, 8)
+    swing = 0.006 * np.sin(2.0 * np.pi * 28.0 * time / course.end_time[-1])
+    noisy = 0.6 + swing + SIGMA * np.random.default_rng(5).standard_normal(len(time))
+    test = experiment(course, thermal=None, measured=Measured(traction=traction_samples(course, time, noisy, SIGMA)))
+    found = leftover(base_fit(test, "traction"), "traction")
+    assert found.p_value < 1e-6
+    assert (found.scores[0].group.covariate, found.scores[0].group.kind) == ("time", "wave")
+
+
 def test_no_group_holds_a_column_that_stands_still() -> None:
     test = Instruments().record(Plant(COURSE), np.random.default_rng(0))
     case = case_of(test)
