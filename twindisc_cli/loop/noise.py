@@ -211,49 +211,55 @@ def _estimate(
         paid = np.sqrt(kept.sum() / max(kept.sum() - trend.shape[1], 1))
         scatter = 1.4826 * paid * float(np.median(np.abs(left[kept])))
         kept = np.abs(left) <= FAR * max(scatter, 1e-300)
+    record = _Record(values, position, series, correlated)
     for _ in range(PASSES):
-        (_, correlation), _ = _about(trend, values, left, kept, position, series, correlated)
+        calm = kept & _calm(left, trend, kept)
+        (_, correlation), _ = _reml(record.only(calm), trend[calm])
         kept &= ~_stray(left, kept, position, series, correlation)
         left = _detrended(values, trend, kept)
-    trend = _needed([t[order] for t in trends], values, kept, position, series, correlated)
+    trend = min((t[order] for t in trends), key=lambda t: _criterion(record.only(kept), t[kept]))
     left = _detrended(values, trend, kept)
-    (std, correlation), cautious = _about(trend, values, left, kept, position, series, correlated)
+    calm = kept & _calm(left, trend, kept)
+    (std, correlation), cautious = _reml(record.only(calm), trend[calm])
     if std <= STILL * size:
         return assumed
     alone = kept | _in_a_run(~kept)
     return Noise(std, correlation, alone[back], position[back], series[back], estimated=True, cautious=cautious)
 
 
-def _about(
-    trend: Floats, values: Floats, left: Floats, kept: Mask, position: Floats, series: Ints, correlated: bool
-) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Likeliest and cautious noise about a trend, from the calm samples."""
-    calm = kept & _calm(left, trend, kept)
-    return _reml(values[calm], trend[calm], position[calm], series[calm], correlated)
+@dataclass(frozen=True)
+class _Record:
+    """Values (sample,) at their positions in uninterrupted series, and whether neighbours may be correlated."""
+
+    values: Floats
+    position: Floats
+    series: Ints
+    correlated: bool
+
+    def only(self, mask: Mask) -> _Record:
+        """Some of the samples."""
+        return _Record(self.values[mask], self.position[mask], self.series[mask], self.correlated)
+
+    @property
+    def grid(self) -> Floats:
+        """The correlations that are tried."""
+        return CORRELATIONS if self.correlated else CORRELATIONS[:1]
+
+    @property
+    def links(self) -> list[Floats]:
+        """Correlation of each sample with the one before it, for every correlation that is tried."""
+        return [_links(self.position, self.series, float(c)) if c else np.zeros(len(self.values)) for c in self.grid]
 
 
-def _needed(
-    trends: Sequence[Floats], values: Floats, kept: Mask, position: Floats, series: Ints, correlated: bool
-) -> Floats:
-    """The trend that the samples ask for, by Akaike's criterion for few samples: what it takes up, the noise lacks.
+def _criterion(record: _Record, trend: Floats) -> float:
+    """Akaike's criterion for few samples: the least belongs to the trend that the samples ask for.
 
     Source: C. M. Hurvich, C.-L. Tsai, Biometrika 76 (1989) 297-307.
     """
-
-    def criterion(trend: Floats) -> float:
-        used = trend[kept][:, np.any(trend[kept] != 0.0, axis=0)]
-        samples, columns = len(used), int(used.shape[1])
-        paid = 2.0 * columns * samples / max(samples - columns - 1, 1)
-        links = _tried_links(position[kept], series[kept], correlated)
-        return paid - 2.0 * float(np.max([_likelihood(values[kept], used, k, restricted=False)[0] for k in links]))
-
-    return min(trends, key=criterion) if len(trends) > 1 else trends[0]
-
-
-def _tried_links(position: Floats, series: Ints, correlated: bool) -> list[Floats]:
-    """The links between neighbours for every correlation that is tried."""
-    grid = CORRELATIONS if correlated else CORRELATIONS[:1]
-    return [_links(position, series, float(c)) if c else np.zeros(len(position)) for c in grid]
+    used = trend[:, np.any(trend != 0.0, axis=0)]
+    samples, columns = len(used), int(used.shape[1])
+    likely = [_likelihood(record.values, used, link, restricted=False)[0] for link in record.links]
+    return 2.0 * columns * samples / max(samples - columns - 1, 1) - 2.0 * max(likely)
 
 
 def _detrended(values: Floats, trend: Floats, kept: Mask) -> Floats:
@@ -299,16 +305,14 @@ def _unsorted(order: Ints) -> Ints:
     return np.asarray(np.argsort(order), dtype=np.int64)
 
 
-def _reml(
-    values: Floats, trend: Floats, position: Floats, series: Ints, correlated: bool
-) -> tuple[tuple[float, float], tuple[float, float]]:
+def _reml(record: _Record, trend: Floats) -> tuple[tuple[float, float], tuple[float, float]]:
     """Standard deviation and correlation of greatest restricted likelihood, and of the longest correlation near it."""
     used = trend[:, np.any(trend != 0.0, axis=0)]
-    grid = CORRELATIONS if correlated else CORRELATIONS[:1]
-    found = [_likelihood(values, used, link) for link in _tried_links(position, series, correlated)]
+    grid = record.grid
+    found = [_likelihood(record.values, used, link) for link in record.links]
     likely = np.array([likelihood for likelihood, _ in found])
     best = int(np.argmax(likely))
-    reach = grid[best] + LONGER / np.sqrt(len(values) - used.shape[1])
+    reach = grid[best] + LONGER / np.sqrt(len(used) - used.shape[1])
     longest = int(np.flatnonzero((likely >= likely.max() - NEAR) & (grid <= reach))[-1])
     return (found[best][1], float(grid[best])), (found[longest][1], float(grid[longest]))
 
