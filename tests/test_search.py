@@ -23,7 +23,7 @@ from twindisc_cli.loop.search import (
     search_channel,
     weigh,
 )
-from twindisc_cli.model.experiment import Measured, Thermal
+from twindisc_cli.model.experiment import History, Measured, Thermal
 
 COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 2)
 TIME = spread(COURSE, 6)
@@ -219,40 +219,35 @@ def test_each_channel_is_searched_given_those_before_it() -> None:
     assert not findings[1].missing, "what warmed the disc less is known by then"
 
 
-def test_what_an_earlier_channel_leaves_uncertain_is_a_nuisance_of_the_next() -> None:
-    """mu is known to its standard deviation from the traction; the warming is as uncertain as mu, all of it at once."""
+def warming_of_uncertain_friction(course: History) -> tuple[Case, Problem, Floats, float, float]:
+    """A test whose mu is settled by noisy traction: case, the problem of the temperature, its last nuisance, mu, std."""
     rods = Instruments(channels=("traction", "temperature"), traction=0.05)
-    case = case_of(
-        rods.record(Plant(COURSE), np.random.default_rng(4), thermal=Thermal(ROOM, 100.0, ROOM, convection=1.6))
-    )
+    thermal = Thermal(ROOM, 100.0, ROOM, convection=1.6)
+    case = case_of(rods.record(Plant(course), np.random.default_rng(4), thermal=thermal))
     whole = Problem([case], ("traction", "temperature"))
     friction = fit(replace(whole, channels=("traction",)))
-    mu, spread = friction.value(friction.problem.parameters[0])
-    assert spread > 0.003
     later = replace(given(whole, friction), channels=("temperature",))
     moved = later.with_nuisance(later.start(), np.empty((len(later.measured), 0))).nuisance
     assert moved is not None
+    return case, later, moved[:, -1], *friction.value(friction.problem.parameters[0])
+
+
+def test_what_an_earlier_channel_leaves_uncertain_is_a_nuisance_of_the_next() -> None:
+    """mu is known to its standard deviation from the traction; the warming is as uncertain as mu, all of it at once."""
+    _, later, moved, mu, spread = warming_of_uncertain_friction(COURSE)
+    assert spread > 0.003
     warming = later.white([replace(p, temperature=p.temperature - ROOM) for p in later.predict(later.start()[None])])[0]
-    assert moved[:, -1] == pytest.approx(warming * spread / mu, rel=0.03, abs=1e-3)
+    assert moved == pytest.approx(warming * spread / mu, rel=0.03, abs=1e-3)
 
 
 def test_friction_given_in_some_steps_is_uncertain_only_in_the_others() -> None:
     """What mu is not known by moves the warming of the first step alone; in the others the definition says mu."""
     course = replace(COURSE, given_mu=np.where(COURSE.step == 0, np.nan, 0.6))
-    rods = Instruments(channels=("traction", "temperature"), traction=0.05)
-    case = case_of(
-        rods.record(Plant(course), np.random.default_rng(4), thermal=Thermal(ROOM, 100.0, ROOM, convection=1.6))
-    )
-    whole = Problem([case], ("traction", "temperature"))
-    friction = fit(replace(whole, channels=("traction",)))
-    mu, spread = friction.value(friction.problem.parameters[0])
-    later = replace(given(whole, friction), channels=("temperature",))
-    moved = later.with_nuisance(later.start(), np.empty((len(later.measured), 0))).nuisance
-    assert moved is not None
-    sets = np.where(COURSE.step == 0, [[mu], [mu + spread]], 0.6)
+    case, _, moved, mu, spread = warming_of_uncertain_friction(course)
+    sets = np.where(course.step == 0, [[mu], [mu + spread]], 0.6)
     found = case.model.predict({"mu": sets, "K": np.zeros(2), "convection_W_K": np.full(2, 1.6)}).temperature
     change = case.noise["temperature"].whiten(found[1] - found[0])
-    assert moved[:, -1] == pytest.approx(change, rel=0.03, abs=1e-3 * np.abs(change).max())
+    assert moved == pytest.approx(change, rel=0.03, abs=1e-3 * np.abs(change).max())
 
 
 def test_friction_as_measured_is_as_uncertain_as_its_samples() -> None:
