@@ -220,7 +220,7 @@ def test_each_channel_is_searched_given_those_before_it() -> None:
 
 
 def warming_of_uncertain_friction(course: History) -> tuple[Case, Problem, Floats, float, float]:
-    """A test whose mu is settled by noisy traction: case, the problem of the temperature, its last nuisance, mu, std."""
+    """A test whose mu is settled by noisy traction: case, problem of the temperature, its last nuisance, mu, std."""
     rods = Instruments(channels=("traction", "temperature"), traction=0.05)
     thermal = Thermal(ROOM, 100.0, ROOM, convection=1.6)
     case = case_of(rods.record(Plant(course), np.random.default_rng(4), thermal=thermal))
