@@ -104,21 +104,8 @@ def curves(test: Test, seed: int = 3) -> list[Curve]:
         noisy = course + NOISE[channel] * draw.standard_normal(len(course))
         held, kept = np.arange(len(course)) % 5 == 2, np.arange(len(course)) != 7
         name = test.experiment.name
-        made.append(
-            Curve(
-                name,
-                channel,
-                noisy,
-                course + miss,
-                course,
-                course + miss,
-                course,
-                held,
-                kept,
-                covariates,
-                "reconstructed",
-            )
-        )  # type: ignore[arg-type]
+        models = (course + miss, course)
+        made.append(Curve(name, channel, noisy, *models, *models, held, kept, covariates, "reconstructed"))
     return made
 
 

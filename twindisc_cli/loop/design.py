@@ -130,8 +130,7 @@ def _distances(
 def _rows(model: ForwardModel, case: Case, fitted: Fit) -> tuple[dict[Channel, Floats], dict[Channel, Floats]]:
     """Predicted channels in noise units, and their slopes over the parameters (sample, parameter)."""
     problem = fitted.problem
-    fitted_base = {key: float(value[0]) for key, value in problem.own_base(0, fitted.theta[None]).items()}
-    start = case.held | fitted_base
+    start = case.held | fitted.base(0)
     shaped = [i for i, p in enumerate(problem.parameters) if p.effect is not None]
     sets = 1 + len(start) + len(shaped)
     base = {key: np.full(sets, value) for key, value in start.items()}

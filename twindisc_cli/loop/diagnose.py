@@ -26,7 +26,8 @@ from twindisc_cli.loop.diagnosis import (
 )
 from twindisc_cli.loop.explain import Explanation, Progress, explain
 from twindisc_cli.loop.fit import Fit
-from twindisc_cli.loop.holdout import Mask, steps_withheld, withheld, without
+from twindisc_cli.loop.holdout import steps_withheld, withheld, without
+from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case, case_of, channels_of, friction_is_given, stated
 from twindisc_cli.loop.screen import Leftover, leftover
 from twindisc_cli.loop.search import REFUSAL, SHORT, Candidate, Finding, recorded_stops
@@ -224,14 +225,16 @@ def _tried(channel: Channel, candidate: Candidate) -> Tried:
 def _curves(found: Explanation, blind: Explanation, masks: Sequence[Mapping[Channel, Mask]]) -> list[Curve]:
     """Every channel of every test, by the answer that saw all samples and by the one that did not."""
     cases = found.before.problem.cases
+    first, unseen_first = (_predicted(answer.before, cases) for answer in (found, blind))
     curves = []
     for channel in found.after:
-        fits = (found.before, found.after[channel], blind.before, blind.after[channel])
-        predictions = [_predicted(fitted, cases) for fitted in fits]
+        last, unseen_last = (_predicted(answer.after[channel], cases) for answer in (found, blind))
         for number, case in enumerate(cases):
             if channel not in case.noise:
                 continue
-            before, after, unseen_before, unseen_after = (getattr(p[number], channel)[0] for p in predictions)
+            before, after, unseen_before, unseen_after = (
+                getattr(predictions[number], channel)[0] for predictions in (first, last, unseen_first, unseen_last)
+            )
             curves.append(
                 Curve(
                     test=case.test.name,
@@ -243,7 +246,7 @@ def _curves(found: Explanation, blind: Explanation, masks: Sequence[Mapping[Chan
                     unseen_after=unseen_after,
                     held_out=masks[number][channel],
                     kept=case.noise[channel].kept,
-                    covariates=_covariates(case, channel, predictions[0][number]),
+                    covariates=_covariates(case, channel, first[number]),
                     provenance=case.test.measured.provenance,
                 )
             )
@@ -312,8 +315,7 @@ def _notes(found: Explanation, blind: Explanation) -> list[str]:
         missing = [c for c in UNITS if c not in channels_of(case.test)]
         if missing:
             notes.append(f"{name}: {' and '.join(missing)} not measured; effects seen only there stay unseen")
-        profile = case.test.measured.profile
-        if profile is not None and len(np.unique(np.stack([profile.disc, profile.iteration]), axis=1).T) == 1:
+        if len(recorded_stops(case.test)) == 1:
             notes.append(
                 f"{name}: a single profile cannot show a wear coefficient that changed over the history; "
                 f"profiles at several stops would"

@@ -73,11 +73,10 @@ def plain_fit(problem: Problem, *known: Fit) -> Fit:
 
 def remembered(cases: Sequence[Case], *fits: Fit) -> list[Case]:
     """The cases with K and convection as fitted earlier, for where these are not fitted."""
-    found = [
-        {key: float(value[0]) for f in fits for key, value in f.problem.own_base(number, f.theta[None]).items()}
-        for number in range(len(cases))
+    return [
+        replace(case, known=dict(case.known) | {key: value for f in fits for key, value in f.base(number).items()})
+        for number, case in enumerate(cases)
     ]
-    return [replace(case, known={**case.known, **values}) for case, values in zip(cases, found, strict=True)]
 
 
 def _carried(problem: Problem, *fits: Fit) -> Floats:

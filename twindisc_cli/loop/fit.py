@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from twindisc_cli.loop.problem import Case, Parameter, Problem
@@ -24,6 +25,8 @@ STEP = 1e-4
 MOST_STEPS = 40
 TYPICAL = 3.0
 FREE = 4.0
+EDGE = 1e-3
+"""Nearer to a bound than this share of the range a parameter is at it."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,17 @@ class Fit:
         value = float(parameter.outer(self.theta[i]))
         return value, std * (value if parameter.log else parameter.scale)
 
+    def base(self, number: int) -> dict[str, float]:
+        """The fitted base parameters of a test, by key."""
+        return {key: float(v[0]) for key, v in self.problem.own_base(number, self.theta[None]).items()}
+
+    @property
+    def pressed(self) -> NDArray[np.bool_]:
+        """Which parameters are at a bound beyond which they would fit better (parameter,)."""
+        lower, upper = self.problem.bounds
+        downhill, edge = -self.jacobian.T @ self.residual, EDGE * (upper - lower)
+        return np.asarray(np.where(downhill > 0.0, upper - self.theta < edge, self.theta - lower < edge))
+
     @property
     def at_bound(self) -> tuple[str, ...]:
         """Names of effect parameters that the data press against a bound.
@@ -63,7 +77,7 @@ class Fit:
         for i, p in enumerate(self.problem.parameters):
             width = upper[i] - lower[i]
             low = self.theta[i] - lower[i] < upper[i] - self.theta[i]
-            near = min(self.theta[i] - lower[i], upper[i] - self.theta[i]) < 1e-3 * width
+            near = min(self.theta[i] - lower[i], upper[i] - self.theta[i]) < EDGE * width
             bound, inward = (p.lower, 0.1 * width) if low else (p.upper, -0.1 * width)
             complete = p.unit == "1" and p.off == 0.0 and bound == 1.0
             cost = 2.0 * slope[i] * inward + inward**2 / self.covariance[i, i]

@@ -12,9 +12,9 @@ from dataclasses import fields, replace
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from twindisc_cli.effects._effect import Channel
+from twindisc_cli.loop.noise import Mask
 from twindisc_cli.model.experiment import (
     Experiment,
     Floats,
@@ -25,7 +25,6 @@ from twindisc_cli.model.experiment import (
     TractionSamples,
 )
 
-Mask = NDArray[np.bool_]
 Samples = TypeVar("Samples", TractionSamples, ProfileSamples, TemperatureSamples)
 
 BANDS = 40

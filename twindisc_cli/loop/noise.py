@@ -126,7 +126,7 @@ def profile_noise(experiment: Experiment) -> Noise:
         here = np.flatnonzero(record == number)
         here = here[np.argsort(profile.y[here])]
         rough = profile.height[here] - median_filter(profile.height[here], NEIGHBOURS, mode="nearest")
-        far = np.abs(rough) > 6.0 * max(found.std, 1.4826 * float(np.median(np.abs(rough))))
+        far = np.abs(rough) > 6.0 * max(found.std, _scatter(rough))
         kept[here] = ~far | _in_a_run(far)
     return replace(found, kept=kept, position=position / spacing, series=record)
 
@@ -209,8 +209,7 @@ def _estimate(
     for _ in range(PASSES):
         left = _detrended(values, trend, kept)
         paid = np.sqrt(kept.sum() / max(kept.sum() - trend.shape[1], 1))
-        scatter = 1.4826 * paid * float(np.median(np.abs(left[kept])))
-        kept = np.abs(left) <= FAR * max(scatter, 1e-300)
+        kept = np.abs(left) <= FAR * max(paid * _scatter(left[kept]), 1e-300)
     record = _Record(values, position, series, correlated)
     for _ in range(PASSES):
         calm = kept & _calm(left, trend, kept)
@@ -248,7 +247,7 @@ class _Record:
     @property
     def links(self) -> list[Floats]:
         """Correlation of each sample with the one before it, for every correlation that is tried."""
-        return [_links(self.position, self.series, float(c)) if c else np.zeros(len(self.values)) for c in self.grid]
+        return [_links(self.position, self.series, float(c)) for c in self.grid]
 
 
 def _criterion(record: _Record, trend: Floats) -> float:
@@ -262,6 +261,11 @@ def _criterion(record: _Record, trend: Floats) -> float:
     return 2.0 * columns * samples / max(samples - columns - 1, 1) - 2.0 * max(likely)
 
 
+def _scatter(values: Floats) -> float:
+    """Robust standard deviation about zero."""
+    return 1.4826 * float(np.median(np.abs(values)))
+
+
 def _detrended(values: Floats, trend: Floats, kept: Mask) -> Floats:
     """Values without the trend (sample, column) that fits those that are kept."""
     return np.asarray(values - trend @ np.linalg.lstsq(trend[kept], values[kept], rcond=None)[0])
@@ -273,14 +277,14 @@ def _stray(left: Floats, kept: Mask, position: Floats, series: Ints, correlation
     A spike makes its neighbours look far off too, in the other direction; only the farthest of neighbours is one.
     """
     here = np.flatnonzero(kept)
-    e, before = left[here], _links(position[here], series[here], correlation) if correlation else np.zeros(len(here))
+    e, before = left[here], _links(position[here], series[here], correlation)
     after = np.append(before[1:], 0.0)
     share = 1.0 - (before * after) ** 2
     expected = before * (1.0 - after**2) * np.append(0.0, e[:-1]) + after * (1.0 - before**2) * np.append(e[1:], 0.0)
     far = np.abs(e - expected / share) / np.sqrt((1.0 - before**2) * (1.0 - after**2) / share)
     highest = (far >= np.append(0.0, far[:-1])) & (far >= np.append(far[1:], 0.0))
     stray = np.zeros(len(left), dtype=bool)
-    stray[here] = highest & (far > FAR * 1.4826 * float(np.median(far)))
+    stray[here] = highest & (far > FAR * _scatter(far))
     return stray
 
 

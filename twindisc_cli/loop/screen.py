@@ -27,8 +27,6 @@ from twindisc_cli.model.experiment import Floats
 DRAWS = 1000
 MOST_ENDS = 30
 SEED = 20061139
-EDGE = 1e-3
-"""Nearer to a bound than this share of the range a parameter is at it."""
 
 
 @dataclass(frozen=True)
@@ -104,9 +102,7 @@ def _reached(fitted: Fit) -> Floats:
     A parameter that the data press against a bound goes nowhere.
     """
     lower, upper = fitted.problem.bounds
-    downhill, edge = -fitted.jacobian.T @ fitted.residual, EDGE * (upper - lower)
-    pressed = np.where(downhill > 0.0, upper - fitted.theta < edge, fitted.theta - lower < edge)
-    left, size, _ = np.linalg.svd((fitted.jacobian * (upper - lower))[:, ~pressed], full_matrices=False)
+    left, size, _ = np.linalg.svd((fitted.jacobian * (upper - lower))[:, ~fitted.pressed], full_matrices=False)
     return np.asarray(left[:, size > 1.0])
 
 

@@ -109,13 +109,8 @@ def search_channel(problem: Problem, channel: Channel, declared: frozenset[str])
 def refit(problem: Problem, start: Floats | None = None) -> Fit:
     """Fit, find the nuisances there, and fit again."""
     first = fit(replace(problem, nuisance=None), start)
-    return fit(with_nuisance_of(first), first.theta)
-
-
-def with_nuisance_of(plain: Fit) -> Problem:
-    """The problem of a fit without nuisances, with the nuisances as they are there."""
-    base = [i for i, p in enumerate(plain.problem.parameters) if p.effect is None]
-    return plain.problem.with_nuisance(plain.theta, plain.jacobian[:, base])
+    base = [i for i, p in enumerate(problem.parameters) if p.effect is None]
+    return fit(problem.with_nuisance(first.theta, first.jacobian[:, base]), first.theta)
 
 
 def _candidates(problem: Problem, channel: Channel, declared: frozenset[str]) -> list[str]:
