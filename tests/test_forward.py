@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from rigs import HARDNESS, LOAD, RADIUS, ROOM, SPEED, experiment, history, rig, running, spread, traction_samples
 
+from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import (
     Contact,
     Experiment,
@@ -325,3 +326,28 @@ def test_a_track_worn_beyond_the_tables_of_the_exact_theory_is_still_predicted(c
     """A patch far more than twenty times as wide as long: full sliding is mu whatever the ratio of the axes."""
     test = measured(SLIDING, options=Options(contact=contact, traction="exact"))
     assert predict(test, K=0.01).traction[0] == pytest.approx(np.full(5 * len(SLIDING.step), 0.6), rel=1e-3)
+
+
+def test_without_a_convection_nothing_is_known_of_the_temperature_and_the_rest_stays():
+    model = ForwardModel(measured(SLIDING, stops=STOPS))
+    mu, wear = np.full(3, 0.6), np.full(3, 2e-4)
+    cold = {"per_kelvin": np.full(3, -0.01)}
+    found = model.predict(BaseParameters(mu, wear, np.array([1.6, np.nan, 3.2])))
+    assert np.all(np.isnan(found.temperature[1]))
+    assert np.all(np.isfinite(found.temperature[[0, 2]]))
+    assert found.temperature[2] == pytest.approx(
+        model.predict(BaseParameters(mu, wear, np.full(3, 3.2))).temperature[2]
+    )
+    assert found.traction[1] == pytest.approx(found.traction[0], abs=1e-12)
+    assert found.profile[1] == pytest.approx(found.profile[0], abs=1e-15)
+    left_out = model.predict(BaseParameters(mu, wear), {"temperature_dependent_friction": cold})
+    assert left_out.traction == pytest.approx(found.traction, abs=1e-12)
+
+
+def test_without_a_wear_coefficient_nothing_is_known_of_the_profile_and_the_contact_is_unworn():
+    model = ForwardModel(measured(CREEPING, stops=(3,)))
+    found = model.predict(BaseParameters(np.full(2, 0.6), np.array([np.nan, 0.0]), np.full(2, 1.6)))
+    assert np.all(np.isnan(found.profile[0]))
+    assert np.all(found.profile[1] == 0.0)
+    assert np.array_equal(found.traction[0], found.traction[1])
+    assert np.array_equal(found.temperature[0], found.temperature[1])

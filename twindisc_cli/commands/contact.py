@@ -13,8 +13,9 @@ import numpy as np
 
 from twindisc_cli.commands._theories import Field, Patch, exact_field, fastsim_field, hertz_patch, profile_patch
 from twindisc_cli.definition import Test
-from twindisc_cli.identify.steps import base_parameters, friction_in_use
+from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.identify.wear import last_profile
+from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.physics import exact, fastrip, kalker
@@ -83,7 +84,7 @@ def _operating_point(model: ForwardModel) -> Point:
     test = model.experiment
     mu, source = friction_in_use(model)
     known = np.isfinite(mu) & (test.history.step_creepage != 0.0)
-    state = model.predict(base_parameters(test, np.where(known, mu, 1.0)[None])).state
+    state = model.predict(BaseParameters.declared(test, np.where(known, mu, 1.0)[None])).state
     first = model.points.of_iteration[np.unique(test.history.step, return_index=True)[1]]
     shape = (1, len(model.points.time))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from twindisc_cli.commands._base import contact_paths, friction_of_steps, wear_c
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import DefinitionError, Problem
 from twindisc_cli.identify.convection import identify_convection
-from twindisc_cli.identify.steps import base_parameters
+from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, Thermal
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.physics.disc_heat import implicit_step
@@ -86,8 +86,8 @@ def _heat(test: Test, model: ForwardModel, thermal: Thermal) -> Heat:
         found = identify_convection(model, mu)
         convection, std, source = found.value, found.std, "from the measured temperature"
     k, wear = wear_coefficient(model, mu)
-    base = base_parameters(test.experiment, mu[None], wear_coefficient=k)
-    prediction = model.predict({**base, "convection_W_K": np.array([convection])})
+    base = BaseParameters.declared(test.experiment, mu[None])
+    prediction = model.predict(replace(base, K=np.array([k]), convection=np.array([convection])))
     energy = prediction.state.energy[0, model.points.of_iteration]
     return Heat(
         time=model.points.time,

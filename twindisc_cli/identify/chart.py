@@ -13,6 +13,7 @@ import numpy as np
 from twindisc_cli.identify.friction import LIGHT_LINE
 from twindisc_cli.identify.law import NEARLY_FULL, unworn_law
 from twindisc_cli.identify.roots import bracketed_root
+from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, Measured
 from twindisc_cli.model.forward import ForwardModel, Prediction
 
@@ -73,8 +74,7 @@ def _at(test: Experiment, *, mu: Floats, creepage: Floats) -> tuple[Prediction, 
         given_mu=np.full(len(creepage), np.nan),
     )
     model = ForwardModel(replace(test, history=history, measured=Measured()))
-    nothing = np.zeros(len(mu))
-    return model.predict({"mu": mu, "K": nothing, "convection_W_K": nothing}), model.points.of_iteration
+    return model.predict(BaseParameters(mu)), model.points.of_iteration
 
 
 def _reached(test: Experiment, mu: Floats, share: float) -> Floats:

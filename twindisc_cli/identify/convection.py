@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from twindisc_cli.identify.least_squares import Fit, fit_positive
-from twindisc_cli.identify.steps import base_parameters
+from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import ForwardModel
 
@@ -18,10 +20,10 @@ def identify_convection(model: ForwardModel, mu: Floats) -> Fit:
         raise ValueError("no temperature was measured, or no heat capacity is known")
 
     def temperatures(convection: Floats) -> Floats:
-        base = base_parameters(test, np.broadcast_to(mu, (len(convection), len(mu))))
-        return model.predict({**base, "convection_W_K": convection}).temperature
+        base = BaseParameters.declared(test, np.broadcast_to(mu, (len(convection), len(mu))))
+        return model.predict(replace(base, convection=convection)).temperature
 
-    power = float(np.mean(model.predict(base_parameters(test, mu[None])).state.power))
+    power = float(np.mean(model.predict(BaseParameters.declared(test, mu[None])).state.power))
     rise = float(np.ptp(samples.temperature)) or 1.0
     weights = np.ones_like(samples.temperature)
     return fit_positive(temperatures, measured=samples.temperature, weights=weights, start=max(power, 1e-6) / rise)

@@ -12,13 +12,11 @@ import numpy as np
 
 from twindisc_cli.identify.friction import mean_and_interval, mu_from_traction, states
 from twindisc_cli.identify.law import unworn_law
+from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, TractionSamples
 from twindisc_cli.model.forward import ForwardModel
 
 Explanation = tuple[Callable[[Floats], Floats], Callable[[Floats], Floats]]
-
-ISOTHERMAL = 1e6
-"""Convection [W/K] where none is known: the disc stays at its environment's temperature."""
 
 
 @dataclass(frozen=True)
@@ -37,17 +35,6 @@ class StepFriction:
     high: Floats
     share: Floats
     state: list[str | None]
-
-
-def base_parameters(test: Experiment, mu: Floats, *, wear_coefficient: float = np.nan) -> dict[str, Floats]:
-    """What the forward model takes for mu (set, step): K as given here or declared, else no wear."""
-    chosen = wear_coefficient if np.isfinite(wear_coefficient) else test.options.wear_coefficient
-    declared = test.thermal.convection if test.thermal else np.nan
-    return {
-        "mu": mu[:, test.history.step],
-        "K": np.full(len(mu), np.nan_to_num(chosen)),
-        "convection_W_K": np.full(len(mu), declared if np.isfinite(declared) else ISOTHERMAL),
-    }
 
 
 def identify_friction(model: ForwardModel) -> StepFriction:
@@ -106,10 +93,10 @@ def _through_model(model: ForwardModel, samples: TractionSamples) -> Explanation
     mean = _mean_of_steps(model.experiment, samples)
 
     def traction(mu: Floats) -> Floats:
-        return np.asarray(model.predict(base_parameters(model.experiment, mu)).traction @ mean)
+        return np.asarray(model.predict(BaseParameters.declared(model.experiment, mu)).traction @ mean)
 
     def share(mu: Floats) -> Floats:
-        state = model.predict(base_parameters(model.experiment, mu[None])).state
+        state = model.predict(BaseParameters.declared(model.experiment, mu[None])).state
         with np.errstate(invalid="ignore", divide="ignore"):
             found = state.power / (state.sliding_speed * state.mu * state.normal_load)
         return np.asarray(found[0, model.points.of_traction] @ mean)

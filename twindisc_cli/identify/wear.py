@@ -6,15 +6,15 @@ against width; then the depth decides, as in the paper, and the standard error t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.identify.least_squares import Fit, fit_positive
-from twindisc_cli.identify.steps import base_parameters
 from twindisc_cli.identify.track import Track, worn_track
 from twindisc_cli.identify.wear_coefficient import TOLERANCE, Bisection, bisect_depth
+from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Floats, ProfileSamples
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.physics.archard import allowed_coefficient
@@ -56,8 +56,8 @@ def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
     measured = worn_track(y, height, smooth=True)
 
     def heights(k: Floats) -> Floats:
-        base = base_parameters(test, np.broadcast_to(mu, (len(k), len(mu))), wear_coefficient=1.0)
-        return model.predict({**base, "K": k}).profile
+        base = BaseParameters.declared(test, np.broadcast_to(mu, (len(k), len(mu))))
+        return model.predict(replace(base, K=k)).profile
 
     def track(k: float) -> Track:
         return worn_track(y, heights(np.array([k]))[0, last], smooth=False)
@@ -99,5 +99,5 @@ def last_profile(profile: ProfileSamples) -> NDArray[np.intp]:
 
 def _energy(model: ForwardModel, mu: Floats, iterations: int) -> float:
     """Energy dissipated in the first iterations [J]."""
-    energy = model.predict(base_parameters(model.experiment, mu[None])).state.energy[0]
+    energy = model.predict(BaseParameters.declared(model.experiment, mu[None])).state.energy[0]
     return float(energy[model.points.of_iteration[iterations - 1]])

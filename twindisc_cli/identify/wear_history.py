@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from twindisc_cli.identify.steps import base_parameters
 from twindisc_cli.identify.track import Track, worn_track
+from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.patch import WeightedPaths, weighted_paths
@@ -44,7 +44,8 @@ class WearHistory:
 def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) -> WearHistory:
     """Wear the discs with mu (step,) and one K [1], declared effects acting."""
     test, at = model.experiment, model.points.of_iteration
-    prediction = model.predict(base_parameters(test, mu[None], wear_coefficient=wear_coefficient))
+    base = replace(BaseParameters.declared(test, mu[None]), K=np.array([wear_coefficient]))
+    prediction = model.predict(base)
     state, wide = prediction.state, prediction.section.shape
     paths = weighted_paths(model.path, test.options.contact, state.half_space, state.wander)
     load = np.broadcast_to(state.normal_load / state.nominal_load, wide)[0, at]

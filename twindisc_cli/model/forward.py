@@ -21,6 +21,7 @@ import numpy as np
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Stage
 from twindisc_cli.effects._state import State
+from twindisc_cli.model.base import BaseParameters, column
 from twindisc_cli.model.experiment import Contact, Experiment, Floats
 from twindisc_cli.model.patch import WeightedPaths, weighted_paths
 from twindisc_cli.model.points import Points, operating_points
@@ -41,6 +42,7 @@ class Prediction:
     """Predicted channels at the measured samples, (set, sample): T/N [1], height change [m], temperature [K].
 
     `state` holds the operating points after the last pass, `section` the worn section at them [m2], (set, point).
+    The profile is NaN where K is not known (the section is then 0), the temperature where the convection is not.
     """
 
     traction: Floats
@@ -92,15 +94,11 @@ class ForwardModel:
         enough = self.reach if self.experiment.measured.profile is not None else max(self.reach, section)
         return wear_path(self.experiment.rig, contact=contact, section=enough, wander=wander)
 
-    def predict(self, base: Parameters, effects: Mapping[str, Parameters] | None = None) -> Prediction:
-        """Predict every channel.
-
-        base     mu (set,) or (set, iteration), K (set,), convection_W_K (set,); creepage_factor (set, iteration),
-                 true over nominal creepage, 1 where it is left out
-        effects  parameters of each effect, (set,), beside those the test declares
-        """
-        sets = max(len(np.atleast_1d(v)) for v in [*base.values(), *_values(effects)])
-        chain = _Chain(self, _columns(base, sets), self._all_effects(effects or {}, sets), sets)
+    def predict(self, base: BaseParameters | Parameters, effects: Mapping[str, Parameters] | None = None) -> Prediction:
+        """Predict every channel. Effects and their parameters, (set,), act beside those that the test declares."""
+        base = BaseParameters.of(base)
+        sets = max([base.sets, *(len(np.atleast_1d(value)) for value in _values(effects))])
+        chain = _Chain(self, base.columns(sets), self._all_effects(effects or {}, sets), sets)
         state = chain.start()
         for _ in range(MOST_PASSES):
             last, state = state, chain.run(state)
@@ -122,13 +120,7 @@ def _values(effects: Mapping[str, Parameters] | None) -> list[Floats]:
 
 
 def _columns(parameters: Parameters, sets: int) -> dict[str, Floats]:
-    """Every parameter as (set, 1), or (set, iteration) where it is given for each."""
-    columns = {}
-    for name, value in parameters.items():
-        array = np.asarray(value, dtype=float)
-        array = array[:, None] if array.ndim == 1 else np.atleast_2d(array)
-        columns[name] = np.broadcast_to(array, (sets, array.shape[1]))
-    return columns
+    return {name: column(value, sets) for name, value in parameters.items()}
 
 
 def _standing(last: State, state: State) -> bool:
@@ -143,7 +135,7 @@ class _Chain:
     """The stages, for one list of parameter sets."""
 
     model: ForwardModel
-    base: dict[str, Floats]
+    base: BaseParameters
     effects: dict[str, dict[str, Floats]]
     sets: int
 
@@ -151,9 +143,7 @@ class _Chain:
         """The operating points before anything is known of energy and temperature."""
         test, points = self.model.experiment, self.model.points
         shape = (self.sets, len(points.time))
-        creepage = np.broadcast_to(points.creepage, shape)
-        if "creepage_factor" in self.base:
-            creepage = creepage * self.base["creepage_factor"][:, points.iteration]
+        creepage = np.broadcast_to(points.creepage, shape) * self._at_points(self.base.creepage_factor)
         environment = test.thermal.environment_temperature if test.thermal else np.nan
         return State(
             time=points.time,
@@ -188,10 +178,12 @@ class _Chain:
         return state
 
     def _friction(self, state: State) -> State:
-        mu = self.base["mu"]
-        if mu.shape[1] > 1:
-            mu = mu[:, self.model.points.iteration]
-        return self._apply("friction", state.replace(mu=np.broadcast_to(mu, state.creepage.shape)))
+        mu = np.broadcast_to(self._at_points(self.base.mu), state.creepage.shape)
+        return self._apply("friction", state.replace(mu=mu))
+
+    def _at_points(self, values: Floats) -> Floats:
+        """(set, iteration) at the operating points; (set, 1) as it is."""
+        return values[:, self.model.points.iteration] if values.shape[1] > 1 else values
 
     def _traction(self, state: State) -> State:
         """Traction of the patch as worn so far, the power and the energy."""
@@ -225,7 +217,7 @@ class _Chain:
     def section(self, state: State) -> Floats:
         """Worn section at every point [m2], of both discs together."""
         worn = np.cumsum(np.diff(state.energy, axis=1, prepend=0.0) * state.wear_factor, axis=1)
-        return worn * self.base["K"] / self.model.circumference_hardness
+        return worn * np.nan_to_num(self.base.K) / self.model.circumference_hardness
 
     def _paths(self, state: State) -> WeightedPaths:
         path = partial(self.model.path, section=float(np.max(self.section(state))))
@@ -236,18 +228,20 @@ class _Chain:
         thermal = self.model.experiment.thermal
         if thermal is None:
             return state
-        convection = np.broadcast_to(self.base["convection_W_K"], state.energy.shape)
+        convection = np.broadcast_to(self.base.convection, state.energy.shape)
         state = self._apply("heat", state.replace(heat=state.power, convection=convection))
+        known = np.isfinite(state.convection)
         temperature = disc_heat.temperatures(
             power=state.heat,
             duration=state.duration,
             capacity=thermal.heat_capacity,
-            convection=state.convection,
+            convection=np.where(known, state.convection, 0.0),
             environment=state.environment,
             initial=thermal.initial_temperature,
             shaft_conductance=state.shaft_conductance,
             shaft_capacity=state.shaft_capacity,
         )
+        temperature = np.where(known, temperature, np.nan)
         return state.replace(temperature=temperature, disc_temperature=temperature)
 
     def read(self, state: State) -> Prediction:
@@ -259,9 +253,10 @@ class _Chain:
             state = state.replace(surface=worn_surface(self._paths(state), state, section, stops))
         state = self._apply("sensor", state)
         wide = section.shape
+        height = stops.sample(state.surface) if stops and state.surface else np.empty((self.sets, 0))
         return Prediction(
             traction=np.broadcast_to(state.traction_ratio, wide)[:, points.of_traction],
-            profile=stops.sample(state.surface) if stops and state.surface else np.empty((self.sets, 0)),
+            profile=np.where(np.isfinite(self.base.K), height, np.nan),
             temperature=np.broadcast_to(state.disc_temperature, wide)[:, points.of_temperature],
             state=state,
             section=section,
