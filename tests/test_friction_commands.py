@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from definitions import write
+from matplotlib.figure import Figure
 
 from twindisc_cli.commands import friction_chart, identify_mu
 from twindisc_cli.definition import Test, load
@@ -77,6 +78,22 @@ def test_mu_of_the_reconstruction_is_found_again(ambient):
     assert [step["naive_mu"] for step in steps][:2] == pytest.approx([0.334, 0.491])
     for step in steps:
         assert step["mu_low"] < step["mu"] < step["mu_high"]
+
+
+def test_every_interval_says_that_it_is_of_90_percent(ambient):
+    result = identify_mu.run(ambient)
+    assert result.json["interval_percent"] == 90.0
+    said = [*result.summary, *(a.long_name for a in result.dataset.arrays), *figure_words(result.figure())]
+    levels = [line for line in said if "interval" in line]
+    assert len(levels) >= 6
+    assert all("90 %" in line for line in levels)
+    assert any("90 % interval" in words for words in figure_words(friction_chart.run(ambient).figure()))
+
+
+def figure_words(figure: Figure) -> list[str]:
+    """Titles and legends of a figure."""
+    legends = [text.get_text() for axes in figure.axes for text in axes.get_legend().get_texts()]
+    return [axes.get_title() for axes in figure.axes] + legends
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -117,14 +117,14 @@ def test_the_saturated_state_begins_at_98_percent():
 
 
 def test_interval_of_a_mean_is_students():
-    # t for 95 % and 4 degrees of freedom: 2.776
+    # t for 90 % and 4 degrees of freedom: 2.132; the normal's 1.645
     values = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 7.0, 9.0])
     group = np.array([0, 0, 0, 0, 0, 1, 3])
     mean, half = mean_and_interval(values, np.array([np.nan] * 5 + [0.5, np.nan]), group, 4)
     assert mean[[0, 1, 3]] == pytest.approx([3.0, 7.0, 9.0])
     assert np.isnan(mean[2])
-    assert half[0] == pytest.approx(2.776445 * np.sqrt(2.5 / 5), rel=1e-6)
-    assert half[1] == pytest.approx(1.96 * 0.5, rel=1e-4)
+    assert half[0] == pytest.approx(2.131847 * np.sqrt(2.5 / 5), rel=1e-6)
+    assert half[1] == pytest.approx(1.644854 * 0.5, rel=1e-6)
     assert np.isnan(half[3])
 
 
@@ -134,7 +134,7 @@ def test_intervals_of_mu_cover_the_truth(ambient):
     for seed in range(200):
         found = identify_friction(ForwardModel(with_traction(ambient, mu, samples=6, noise=0.01, seed=seed)))
         inside.append((found.low <= mu) & (mu <= found.high))
-    assert 0.93 < np.mean(inside) < 0.97
+    assert 0.88 < np.mean(inside) < 0.92
 
 
 def test_interval_is_open_above_where_the_elastic_limit_is_near():

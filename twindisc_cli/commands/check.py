@@ -21,7 +21,8 @@ import numpy as np
 
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import NEGATIVE_FINDING
-from twindisc_cli.model.experiment import Experiment, Floats, ProfileSamples
+from twindisc_cli.identify.track import Track, last_profile, worn_track
+from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.physics import kalker
 from twindisc_cli.physics.archard import allowed_coefficient, worn_volume
 from twindisc_cli.physics.hertz import Ellipse, contact_ellipse
@@ -30,9 +31,6 @@ from twindisc_cli.results import Array, Axis, Dataset, Result
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-WIDTH_LEVEL = 0.05
-"""The width of a worn profile is taken where it is this fraction of its depth deep."""
-SMOOTHED_OVER = 40
 GEOMETRY_MARGIN = 1.15
 ENERGY_MARGIN = 1.5
 LIMIT_MARGIN = 1.05
@@ -85,15 +83,6 @@ def _number(value: float) -> str:
 
 
 @dataclass(frozen=True)
-class Profile:
-    """The last measured profile of the disc that wears: depth [m], width [m], worn volume [m3]."""
-
-    depth: float
-    width: float
-    volume: float
-
-
-@dataclass(frozen=True)
 class Facts:
     """What the rules draw on, computed once."""
 
@@ -132,41 +121,30 @@ class Facts:
         return float(np.sum(self.power * self.test.history.duration))
 
     @cached_property
-    def profile(self) -> Profile | None:
-        """The last measured profile of disc 2, or of disc 1 where only that was measured."""
-        samples = self.test.measured.profile
-        return None if samples is None else _last_profile(samples, self.test)
+    def track(self) -> Track | None:
+        """The track in the last measured profile."""
+        profile = self.test.measured.profile
+        if profile is None:
+            return None
+        last = last_profile(profile)
+        return worn_track(profile.y[last], profile.height[last], smooth=True)
 
-
-def _last_profile(samples: ProfileSamples, test: Experiment) -> Profile:
-    which = int(samples.disc.max())
-    mine = samples.disc == which
-    mine &= samples.iteration == samples.iteration[mine].max()
-    order = np.argsort(samples.y[mine])
-    y, depth = samples.y[mine][order], -samples.height[mine][order]
-    smooth = _smoothed(depth)
-    bottom = int(np.argmax(smooth))
-    deepest = float(smooth[bottom])
-    shallow = np.flatnonzero(smooth < WIDTH_LEVEL * deepest)
-    left, right = shallow[shallow < bottom], shallow[shallow > bottom]
-    inside = y[(left[-1] + 1 if len(left) else 0) : (right[0] if len(right) else len(y))]
-    radius = (test.rig.disc1 if which == 1 else test.rig.disc2).rolling_radius
-    volume = float(worn_volume(y=y, depth=depth, rolling_radius=radius))
-    return Profile(depth=deepest, width=float(np.ptp(inside)), volume=volume)
-
-
-def _smoothed(depth: Floats) -> Floats:
-    """Running mean over a fortieth of the profile, against the roughness of the flanks."""
-    width = 2 * (len(depth) // (2 * SMOOTHED_OVER)) + 1
-    padded = np.pad(depth, width // 2, mode="edge")
-    return np.convolve(padded, np.full(width, 1.0 / width), mode="valid")
+    @cached_property
+    def volume(self) -> float:
+        """Volume missing in the last measured profile [m3]; NaN without one."""
+        profile = self.test.measured.profile
+        if profile is None:
+            return np.nan
+        last = last_profile(profile)
+        disc = self.test.rig.disc1 if profile.disc[last][0] == 1 else self.test.rig.disc2
+        return float(worn_volume(y=profile.y[last], depth=-profile.height[last], rolling_radius=disc.rolling_radius))
 
 
 def chord_and_depth(facts: Facts) -> Iterator[Finding]:
     """A depth and a width, of the profile or as reported, must belong to the same facet."""
     pairs: list[tuple[str, float, float]] = []
-    if facts.profile:
-        pairs.append((facts.test.measured.provenance, facts.profile.depth, facts.profile.width))
+    if facts.track:
+        pairs.append((facts.test.measured.provenance, facts.track.depth, facts.track.width))
     if {"depth", "width"} <= set(facts.test.reported):
         pairs.append(("reported", facts.test.reported["depth"], facts.test.reported["width"]))
     for kind, depth, width in pairs:
@@ -193,8 +171,8 @@ def facet_depth(width: float, curvature: float) -> float:
 
 def stated_depth(facts: Facts) -> Iterator[Finding]:
     """A reported depth and the measured profile's are the same depth."""
-    if facts.profile and "depth" in facts.test.reported:
-        measured = facts.profile.depth * 1e6
+    if facts.track and "depth" in facts.test.reported:
+        measured = facts.track.depth * 1e6
         yield Finding(
             rule="reported and measured",
             subject="the reported depth",
@@ -235,8 +213,8 @@ def volume_and_energy(facts: Facts) -> Iterator[Finding]:
 def _volumes(facts: Facts) -> dict[str, float]:
     """Worn volumes [m3] by what they come from: the profile, and the facet that a reported depth cuts."""
     volumes = {}
-    if facts.profile and facts.profile.volume > 0.0:
-        volumes[f"{facts.test.measured.provenance} profile"] = facts.profile.volume
+    if facts.volume > 0.0:
+        volumes[f"{facts.test.measured.provenance} profile"] = facts.volume
     depth = facts.test.reported.get("depth")
     radius = facts.test.rig.disc2.rolling_radius
     if depth and np.isfinite(radius):

@@ -14,7 +14,7 @@ import numpy as np
 from twindisc_cli.commands._theories import Field, Patch, exact_field, fastsim_field, hertz_patch, profile_patch
 from twindisc_cli.definition import Test
 from twindisc_cli.identify.steps import friction_in_use
-from twindisc_cli.identify.wear import last_profile
+from twindisc_cli.identify.track import last_profile
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import ForwardModel

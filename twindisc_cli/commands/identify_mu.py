@@ -8,7 +8,7 @@ import numpy as np
 
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import MeasurementError, Problem
-from twindisc_cli.identify.friction import ABOVE_LIMIT
+from twindisc_cli.identify.friction import ABOVE_LIMIT, CONFIDENCE
 from twindisc_cli.identify.steps import StepFriction, identify_friction
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.model.forward import ForwardModel
@@ -27,7 +27,7 @@ def run(test: Test) -> Result:
     return Result(
         command="identify-mu",
         summary=(*_summary(found), *_note(experiment)),
-        json={"steps": [_step(found, i) for i in range(len(found.mu))]},
+        json={"interval_percent": 100.0 * CONFIDENCE, "steps": [_step(found, i) for i in range(len(found.mu))]},
         dataset=_dataset(found),
         figure=lambda: _figure(experiment, found),
     )
@@ -70,7 +70,7 @@ def _message(found: StepFriction, i: int) -> str:
 
 
 def _summary(found: StepFriction) -> tuple[str, ...]:
-    lines = ["step  creepage    T/N     mu      95 % interval     state"]
+    lines = ["step  creepage    T/N     mu      90 % interval     state"]
     for i, state in enumerate(found.state):
         if state is None:
             lines.append(f"{i + 1:>4}  not measured")
@@ -91,10 +91,10 @@ def _dataset(found: StepFriction) -> Dataset:
     rows = (
         ("creepage", found.creepage, "mean measured creepage"),
         ("traction_ratio", found.ratio, "mean measured T/N, the naive coefficient of friction"),
-        ("traction_ratio_half_interval", found.half, "half the 95 % interval of the mean T/N"),
+        ("traction_ratio_half_interval", found.half, "half the 90 % interval of the mean T/N"),
         ("mu", found.mu, "coefficient of friction; inf above the elastic limit"),
-        ("mu_low", found.low, "lower end of the 95 % interval of mu"),
-        ("mu_high", found.high, "upper end of the 95 % interval of mu"),
+        ("mu_low", found.low, "lower end of the 90 % interval of mu"),
+        ("mu_high", found.high, "upper end of the 90 % interval of mu"),
         ("saturation", found.share, "T/(mu N)"),
     )
     state = np.array([s or "not measured" for s in found.state], dtype=object)

@@ -9,7 +9,7 @@ import numpy as np
 from twindisc_cli.commands._base import friction_of_steps, wear_coefficient
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import DefinitionError, Problem
-from twindisc_cli.identify.wear import last_profile
+from twindisc_cli.identify.track import last_profile
 from twindisc_cli.identify.wear_history import WearHistory, wear_history
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.model.forward import ForwardModel

@@ -37,7 +37,9 @@ def chart(one: Chart, many: Chart, measured: StepFriction | None, *, name: str, 
     name_axes(right, CREEPAGE, APPARENT, "$\\mu$ from 0.05 to 0.70")
     for axes in (left, right):
         if measured is not None:
-            measured_points(axes, measured.creepage * 100.0, measured.ratio, measured.half, label=provenance)
+            measured_points(
+                axes, measured.creepage * 100.0, measured.ratio, measured.half, label=f"{provenance}, 90 % interval"
+            )
         axes.set_ylim(0.0, None)
         legend(axes, "lower right" if axes is left else "upper left")
     left.set_xlim(0.0, None)
@@ -59,7 +61,7 @@ def identified(steps: StepFriction, measured: Measured, *, name: str) -> Figure:
     )
     if np.any(beyond):
         right.plot(order[beyond], steps.ratio[beyond], linestyle="none", marker="x", color=RED, label="no $\\mu$ fits")
-    name_axes(right, "step", "coefficient of friction $\\mu$ [1]", "behind it, with 95 % intervals")
+    name_axes(right, "step", "coefficient of friction $\\mu$ [1]", "behind it, with its 90 % interval")
     right.set_xticks(order[:: int(np.ceil(len(order) / 12))])
     for axes in (left, right):
         axes.set_ylim(0.0, None)
@@ -91,7 +93,11 @@ def _traction(axes: Axes, steps: StepFriction, measured: Measured) -> None:
             label="samples",
         )
     measured_points(
-        axes, steps.creepage * 100.0, steps.ratio, steps.half, label=f"{measured.provenance}, mean of a step"
+        axes,
+        steps.creepage * 100.0,
+        steps.ratio,
+        steps.half,
+        label=f"{measured.provenance}, mean of a step, 90 % interval",
     )
     name_axes(axes, CREEPAGE, APPARENT, "measured traction")
     axes.set_xlim(0.0, 105.0 * float(samples.creepage.max()))

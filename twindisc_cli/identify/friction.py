@@ -15,14 +15,15 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.special import stdtrit
+from scipy.special import ndtri, stdtrit
 
 from twindisc_cli.identify.roots import bracketed_root
 from twindisc_cli.model.experiment import Floats, Ints
 
 SATURATED, PARTIAL_SLIP, ABOVE_LIMIT = "saturated", "partial_slip", "above_elastic_limit"
 LIGHT_LINE = 0.98
-CONFIDENCE = 0.95
+CONFIDENCE = 0.90
+"""What every interval that is printed holds: the level of every command."""
 _LOWEST, _HIGHEST = 1e-9, 1e4
 
 
@@ -47,7 +48,7 @@ def states(mu: Floats, share: Floats) -> list[str | None]:
 
 
 def mean_and_interval(values: Floats, uncertainty: Floats, group: Ints, groups: int) -> tuple[Floats, Floats]:
-    """Mean of each group of samples and half its 95 % interval, each (group,): Student's t of the samples' scatter.
+    """Mean of each group of samples and half its 90 % interval, each (group,): Student's t of the samples' scatter.
 
     A single sample takes its stated uncertainty (one standard deviation). NaN where there is neither.
     """
@@ -55,7 +56,7 @@ def mean_and_interval(values: Floats, uncertainty: Floats, group: Ints, groups: 
     with np.errstate(divide="ignore", invalid="ignore"):
         mean = np.bincount(group, values, groups) / count
         variance = np.bincount(group, (values - mean[group]) ** 2, groups) / (count - 1.0)
-        stated = 1.959964 * np.sqrt(np.bincount(group, uncertainty**2, groups)) / count
+        stated = ndtri(0.5 + 0.5 * CONFIDENCE) * np.sqrt(np.bincount(group, uncertainty**2, groups)) / count
         quantile = stdtrit(np.maximum(count - 1.0, 1.0), 0.5 + 0.5 * CONFIDENCE)
         half = np.where(count > 1.0, quantile * np.sqrt(variance / count), stated)
     return mean, half

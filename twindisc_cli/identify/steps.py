@@ -23,7 +23,7 @@ Explanation = tuple[Callable[[Floats], Floats], Callable[[Floats], Floats]]
 class StepFriction:
     """What the measured traction of each step says, each (step,); NaN where nothing was measured.
 
-    creepage and ratio T/N, means of the samples [1]; half, half the 95 % interval of ratio; mu and its interval
+    creepage and ratio T/N, means of the samples [1]; half, half the 90 % interval of ratio; mu and its interval
     low ... high [1], inf above the elastic limit; share, T/(mu N) at mu; state, None where nothing was measured.
     """
 

@@ -1,4 +1,4 @@
-"""Depth and width of a worn track, from a measured or a simulated profile.
+"""Depth and width of a worn track, from a measured or a simulated profile: the same in every command.
 
 depth   of the deepest point [m], of a profile smoothed over a fortieth of its length against roughness
 width   of the part around it that is deeper than 5 % of the depth [m]
@@ -9,8 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from twindisc_cli.model.experiment import Floats
+from twindisc_cli.model.experiment import Floats, ProfileSamples
 
 WIDTH_LEVEL = 0.05
 SMOOTHED_OVER = 40
@@ -22,6 +23,13 @@ class Track:
 
     depth: float
     width: float
+
+
+def last_profile(profile: ProfileSamples) -> NDArray[np.intp]:
+    """The samples of the last profile of disc 2, or of disc 1 where only that was measured, in order of y."""
+    mine = profile.disc == profile.disc.max()
+    mine &= profile.iteration == profile.iteration[mine].max()
+    return np.flatnonzero(mine)[np.argsort(profile.y[mine])]
 
 
 def worn_track(y: Floats, height: Floats, *, smooth: bool) -> Track:

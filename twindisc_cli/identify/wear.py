@@ -9,13 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from twindisc_cli.identify.least_squares import Fit, fit_positive
-from twindisc_cli.identify.track import Track, worn_track
+from twindisc_cli.identify.track import Track, last_profile, worn_track
 from twindisc_cli.identify.wear_coefficient import TOLERANCE, Bisection, bisect_depth
 from twindisc_cli.model.base import BaseParameters
-from twindisc_cli.model.experiment import Floats, ProfileSamples
+from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.physics.archard import allowed_coefficient
 
@@ -88,13 +87,6 @@ def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
         allowed=allowed,
         energy=energy,
     )
-
-
-def last_profile(profile: ProfileSamples) -> NDArray[np.intp]:
-    """The samples of the last profile of disc 2, or of disc 1 where only that was measured, in order of y."""
-    mine = profile.disc == profile.disc.max()
-    mine &= profile.iteration == profile.iteration[mine].max()
-    return np.flatnonzero(mine)[np.argsort(profile.y[mine])]
 
 
 def _energy(model: ForwardModel, mu: Floats, iterations: int) -> float:
