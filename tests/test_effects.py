@@ -124,6 +124,19 @@ def test_the_test_covers_what_effects_act_on() -> None:
     assert np.ptp(plain().temperature) > 5.0
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_an_effect_that_draws_on_the_temperature_says_so(name: str) -> None:
+    # two states that differ in nothing but the temperature of the disc
+    effect, state = catalogue()[name], plain().state
+    if effect.stage not in ("friction", "traction", "contact", "wear"):
+        return
+    warm, cold = (effect.apply(state.replace(temperature=state.temperature + d), **values(effect)) for d in (0.0, 5.0))
+    acted = any(
+        not np.array_equal(getattr(warm, q), getattr(cold, q)) for q in ("mu", "slope", "wear_factor", "wander")
+    )
+    assert effect.needs_temperature is acted
+
+
 @pytest.mark.parametrize("channel", CHANNELS)
 def test_names_of_the_contract_are_there(channel: str) -> None:
     assert set(CONTRACT[channel].split()) <= {name for name in NAMES if catalogue()[name].channel == channel}

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from definitions import write
+from definitions import TRACTION, VALID, changed, write
 from matplotlib.figure import Figure
 
+from twindisc_cli.cli import main
 from twindisc_cli.commands import friction_chart, identify_mu
 from twindisc_cli.definition import Test, load
 from twindisc_cli.errors import MeasurementError
@@ -94,6 +96,21 @@ def figure_words(figure: Figure) -> list[str]:
     """Titles and legends of a figure."""
     legends = [text.get_text() for axes in figure.axes for text in axes.get_legend().get_texts()]
     return [axes.get_title() for axes in figure.axes] + legends
+
+
+def test_an_effect_of_an_unknown_temperature_is_left_out_and_that_is_said(tmp_path, capsys):
+    warm = "\n[effects.temperature_dependent_friction]\nper_kelvin = -0.01\n"
+    known = changed(heat_capacity_J_K="heat_capacity_J_K = 100.0\nconvection_W_K = 0.1")
+    found = {}
+    for name, text in (("plain", VALID), ("unknown", VALID + warm), ("known", known + warm)):
+        with pytest.raises(SystemExit):
+            path = write(tmp_path, text, traction=TRACTION)
+            main(["identify-mu", str(path), "--json", "--force", "-o", str(tmp_path)])
+        out, err = capsys.readouterr()
+        found[name] = [step["mu"] for step in json.loads(out)["steps"]]
+        assert ("temperature_dependent_friction is left out" in err) is (name == "unknown")
+    assert found["unknown"] == pytest.approx(found["plain"], rel=1e-9)
+    assert found["known"][2] > 1.02 * found["plain"][2]
 
 
 @pytest.mark.parametrize("name", NAMES)

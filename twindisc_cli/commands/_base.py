@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from twindisc_cli.definition import Test
+from twindisc_cli.effects import catalogue
 from twindisc_cli.errors import DefinitionError, Problem
 from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.identify.wear import identify_wear
-from twindisc_cli.model.experiment import Floats
+from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.patch import WeightedPaths, weighted_paths
 
@@ -40,6 +41,16 @@ def wear_coefficient(model: ForwardModel, mu: Floats) -> tuple[float, str]:
         return np.nan, "unknown"
     found = identify_wear(model, mu)
     return found.wear_coefficient, f"from the measured profile by {found.method}"
+
+
+def left_out(test: Experiment) -> tuple[str, ...]:
+    """What the definition declares and nothing can be made of, a line each."""
+    if test.thermal is not None and np.isfinite(test.thermal.convection):
+        return ()
+    names = ", ".join(sorted(name for name in test.effects if catalogue()[name].needs_temperature))
+    return (
+        (f"no convection is known, so that {names} is left out: give convection_W_K under [thermal]",) if names else ()
+    )
 
 
 def contact_paths(model: ForwardModel, prediction: Prediction) -> WeightedPaths:

@@ -9,7 +9,7 @@ import json
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -35,7 +35,14 @@ class Output:
 def run_command(command: str, path: Path, output: Output) -> int:
     """Run a command on one test. The exit code."""
     test = load(path)
-    return _deliver(command, [test], {}, output, lambda: _module(command).run(test))
+
+    def compute() -> Result:
+        from twindisc_cli.commands._base import left_out
+
+        result: Result = _module(command).run(test)
+        return replace(result, summary=(*result.summary, *left_out(test.experiment)))
+
+    return _deliver(command, [test], {}, output, compute)
 
 
 def run_close_loop(paths: Sequence[Path], validate: Path | None, output: Output) -> int:

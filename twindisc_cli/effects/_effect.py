@@ -44,8 +44,9 @@ class Effect:
     """A physical effect the base model lacks.
 
     `channel` is where it shows first; `seen_in` every channel that may change when it is switched on. An effect that
-    `needs_stops` cannot be told from the base model by one final profile. The module's docstring is its explanation:
-    formula, symbols, what it leaves behind, validity.
+    `needs_stops` cannot be told from the base model by one final profile; one that `needs_temperature` does nothing
+    where the disc's temperature is not known. The module's docstring is its explanation: formula, symbols, what it
+    leaves behind, validity.
     """
 
     stage: Stage
@@ -55,6 +56,7 @@ class Effect:
     apply: Callable[..., State]
     source: str
     needs_stops: bool = False
+    needs_temperature: bool = False
 
     def is_off(self, **parameters: Floats) -> bool:
         """Whether every parameter that can switch the effect off does so."""

@@ -39,4 +39,5 @@ EFFECT = Effect(
     ),
     apply=apply,
     source="K. Six, A. Meierhofer, G. Mueller, P. Dietmaier, Vehicle System Dynamics 53 (2015) 726-747",
+    needs_temperature=True,
 )

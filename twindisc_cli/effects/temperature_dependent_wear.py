@@ -34,4 +34,5 @@ EFFECT = Effect(
     apply=apply,
     source="S. C. Lim, M. F. Ashby, Acta Metallurgica 35 (1987) 1-24",
     needs_stops=True,
+    needs_temperature=True,
 )
