@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from twindisc_cli.physics import archard, fastsim
+from twindisc_cli.physics import archard
+from twindisc_cli.physics.reference.fastsim_strips import traction_per_length
 
 
 def test_depth_around_the_rim_is_the_volume_of_the_energy():
     y = np.linspace(-1e-3, 1e-3, 4001)
-    traction = fastsim.traction_per_length(y=y, b=0.3e-3, normal_load=72.0, mu=0.6, xi=50.0)
+    traction = traction_per_length(y=y, b=0.3e-3, normal_load=72.0, mu=0.6, xi=50.0)
     power = 9.42 * 0.03 * traction
     depth = 4200 * archard.depth_per_revolution(
         power_per_length=power, wear_coefficient=6e-5, hardness=6.9e9, speed=9.42

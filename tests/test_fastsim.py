@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 from twindisc_cli.physics import fastsim
+from twindisc_cli.physics.reference.fastsim_strips import traction_per_length
 
 SPEED = 9.42
 RIG = fastsim.Patch(
@@ -77,7 +78,7 @@ def test_kalkers_published_check_values(rates, widths, force):
 def test_saturation_is_the_integral_of_the_strips():
     for xi in (0.01, 0.7, 2.0, 3.3, 5.0):
         force = quad(
-            lambda y, xi=xi: float(fastsim.traction_per_length(y=y, b=2.0, normal_load=3.0, mu=0.4, xi=xi)),
+            lambda y, xi=xi: float(traction_per_length(y=y, b=2.0, normal_load=3.0, mu=0.4, xi=xi)),
             -2.0,
             2.0,
             points=[-2.0 * np.sqrt(max(1 - (xi / fastsim.FULL_SLIP) ** 2, 0)), 0.0],
@@ -139,7 +140,7 @@ def test_power_without_spin_converges_to_the_closed_form():
     for n in (50, 100):
         found = fastsim.solve(RIG, creepage_x=creepage, speed=SPEED, nx=n, ny=n)
         errors.append(np.abs(found.power_per_length.sum(axis=-1) * 2.0 * RIG.b / n / exact - 1.0).max())
-        strips = fastsim.traction_per_length(y=found.y, b=RIG.b, normal_load=72.0, mu=0.6, xi=xi[:, None])
+        strips = traction_per_length(y=found.y, b=RIG.b, normal_load=72.0, mu=0.6, xi=xi[:, None])
         wanted = SPEED * creepage[:, None] * strips
         assert found.power_per_length == pytest.approx(wanted, abs=1e-3 * wanted.max())
     assert errors[0] < 0.005

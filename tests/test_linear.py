@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from twindisc_cli.physics import fastsim, linear
+from twindisc_cli.physics import fastsim
+from twindisc_cli.physics.reference import linear
 
 RIG = {"a": 0.170591303e-3, "b": 0.270524050e-3, "shear_modulus": 79.3e9}
 KALKER = {"c11": 3.9388, "c22": 3.2194, "c23": 1.0911, "c33": 1.6471}  # CONTACT rev 2707, exact theory, rig

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.errors import ValidityError
 from twindisc_cli.model.experiment import Floats, Rig
-from twindisc_cli.physics import fastsim, hertz, kalker
+from twindisc_cli.physics import fastsim, kalker
 from twindisc_cli.physics.half_space import rolling
 from twindisc_cli.physics.half_space.normal import solve_gap, solve_profile
 
@@ -64,12 +64,7 @@ class Field:
 
 def hertz_patch(rig: Rig, normal_load: float) -> Patch:
     """The ellipse of the unworn discs."""
-    found = hertz.contact_ellipse(
-        curvature_x=rig.curvature_x,
-        curvature_y=rig.curvature_y,
-        normal_load=normal_load,
-        effective_modulus=rig.effective_modulus,
-    )
+    found = replace(rig, normal_load=normal_load).patch
     a, b, p0 = float(found.a), float(found.b), float(found.p0)
     if not (0.0 < a < np.inf and 0.0 < b < np.inf):
         raise ValidityError("the discs touch along a line that does not end: there is no patch to solve")

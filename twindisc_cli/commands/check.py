@@ -25,7 +25,6 @@ from twindisc_cli.identify.track import Track, last_profile, worn_track
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.physics import kalker
 from twindisc_cli.physics.archard import allowed_coefficient, worn_volume
-from twindisc_cli.physics.hertz import Ellipse, contact_ellipse
 from twindisc_cli.results import Array, Axis, Dataset, Result
 
 if TYPE_CHECKING:
@@ -89,17 +88,6 @@ class Facts:
     test: Experiment
 
     @cached_property
-    def patch(self) -> Ellipse:
-        """The Hertzian patch of the unworn discs."""
-        rig = self.test.rig
-        return contact_ellipse(
-            curvature_x=rig.curvature_x,
-            curvature_y=rig.curvature_y,
-            normal_load=rig.normal_load,
-            effective_modulus=rig.effective_modulus,
-        )
-
-    @cached_property
     def ratio(self) -> Floats:
         """T/N of each iteration: measured, else given or declared; NaN where nothing is known. (iteration,)."""
         history, samples = self.test.history, self.test.measured.traction
@@ -156,7 +144,7 @@ def chord_and_depth(facts: Facts) -> Iterator[Finding]:
             subject=f"the {kind} width",
             value=width * 1e3,
             low=np.sqrt(facet) / GEOMETRY_MARGIN * 1e3,
-            high=np.sqrt(facet + (2.0 * float(facts.patch.b)) ** 2) * GEOMETRY_MARGIN * 1e3,
+            high=np.sqrt(facet + (2.0 * float(facts.test.rig.patch.b)) ** 2) * GEOMETRY_MARGIN * 1e3,
             unit="mm",
             why=f"the {kind} depth of {_number(depth * 1e6)} µm on one disc",
             hint=f"a facet of this width is {_number(needed * 1e6)} µm deep; or both discs wore, or the track wandered",
@@ -260,10 +248,10 @@ def elastic_limit(facts: Facts) -> Iterator[Finding]:
     if samples is None:
         return
     try:
-        c11 = float(kalker.coefficients(facts.patch.a / facts.patch.b, rig.poisson_ratio).c11)
+        c11 = float(kalker.coefficients(rig.patch.a / rig.patch.b, rig.poisson_ratio).c11)
     except ValueError:
         return
-    slope = rig.shear_modulus * float(facts.patch.a * facts.patch.b) * c11 / rig.normal_load
+    slope = rig.shear_modulus * float(rig.patch.a * rig.patch.b) * c11 / rig.normal_load
     for step in np.unique(samples.step):
         mine = samples.step == step
         creepage, ratio = float(np.mean(samples.creepage[mine])), samples.ratio[mine]
@@ -295,12 +283,12 @@ def pressure(facts: Facts) -> Iterator[Finding]:
     """The softer disc carries the peak pressure."""
     hardness = min(facts.test.rig.disc1.hardness, facts.test.rig.disc2.hardness)
     subject, why = "Hertz's peak pressure", "the hardness of the softer disc"
-    yield Finding("pressure", subject, float(facts.patch.p0) * 1e-6, 0.0, hardness * 1e-6, "MPa", why)
+    yield Finding("pressure", subject, float(facts.test.rig.patch.p0) * 1e-6, 0.0, hardness * 1e-6, "MPa", why)
 
 
 def small_patch(facts: Facts) -> Iterator[Finding]:
     """Hertz's theory takes a patch that is small against the radii, Kalker's one that is not too slender."""
-    rig, patch = facts.test.rig, facts.patch
+    rig, patch = facts.test.rig, facts.test.rig.patch
     largest = max(float(patch.a) * rig.curvature_x, float(patch.b) * rig.curvature_y)
     yield Finding("theory", "the patch over its radius", largest, 0.0, 0.3, "1", "a half-space")
     low, high = kalker.RATIO_RANGE

@@ -13,7 +13,7 @@ import numpy as np
 
 from twindisc_cli.errors import ValidityError
 from twindisc_cli.model.experiment import Experiment, Floats
-from twindisc_cli.physics import exact, fastrip, fastsim, hertz, kalker
+from twindisc_cli.physics import exact, fastrip, fastsim, kalker
 
 NEARLY_FULL = 0.999
 """Share of mu N that counts as full slip in the exact theory, whose traction never points along rolling everywhere."""
@@ -36,12 +36,7 @@ class Law:
 def unworn_law(test: Experiment) -> Law:
     """The law of the declared traction theory on the unworn patch."""
     rig = test.rig
-    patch = hertz.contact_ellipse(
-        curvature_x=rig.curvature_x,
-        curvature_y=rig.curvature_y,
-        normal_load=rig.normal_load,
-        effective_modulus=rig.effective_modulus,
-    )
+    patch = rig.patch
     ratio, nu = patch.a / patch.b, rig.poisson_ratio
     try:
         c11 = float(kalker.coefficients(ratio, nu).c11)

@@ -61,8 +61,8 @@ def withheld(test: Experiment) -> dict[Channel, Mask]:
         masks["profile"] = np.asarray(band % EVERY == 2)
     if measured.temperature is not None:
         times = measured.temperature.time
-        iteration = np.minimum(np.searchsorted(history.end_time, times), len(history.step) - 1)
-        masks["temperature"] = _withheld(history, history.step[iteration], times, steps)
+        step = history.step[history.iteration_at(times)]
+        masks["temperature"] = _withheld(history, step, times, steps)
     return {channel: _unless_everything(mask) for channel, mask in masks.items()}
 
 

@@ -98,9 +98,7 @@ def temperature_noise(experiment: Experiment) -> Noise:
     """Noise of the temperature, from the scatter about a smooth course in every step."""
     samples = experiment.measured.temperature
     assert samples is not None
-    ends = experiment.history.end_time
-    iteration = np.minimum(np.searchsorted(ends, samples.time - 1e-9 * ends[-1]), len(ends) - 1)
-    step = experiment.history.step[iteration]
+    step = experiment.history.step[experiment.history.iteration_at(samples.time)]
     trends = [_relaxations(samples.time, step, shapes, 4) for shapes in range(1, 6)]
     size = float(np.ptp(samples.temperature))
     return _estimate(samples.temperature, trends, samples.time, np.zeros_like(step), size, correlated=True)

@@ -7,7 +7,6 @@ import numpy as np
 from twindisc_cli.measurement.table import Column, Floats, Ints, Table, read_table
 from twindisc_cli.measurement.units import COUNT, LENGTH, PERCENTAGE, RATIO, TEMPERATURE, TIME
 from twindisc_cli.model.experiment import History, ProfileSamples, Rig, TemperatureSamples, TractionSamples
-from twindisc_cli.physics.hertz import contact_ellipse
 
 CREEPAGE_TOLERANCE = (0.25, 2e-4)
 """How far a creepage may lie from its step's: relative, plus absolute."""
@@ -63,14 +62,7 @@ def read_profile(data: bytes, file: str, *, rig: Rig, history: History) -> Profi
     table.flag((disc != 1) & (disc != 2), "disc", lambda row: f"there is no disc {disc[row]}; it is 1 or 2")
     outside = (iteration < 1) | (iteration > last)
     table.flag(outside, "iteration", lambda row: f"the history has iterations 1 to {last}, not {iteration[row]}")
-    width = 2.0 * float(
-        contact_ellipse(
-            curvature_x=rig.curvature_x,
-            curvature_y=rig.curvature_y,
-            normal_load=rig.normal_load,
-            effective_modulus=rig.effective_modulus,
-        ).b
-    )
+    width = 2.0 * float(rig.patch.b)
     for which in np.unique(np.stack([disc, iteration]), axis=1).T:
         _check_profile(table, np.flatnonzero((disc == which[0]) & (iteration == which[1])), width)
     radii = [d.rolling_radius for d in (rig.disc1, rig.disc2)]
@@ -93,8 +85,7 @@ def read_temperature(data: bytes, file: str, *, history: History) -> Temperature
 
 def step_at(history: History, time: Floats) -> Ints:
     """The step that runs at each time; the end of a step belongs to it."""
-    iteration = np.searchsorted(history.end_time * (1.0 + 1e-9), time, side="left")
-    return history.step[np.minimum(iteration, len(history.step) - 1)]
+    return history.step[history.iteration_at(time)]
 
 
 def tolerance(creepage: Floats) -> Floats:

@@ -9,10 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from twindisc_cli.physics import hertz
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -78,6 +81,16 @@ class Rig:
         """E*, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa]."""
         return 1.0 / sum((1.0 - disc.poisson_ratio**2) / disc.youngs_modulus for disc in (self.disc1, self.disc2))
 
+    @cached_property
+    def patch(self) -> hertz.Ellipse:
+        """Hertz's ellipse of the unworn discs."""
+        return hertz.contact_ellipse(
+            curvature_x=self.curvature_x,
+            curvature_y=self.curvature_y,
+            normal_load=self.normal_load,
+            effective_modulus=self.effective_modulus,
+        )
+
 
 @dataclass(frozen=True)
 class Thermal:
@@ -113,6 +126,11 @@ class History:
     def end_time(self) -> Floats:
         """Time at the end of each iteration [s], (iteration,)."""
         return np.cumsum(self.duration)
+
+    def iteration_at(self, time: Floats) -> Ints:
+        """The iteration that runs at each time [s]; its end belongs to it, to rounding."""
+        ends = self.end_time
+        return np.asarray(np.minimum(np.searchsorted(ends, time - 1e-9 * ends[-1]), len(ends) - 1), dtype=np.int64)
 
     @property
     def step_creepage(self) -> Floats:

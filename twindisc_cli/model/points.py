@@ -45,10 +45,10 @@ def operating_points(experiment: Experiment) -> Points:
     if len(samples) > MOST_CUTS:
         samples = np.empty(0)
     times = _distinct(np.concatenate([regular, samples[(samples > 0.0) & (samples < ends[-1])]]), ends)
-    iteration = np.minimum(np.searchsorted(ends, times - 1e-9 * ends[-1]), len(ends) - 1)
+    iteration = history.iteration_at(times)
     own = _own_creepage(history, measured.traction, traction_times)
     times, order = _merge(times, traction_times[own])
-    iteration = np.concatenate([iteration, _running(history, traction_times[own])])[order]
+    iteration = np.concatenate([iteration, history.iteration_at(traction_times[own])])[order]
     creepage = history.creepage[iteration]
     position = np.empty(len(order), dtype=np.int64)
     position[order] = np.arange(len(order))
@@ -84,19 +84,13 @@ def sample_times(history: History, samples: TractionSamples | None) -> Floats:
     return times
 
 
-def _running(history: History, times: Floats) -> Ints:
-    """Iteration that runs at each time."""
-    ends = history.end_time
-    return np.asarray(np.minimum(np.searchsorted(ends, times - 1e-9 * ends[-1]), len(ends) - 1), dtype=np.int64)
-
-
 def _own_creepage(
     history: History, samples: TractionSamples | None, times: Floats
 ) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     """Samples whose creepage is not the one the history has at their time."""
     if samples is None:
         return np.zeros(0, dtype=bool)
-    expected = history.creepage[_running(history, times)]
+    expected = history.creepage[history.iteration_at(times)]
     return np.asarray(np.abs(samples.creepage - expected) > 1e-9)
 
 

@@ -89,7 +89,7 @@ def wear_path(rig: Rig, *, contact: Contact, section: float, wander: float = 0.0
 @lru_cache(maxsize=64)
 def first_section(rig: Rig) -> float:
     """Section [m2] of a facet as wide as the unworn patch: the scale on which the contact begins to change."""
-    return float(rig.curvature_y * (2.0 * _unworn(rig).b) ** 3 / 12.0)
+    return float(rig.curvature_y * (2.0 * rig.patch.b) ** 3 / 12.0)
 
 
 @lru_cache(maxsize=64)
@@ -119,19 +119,10 @@ def _path(rig: Rig, contact: Contact, section: float, wander: float) -> WearPath
     )
 
 
-def _unworn(rig: Rig) -> hertz.Ellipse:
-    return hertz.contact_ellipse(
-        curvature_x=rig.curvature_x,
-        curvature_y=rig.curvature_y,
-        normal_load=rig.normal_load,
-        effective_modulus=rig.effective_modulus,
-    )
-
-
 def _grid(rig: Rig, section: float, wander: float) -> Floats:
     """Strips that hold the facet of this section (width^3 = 12 S / curvature) and the patch around it."""
     facet = 0.5 * np.cbrt(12.0 * section / rig.curvature_y)
-    half = 1.1 * facet + 1.3 * float(_unworn(rig).b) + 3.0 * wander
+    half = 1.1 * facet + 1.3 * float(rig.patch.b) + 3.0 * wander
     return np.linspace(-half, half, STRIPS)
 
 

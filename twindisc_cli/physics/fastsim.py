@@ -31,7 +31,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from twindisc_cli.physics._arrays import Floats, arrays, together
+from twindisc_cli.physics._arrays import Floats, together
 
 Bound = Literal["parabolic", "elliptic"]
 
@@ -112,19 +112,6 @@ def unsaturation(fraction: ArrayLike) -> Floats:
         k = np.clip(k + step, 0.0, 1.0)
     creepage: Floats = FULL_SLIP * k
     return creepage
-
-
-def traction_per_length(*, y: ArrayLike, b: ArrayLike, normal_load: ArrayLike, mu: ArrayLike, xi: ArrayLike) -> Floats:
-    """The force per length [N/m] that the strip at `y` [m] transmits without spin (parabolic); all broadcast.
-
-    Its integral over y is mu N saturation(xi); times V |v| it is the dissipated power per length P_l(y) [W/m].
-    """
-    y, b, load, mu, xi = arrays(y, b, normal_load, mu, xi)
-    k = np.minimum(xi / FULL_SLIP, 1.0)
-    half_length = np.sqrt(np.maximum(1.0 - (y / b) ** 2, 0.0))
-    stuck = 4.0 * k * half_length * (half_length - k) + (4.0 / 3.0) * k**3
-    shape = np.where(half_length > k, stuck, (4.0 / 3.0) * half_length**3)
-    return 2.0 / np.pi * mu * load / b * shape
 
 
 def march(

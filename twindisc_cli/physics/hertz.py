@@ -1,4 +1,4 @@
-"""Hertz contact of two smooth bodies: an elliptic patch, and the line contact that it never quite reaches.
+"""Hertz contact of two smooth bodies: an elliptic patch.
 
     gap(x, y) = (curvature_x x^2 + curvature_y y^2) / 2
     p(x, y)   = p0 sqrt(1 - x^2/a^2 - y^2/b^2),      p0 = 3 N / (2 pi a b)
@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import elliprd, elliprf
 
-from twindisc_cli.physics._arrays import Floats, arrays, together
+from twindisc_cli.physics._arrays import Floats, together
 
 _SECANT_STEPS = 12  # the logarithm of the curvature ratio is nearly linear: six steps reach 1e-15, twelve the extremes
 
@@ -33,14 +33,6 @@ class Ellipse:
     b: Floats
     p0: Floats
     approach: Floats
-
-
-@dataclass(frozen=True)
-class Strip:
-    """A line contact: half-length a along rolling [m] and peak pressure p0 [Pa]."""
-
-    a: Floats
-    p0: Floats
 
 
 def contact_ellipse(
@@ -64,13 +56,6 @@ def contact_ellipse(
         p0=np.where(endless, 0.0, p0),
         approach=np.where(endless, 0.0, approach),
     )
-
-
-def line_contact(*, curvature: ArrayLike, load_per_length: ArrayLike, effective_modulus: ArrayLike) -> Strip:
-    """The line contact of two cylinders of relative `curvature` [1/m] under a load per length [N/m]; all broadcast."""
-    sharp, load, modulus = arrays(curvature, load_per_length, effective_modulus)
-    a = np.sqrt(4.0 * load / (np.pi * modulus * sharp))
-    return Strip(a=a, p0=0.5 * modulus * sharp * a)
 
 
 def _squared_axis_ratio(curvature_ratio: Floats) -> Floats:
