@@ -79,14 +79,19 @@ def _groups(text: str) -> tuple[str, ...]:
 
 def _summary(row: Row) -> str:
     truth, answer = row["truth"], row["answer"]
+    law = truth.get("law")
     hidden = truth["truth"] if isinstance(truth["truth"], str) else "+".join(truth["truth"]) or "nothing"
+    hidden += f" {law['quantity']} over {'|'.join(law['equivalent'])}: {law['shape']}" if law else ""
     if "failed" in answer:
         return f"{row['name']}: {hidden} -> failed, {answer['failed'][-200:]!r}"
-    named = ["|".join([e["effect"], *e.get("alternatives", [])]) for e in answer["effects"]]
-    left = [f"{u['channel']}:{u['covariate']}" for u in answer["unexplained"][:2]]
+    named = ["|".join([e["effect"], *map(str, e.get("alternatives", []))]) for e in answer["effects"]]
+    laws = [f"{one['quantity']} over {one['covariate']}" for one in answer.get("laws", [])]
+    left = [f"unexplained {u['channel']}:{u['covariate']}" for u in answer["unexplained"][:2]]
     mark = "right" if is_right(row) else "WRONG"
-    said = " + ".join([*named, *(f"unexplained {u}" for u in left)]) or "nothing"
-    return f"{row['name']}: {hidden} -> {said}: {mark}, {row['seconds']:.1f} s"
+    ratios = row["judged"].get("elsewhere", {})
+    errors = ", ".join(f"{channel} {before:.2f}->{after:.2f}" for channel, (before, after) in ratios.items())
+    said = " + ".join([*named, *laws, *left]) or "nothing"
+    return f"{row['name']}: {hidden} -> {said}: {mark}, {row['seconds']:.1f} s; elsewhere {errors}"
 
 
 def _print_table(lines: Sequence[Line]) -> None:

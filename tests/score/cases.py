@@ -8,9 +8,9 @@ import numpy as np
 
 from .effects import CATALOGUE
 from .making import Case
-from .unknowns import UNKNOWN
+from .unknowns import STAGES, kinds
 
-GROUPS = {"null": 0.24, "single": 0.32, "sizes": 0.13, "two": 0.12, "unknown": 0.19}
+GROUPS = {"null": 0.24, "single": 0.32, "sizes": 0.13, "pairs": 0.12, "unknown": 0.19}
 """Share of each group: nothing hidden, one effect at 12 thresholds, at other sizes, two effects, an unknown one."""
 OTHER_SIZES = (3.0, 6.0, 25.0, 50.0)
 _FIXED = ("exact_elasticity", "half_space_contact")  # are there or not, at a size that nobody chooses
@@ -29,7 +29,7 @@ def plan(tests: int, seed: int, groups: Sequence[str] = tuple(GROUPS)) -> list[C
 
 def _group(group: str, count: int, first: int) -> Iterator[Case]:
     rng = np.random.default_rng(first)
-    names, unknown = (list(rng.permutation(sorted(table))) for table in (CATALOGUE, UNKNOWN))
+    names, quantities = (list(rng.permutation(sorted(table))) for table in (CATALOGUE, STAGES))
     sizeable = [name for name in names if name not in _FIXED]
     for i in range(count):
         size = 12.0
@@ -40,10 +40,11 @@ def _group(group: str, count: int, first: int) -> Iterator[Case]:
         elif group == "sizes":
             effects = (str(sizeable[i % len(sizeable)]),)
             size = OTHER_SIZES[i % len(OTHER_SIZES)]
-        elif group == "two":
+        elif group == "pairs":
             effects, size = _pair(rng), 15.0
         else:
-            effects, size = (str(unknown[i % len(unknown)]),), 12.0 if (i // len(unknown)) % 2 == 0 else 25.0
+            effects = (str(rng.choice(kinds(str(quantities[i % len(quantities)])))),)
+            size = 12.0 if (i // len(quantities)) % 2 == 0 else 25.0
         yield Case(first + i, effects, size, group)
 
 

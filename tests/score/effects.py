@@ -292,3 +292,10 @@ CATALOGUE: dict[str, tuple[str, Draw]] = {
 }  # fmt: skip
 NEEDS_STOPS = {"severe_wear_transition", "wear_threshold", "running_in_wear", "temperature_dependent_wear"}
 """Effects that only profiles at several stops can show."""
+COVARIATE = {
+    "falling_friction": "sliding_speed", "film_breakdown": "creepage", "temperature_dependent_friction": "temperature",
+    "running_in_friction": "cycles", "sensor_drift": "time", "severe_wear_transition": "wear_index",
+    "wear_threshold": "wear_index", "running_in_wear": "cycles", "temperature_dependent_wear": "temperature",
+    "ambient_drift": "time", "nonlinear_convection": "temperature",
+}  # fmt: skip
+"""What an effect depends on, where it is a law of something."""

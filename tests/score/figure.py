@@ -17,8 +17,8 @@ _KNOWN: tuple[tuple[str, Callable[[Row], bool], str], ...] = (
 )
 _UNKNOWN: tuple[tuple[str, Callable[[Row], bool], str], ...] = (
     ("something is missing", lambda f: f["alarm"], "0.55"),
-    ("unexplained, right covariate", lambda f: f["reported"], "C2"),
-    ("falsely explained", lambda f: f["falsely_explained"], "C3"),
+    ("right quantity and covariate in the set", lambda f: f["pair"], "C2"),
+    ("a wrong name", lambda f: f["wrong_name"], "C3"),
 )
 
 

@@ -32,10 +32,10 @@ class Plant:
         self._drifts = [h.environment for h in hidden if h.environment]
         self._shafts = [h.shaft for h in hidden if h.shaft]
 
-    def _rate(self, time: float, state: State, power: float) -> State:
+    def _rate(self, time: float, state: State, power: float, cooling: float, room: float) -> State:
         disc, shaft = state
-        over = disc - sum(drift(time) for drift in self._drifts)
-        flow = self._convection * over
+        over = disc - room - sum(drift(time) for drift in self._drifts)
+        flow = cooling * self._convection * over
         for factor in self._factors:
             flow *= factor(over)
         gain = self._share * power + sum(source(time) for source in self._sources) - flow
@@ -45,12 +45,15 @@ class Plant:
             shaft_rate += (joint * (disc - shaft) - to_room * shaft) / capacity
         return gain / self._capacity, shaft_rate
 
-    def advance(self, time: float, state: State, power: float, step: float) -> State:
-        """The state one `step` [s] later under constant `power` [W]."""
-        k1 = self._rate(time, state, power)
-        k2 = self._rate(time + step / 2, _moved(state, k1, step / 2), power)
-        k3 = self._rate(time + step / 2, _moved(state, k2, step / 2), power)
-        k4 = self._rate(time + step, _moved(state, k3, step), power)
+    def advance(
+        self, time: float, state: State, power: float, step: float, cooling: float = 1.0, room: float = 0.0
+    ) -> State:
+        """The state one `step` [s] later under constant `power` [W], factor of h S and change of the `room` [K]."""
+        given = (power, cooling, room)
+        k1 = self._rate(time, state, *given)
+        k2 = self._rate(time + step / 2, _moved(state, k1, step / 2), *given)
+        k3 = self._rate(time + step / 2, _moved(state, k2, step / 2), *given)
+        k4 = self._rate(time + step, _moved(state, k3, step), *given)
         mean = [(a + 2 * b + 2 * c + d) / 6 for a, b, c, d in zip(k1, k2, k3, k4, strict=True)]
         return _moved(state, (mean[0], mean[1]), step)
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Shift = Callable[[Mapping[str, Floats]], Floats]
+"""From the covariates of the samples (sample,) each, by their names, to what is added to the readings."""
 
 
 @dataclass
@@ -16,7 +18,8 @@ class Moment:
     """The state of the running test that a law may depend on.
 
     time [s], cycles [revolutions], energy [J] dissipated so far, creepage [1] as it is, sliding_speed [m/s],
-    rise [K] of the disc over its start, wear_index [N/m2]: power dissipated per length rolled and area of the patch.
+    rise [K] of the disc over its start, power [W] dissipated, wear_index [N/m2]: power per length rolled and area of
+    the patch, time_in_step [s] since the creepage was changed, greatest_creepage [1] so far.
     """
 
     time: float = 0.0
@@ -25,7 +28,18 @@ class Moment:
     creepage: float = 0.0
     sliding_speed: float = 0.0
     rise: float = 0.0
+    power: float = 0.0
     wear_index: float = 0.0
+    time_in_step: float = 0.0
+    greatest_creepage: float = 0.0
+
+
+COVARIATES = {
+    "creepage": "creepage", "sliding_speed": "sliding_speed", "time": "time", "cycles": "cycles", "energy": "energy",
+    "temperature": "rise", "power": "power", "wear_index": "wear_index", "time_in_step": "time_in_step",
+    "greatest_creepage": "greatest_creepage",
+}  # fmt: skip
+"""What a law may depend on, by the name that the program's answers use, and where a moment holds it."""
 
 
 @dataclass(frozen=True)
@@ -39,12 +53,18 @@ class Hidden:
     flexibility: float = 1.0  # of the surface over that of bare steel [1]
     law: str | None = None
     contact: str | None = None
+    slip: Callable[[Moment], float] | None = None  # added to the creepage [1]
+    slope: Callable[[Moment], float] | None = None  # factor of the stiffness of the contact
     friction: Callable[[Moment], float] | None = None  # factor of mu
     wear: Callable[[Moment], float] | None = None  # factor of K
-    wear_across: Callable[[Floats], Floats] | None = None  # factor of K over y [m]
+    wear_across: Callable[[Floats], Floats] | None = None  # factor of K over y / edge of the track
     wander: float = 0.0  # standard deviation of the lateral position of the contact [m]
     other_disc: float = 0.0  # share of the wear that disc 1 takes [1]
-    # the heat
+    # the heat as the moment has it
+    warming: Callable[[Moment], float] | None = None  # factor of the power that enters the disc
+    cooling: Callable[[Moment], float] | None = None  # factor of h S
+    room: Callable[[Moment], float] | None = None  # change of the environment [K]
+    # the heat alone
     heat: Callable[[float], float] | None = None  # power added at a time [W]
     share: float = 1.0  # share of the dissipated power that enters the disc [1]
     conductance: Callable[[float], float] | None = None  # factor of h S at a rise over the environment [K]
@@ -54,6 +74,9 @@ class Hidden:
     lag: float = 0.0  # time constant of the thermocouple [s]
     read_traction: Callable[[Floats, Floats], Floats] | None = None  # (time, ratio) -> ratio
     read_profile: Callable[[Floats, Floats], Floats] | None = None  # (y, height) -> height
+    shift_traction: Shift | None = None  # added to the ratio read [1]
+    shift_temperature: Shift | None = None  # added to the temperature read [K]
+    shift_profile: Callable[[Floats], Floats] | None = None  # added to the height read [m], over y / edge of the track
 
     @property
     def marches(self) -> bool:

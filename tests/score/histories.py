@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from .rig import Rig
 
-KINDS = ("rising", "up_and_down", "repeated")
+KINDS = ("rising", "up_and_down", "repeated", "there_and_back")
+"""Of the creepages: rising; then falling again or in any order, in full sliding; or all the way back."""
 _ROUND: tuple[float, ...] = (
     0.05,
     0.06,
@@ -51,6 +52,8 @@ def _percent(rng: Generator, kind: str, sliding: float) -> list[float]:
         return _levels(rng, count)
     rise = _levels(rng, max(6, round(0.6 * count)))
     high = [level for level in rise if level > sliding]
+    if kind == "there_and_back":
+        return (rise + rise[-2::-1])[:16]
     if kind == "up_and_down":
         return (rise + high[-2::-1])[:14]
     again = [float(v) for v in rng.permutation(high)]
@@ -82,6 +85,28 @@ def draw_rig(rng: Generator, *, kind: str, contact: str, law: str, declared_law:
         load_tolerance=float(1.0 + rng.uniform(-0.01, 0.01)),
     )  # fmt: skip
     return _with_depth(rng, rig)
+
+
+def other_history(rng: Generator, rig: Rig) -> Rig:
+    """The same rig under another history: levels between its own or the same, in another order, shorter or longer."""
+    own = np.array(rig.creepage)
+    count = int(rng.integers(6, 12))
+    drawn = np.exp(rng.uniform(np.log(own.min()), np.log(own.max()), count))
+    levels = np.where(rng.random(count) < 0.5, rng.choice(own, count), np.round(drawn, 5))
+    order = str(rng.choice(("falling", "shuffled", "up_and_down"), p=(0.25, 0.5, 0.25)))
+    if order == "falling":
+        levels = np.sort(levels)[::-1]
+    elif order == "up_and_down":
+        levels = np.concatenate([np.sort(levels[: count // 2]), np.sort(levels[count // 2 :])[::-1]])
+    levels = np.clip(levels, own.min(), own.max())
+    length = rng.uniform(1.0, 1.3) if rng.random() < 0.25 else rng.uniform(0.6, 1.0)
+    iterations = np.maximum(np.round(length * sum(rig.iterations) / count * rng.uniform(0.7, 1.3, count)), 1.0)
+    error = dict(zip(own, rig.creepage_error, strict=True))
+    fresh = _creepage_error(rng, levels)
+    return replace(
+        rig, creepage=tuple(float(c) for c in levels), iterations=tuple(int(n) for n in iterations),
+        creepage_error=tuple(error.get(c, e) for c, e in zip(levels, fresh, strict=True)),
+    )  # fmt: skip
 
 
 def _creepage_error(rng: Generator, creepage: NDArray[np.float64]) -> tuple[float, ...]:

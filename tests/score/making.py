@@ -1,30 +1,32 @@
 """One synthetic test: a rig is drawn, something is hidden in it, and the files are written.
 
-The folder holds what a user would have (test.toml and the measured tables); the truth goes elsewhere.
+The folder holds what a user would have (test.toml and the measured tables) and, as other.toml with its tables, the
+same rig with the same effects under another history, which is only predicted; the truth goes elsewhere.
 """
 
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.random import Generator
+from numpy.typing import NDArray
 
-from .effects import CATALOGUE, NEEDS_STOPS, Draw
+from .effects import CATALOGUE, COVARIATE, NEEDS_STOPS, Drawn
 from .hidden import Hidden
-from .histories import KINDS, draw_rig
-from .rig import March, Rig
-from .sensors import CHANNELS, Channels, Plan, draw_plan, noise, read
+from .histories import KINDS, draw_rig, other_history
+from .rig import March, Rig, Trace
+from .sensors import CHANNELS, Channels, Plan, covariates, draw_plan, noise, read
 from .sizing import Bench, Ruler
-from .unknowns import NEEDS_STOPS as UNKNOWN_NEEDS_STOPS
-from .unknowns import UNKNOWN
+from .unknowns import STAGES, draw, equivalent, is_separable, parts, same_quantities
 from .writing import definition, write_tables
 
 BANDS = 40
 """Equal parts of a profile's range for which the true noise is told."""
 _RETRIES = 4
+_PARTIAL_SLIP = ("slope_over", "creepage_over")  # laws that act only where the patch sticks
 _SIGMA = {"traction": (0.0015, 0.02), "profile": (0.03e-6, 0.3e-6), "temperature": (0.03, 0.6)}  # 1, m, K
 
 
@@ -39,8 +41,19 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Made:
-    """A test as it was made: noiseless and measured.
+class Record:
+    """One run of a rig as it was measured, noiseless and with its noise."""
+
+    rig: Rig
+    plan: Plan
+    trace: Trace
+    clean: Channels
+    measured: Channels
+
+
+@dataclass(frozen=True)
+class Drafted:
+    """What is hidden, in which rig, before it is marched finely.
 
     Sizes in thresholds, firm sizes beyond the input tolerances, amounts in the effects' own units.
     """
@@ -53,9 +66,15 @@ class Made:
     firm_sizes: tuple[float, ...]
     amounts: tuple[float, ...]
     hidden: tuple[Hidden, ...]
-    clean: Channels = field(default_factory=dict)
-    measured: Channels = field(default_factory=dict)
-    energy: float = 0.0
+
+
+@dataclass(frozen=True)
+class Made:
+    """A test as it was made: what was hidden, the run that is given to the loop and the other that is predicted."""
+
+    draft: Drafted
+    own: Record
+    other: Record
 
 
 def _setting(rng: Generator, effects: tuple[str, ...]) -> tuple[Rig, Plan, str]:
@@ -64,67 +83,84 @@ def _setting(rng: Generator, effects: tuple[str, ...]) -> tuple[Rig, Plan, str]:
     Where nothing of the catalogue is hidden the declared traction law may be FASTSIM and the true one exact; beside a
     hidden effect that would be a second one.
     """
-    kind = str(rng.choice(KINDS, p=(0.45, 0.3, 0.25)))
+    kind = str(rng.choice(KINDS, p=(0.35, 0.25, 0.2, 0.2)))
+    if any(name.startswith(_PARTIAL_SLIP) for name in effects):
+        kind = "there_and_back"
     contact = "hertz" if "half_space_contact" in effects or rng.random() < 0.2 else "half_space"
     law = "exact" if "exact_elasticity" not in effects and rng.random() < 0.25 else "fastsim"
     declared = law if rng.random() < 0.6 or {*effects} & {*CATALOGUE} else "fastsim"
     rig = draw_rig(rng, kind=kind, contact=contact, law=law, declared_law=declared)
-    stops = bool({*NEEDS_STOPS, *UNKNOWN_NEEDS_STOPS} & {*effects}) or rng.random() < 0.3
+    stops = any(_needs_stops(name) for name in effects) or rng.random() < 0.3
     both = rng.random() < (0.5 if "wear_partition" in effects else 0.1)
     return rig, draw_plan(rng, rig, correlated=rng.random() < 0.35, stops=stops, discs=(1, 2) if both else (2,)), kind
 
 
-def _law(name: str) -> tuple[str, Draw]:
-    """Channel of a hidden effect, and how its shape is drawn."""
-    return CATALOGUE[name] if name in CATALOGUE else (UNKNOWN[name][0], UNKNOWN[name][2])
+def _needs_stops(name: str) -> bool:
+    return name in NEEDS_STOPS if name in CATALOGUE else STAGES[parts(name)[0]].stops
+
+
+def _channel(name: str) -> str:
+    """Where a hidden effect shows first."""
+    return CATALOGUE[name][0] if name in CATALOGUE else STAGES[parts(name)[0]].channel
+
+
+def _drawn(name: str, rng: Generator, rig: Rig, base: Trace) -> Drawn:
+    return CATALOGUE[name][1](rng, rig, base) if name in CATALOGUE else draw(name, rng, rig, base)
 
 
 def make(case: Case) -> Made:
     """Draw until the effects reach their size: noise of the channel scaled within limits, else another rig."""
-    best: Made | None = None
+    best: Drafted | None = None
     for attempt in range(_RETRIES):
-        made = _attempt(np.random.default_rng([case.seed, attempt]), case)
-        if best is None or _shortfall(made, case) < _shortfall(best, case):
-            best = made
+        draft = _attempt(np.random.default_rng([case.seed, attempt]), case)
+        if best is None or _shortfall(draft, case) < _shortfall(best, case):
+            best = draft
         if _shortfall(best, case) < 0.1:
             break
     assert best is not None
-    return _measure(np.random.default_rng([case.seed, _RETRIES]), best)
+    own = _measure(np.random.default_rng([case.seed, _RETRIES]), best.rig, best.plan, best.hidden)
+    rng = np.random.default_rng([case.seed, _RETRIES + 1])
+    rig = other_history(rng, best.rig)
+    return Made(best, own, _measure(rng, rig, _plan_like(rng, rig, best.plan), best.hidden))
 
 
-def _shortfall(made: Made, case: Case) -> float:
-    return max((1.0 - size / case.size for size in made.sizes), default=0.0)
+def _plan_like(rng: Generator, rig: Rig, plan: Plan) -> Plan:
+    """How the other history is measured: by the same sensors with the same noise, its profile once."""
+    fresh = draw_plan(rng, rig, correlated=False, stops=False, discs=plan.discs)
+    kept = {name: getattr(plan, name) for name in ("sigma", "rho", "drift", "outliers", "quantum")}
+    return replace(fresh, **kept)
 
 
-def _attempt(rng: Generator, case: Case) -> Made:
+def _shortfall(draft: Drafted, case: Case) -> float:
+    return max((1.0 - size / case.size for size in draft.sizes), default=0.0)
+
+
+def _attempt(rng: Generator, case: Case) -> Drafted:
     rig, plan, kind = _setting(rng, case.effects)
+    if not case.effects:
+        return Drafted(case, rig, plan, kind, (), (), (), ())
     bench = Bench(rig, plan, March(rig).run())
-    drawn = [_law(name)[1](rng, rig, bench.trace) for name in case.effects]
-    amounts: tuple[float, ...] = ()
-    sizes: tuple[float, ...] = ()
-    firm: tuple[float, ...] = ()
-    if drawn:
-        ruler = Ruler(bench)
-        amounts = tuple(ruler.amount(effect, case.size) for effect in drawn)
-        shown = [bench.readings([effect.at(amount)]) for effect, amount in zip(drawn, amounts, strict=True)]
-        for name, readings in zip(case.effects, shown, strict=True):
-            plan = _rescaled(plan, _law(name)[0], ruler.size(readings, plan) / case.size)
-        sizes = tuple(ruler.size(readings, plan) for readings in shown)
-        firm = tuple(min(ruler.beyond_tolerances(s, plan), size) for s, size in zip(shown, sizes, strict=True))
+    drawn = [_drawn(name, rng, rig, bench.trace) for name in case.effects]
+    ruler = Ruler(bench)
+    amounts = tuple(ruler.amount(effect, case.size) for effect in drawn)
     hidden = tuple(effect.at(amount) for effect, amount in zip(drawn, amounts, strict=True))
-    return Made(case, rig, plan, kind, sizes, firm, amounts, hidden)
+    shown = [bench.readings([one]) for one in hidden]
+    for name, readings in zip(case.effects, shown, strict=True):
+        plan = _rescaled(plan, _channel(name), ruler.size(readings, plan) / case.size)
+    sizes = tuple(ruler.size(readings, plan) for readings in shown)
+    firm = tuple(min(ruler.beyond_tolerances(s, plan), size) for s, size in zip(shown, sizes, strict=True))
+    return Drafted(case, rig, plan, kind, sizes, firm, amounts, hidden)
 
 
-def _measure(rng: Generator, made: Made) -> Made:
-    """Let the sensors read what happened while the effects acted, marched finely."""
-    rig = made.rig.fine()
-    trace = March(rig, made.hidden).run()
-    clean = read(rig, trace, made.hidden, made.plan)
+def _measure(rng: Generator, rig: Rig, plan: Plan, hidden: tuple[Hidden, ...]) -> Record:
+    """Let the sensors read what happens while the effects act, marched finely."""
+    trace = March(rig.fine(), hidden).run()
+    clean = read(rig, trace, hidden, plan)
     measured = {}
     for name in CHANNELS:
-        value = clean[name] + noise(rng, made.plan, name, clean[name].size)
-        measured[name] = np.round(value / made.plan.quantum[name]) * made.plan.quantum[name]
-    return replace(made, clean=clean, measured=measured, energy=trace.energy)
+        value = clean[name] + noise(rng, plan, name, clean[name].size)
+        measured[name] = np.round(value / plan.quantum[name]) * plan.quantum[name]
+    return Record(rig, plan, trace, clean, measured)
 
 
 def _rescaled(plan: Plan, channel: str, factor: float) -> Plan:
@@ -137,62 +173,104 @@ def _rescaled(plan: Plan, channel: str, factor: float) -> Plan:
 
 def truth(made: Made) -> dict[str, object]:
     """What was hidden, for the score and for people; never for the loop."""
-    unknown = [name for name in made.case.effects if name in UNKNOWN]
-    what: object = list(made.case.effects)
-    if unknown:
-        channel, covariates, _ = UNKNOWN[unknown[0]]
-        what = f"unexplained:{channel}:{covariates[0]}"
+    draft, own, other = made.draft, made.own, made.other
+    effects, law = list(draft.case.effects), _law(made)
     return {
-        "truth": what,
-        "group": made.case.group,
+        "truth": f"unexplained:{_channel(effects[0])}:{law['covariate']}" if law else effects,
+        "group": draft.case.group,
         "alternatives": [],
-        "kind": unknown[0] if unknown else None,
-        "covariates": list(UNKNOWN[unknown[0]][1]) if unknown else [],
-        "sizes": list(made.sizes),
-        "sizes_beyond_tolerances": list(made.firm_sizes),
-        "amounts": list(made.amounts),
-        "target_size": made.case.size if made.case.effects else 0.0,
-        "declared_contact": made.rig.contact,
-        "declared_traction": made.rig.declared_law,
-        "true_traction": made.rig.law,
-        "tolerated": [] if made.rig.law == made.rig.declared_law else ["exact_elasticity"],
-        "history": made.kind,
-        "seed": made.case.seed,
-        "mu0": made.rig.mu,
-        "K": made.rig.wear,
-        "hS": made.rig.convection,
-        "sigma": made.plan.sigma,
-        "rho": made.plan.rho,
-        "outliers": made.plan.outliers,
-        "noise": _true_noise(made),
-        "iterations": list(made.rig.iterations),
-        "depth_um": -1e6 * float(made.clean["profile"].min()),
-        "energy_kJ": 1e-3 * made.energy,
+        "law": law,
+        "channels": sorted({_channel(name) for name in effects}),
+        "separable": all(_is_separable(name, made) for name in effects),
+        "sizes": list(draft.sizes),
+        "sizes_beyond_tolerances": list(draft.firm_sizes),
+        "amounts": list(draft.amounts),
+        "target_size": draft.case.size if effects else 0.0,
+        "declared_contact": own.rig.contact,
+        "declared_traction": own.rig.declared_law,
+        "true_traction": own.rig.law,
+        "tolerated": [] if own.rig.law == own.rig.declared_law else ["exact_elasticity"],
+        "history": draft.kind,
+        "seed": draft.case.seed,
+        "mu0": own.rig.mu,
+        "K": own.rig.wear,
+        "hS": own.rig.convection,
+        "sigma": own.plan.sigma,
+        "rho": own.plan.rho,
+        "outliers": own.plan.outliers,
+        "noise": _true_noise(own),
+        "noise_other": {name: _root_mean_square(other, name) for name in CHANNELS},
+        "iterations": list(own.rig.iterations),
+        "depth_um": -1e6 * float(own.clean["profile"].min()),
+        "energy_kJ": 1e-3 * own.trace.energy,
     }
 
 
-def _true_noise(made: Made) -> dict[str, object]:
+def _law(made: Made) -> dict[str, object] | None:
+    """The law in no catalogue: what it changes over what, and what these data cannot tell from either."""
+    effects = made.draft.case.effects
+    if not effects or effects[0] in CATALOGUE:
+        return None
+    quantity, covariate, shape = parts(effects[0])
+    return {
+        "quantity": quantity,
+        "covariate": covariate,
+        "shape": shape,
+        "equivalent": equivalent(covariate, _seen(made.own)),
+        "quantities": same_quantities(quantity, len(made.own.plan.stops)),
+    }
+
+
+def _is_separable(name: str, made: Made) -> bool:
+    """Whether what the test shows of an effect decides what it does under the other history."""
+    if name not in CATALOGUE:
+        quantity, covariate, _ = parts(name)
+        if covariate == "y_over_edge":
+            return same_quantities(quantity, len(made.own.plan.stops)) == [quantity]
+    elif name in COVARIATE:
+        covariate = COVARIATE[name]
+    else:
+        return True
+    return is_separable(covariate, _seen(made.own), _seen(made.other))
+
+
+def _seen(record: Record) -> dict[str, NDArray[np.float64]]:
+    """The covariates at the samples of the traction."""
+    return covariates(record.trace, record.plan.traction_time)
+
+
+def _root_mean_square(record: Record, name: str) -> float:
+    """The noise that was added to a channel (1, um, K)."""
+    scale = 1e6 if name == "profile" else 1.0
+    return scale * float(np.sqrt(np.mean((record.measured[name] - record.clean[name]) ** 2)))
+
+
+def _true_noise(record: Record) -> dict[str, object]:
     """The noise that was added, as samples and sum of squares: of each iteration in 1 and K, of each band in um2."""
     noise: dict[str, object] = {}
     for name in CHANNELS:
-        squares = (made.measured[name] - made.clean[name]) ** 2
+        squares = (record.measured[name] - record.clean[name]) ** 2
         if name == "profile":
-            y, squares = made.plan.y, 1e12 * squares
+            y, squares = record.plan.y, 1e12 * squares
             band = np.floor(BANDS * (y - y.min()) / np.ptp(y)).astype(int)
             part = np.tile(band, squares.size // y.size)
         else:
-            part = (made.plan.time(name) / made.rig.duration).astype(int)
+            part = (record.plan.time(name) / record.rig.duration).astype(int)
         count, total = np.bincount(part), np.bincount(part, squares)
         noise[name] = [[int(n), float(s)] for n, s in zip(count, total, strict=True)]
     return noise
 
 
 def make_test(case: Case, folder: Path, truth_file: Path) -> Made:
-    """Make a test: test.toml and the measured tables in `folder`, the truth in `truth_file`, elsewhere."""
+    """Make a test: test.toml and other.toml with their tables in `folder`, the truth in `truth_file`, elsewhere."""
     made = make(case)
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "test.toml").write_text(definition(made.rig, folder.name))
-    write_tables(folder, rig=made.rig, plan=made.plan, measured=made.measured)
+    for record, file, name, tables in (
+        (made.own, "test.toml", folder.name, ""),
+        (made.other, "other.toml", f"{folder.name}_other", "other_"),
+    ):
+        (folder / file).write_text(definition(record.rig, name, tables))
+        write_tables(folder, tables, rig=record.rig, plan=record.plan, measured=record.measured)
     truth_file.parent.mkdir(parents=True, exist_ok=True)
     truth_file.write_text(json.dumps(truth(made), indent=1) + "\n")
     return made

@@ -9,8 +9,8 @@ small time steps. Then the discs wear by what was dissipated, spread over the st
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from math import hypot
+from dataclasses import dataclass, field, fields, replace
+from math import hypot, prod
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from .traction import equivalent_ellipse, linear_force, saturation, strip_share
 
 Floats = NDArray[np.float64]
 VICKERS = 9.80665e6  # Pa in one HV
+_MOMENT = tuple(f.name for f in fields(Moment))
 SHORTEST = 3.0  # the longest small time step [s]
 # xi, and how far the force has turned: read off the twelve points of CONTACT (open-source release 2025-07-23,
 # revision 2707) with longitudinal and lateral creepage together, a/b = 0.63
@@ -99,6 +100,11 @@ class Rig:
         curvature_y = self.curvature_y if curvature_y is None else curvature_y
         return hertz_ellipse(self.load, self.contact_modulus, 2.0 / self.radius, curvature_y)
 
+    @property
+    def edge(self) -> float:
+        """Half of the track [m] whether it is worn deep or still as wide as the elastic patch."""
+        return float(np.cbrt(self.half_width() ** 3 + self.ellipse().b ** 3))
+
     def half_width(self) -> float:
         """Half of the track [m] when all is dissipated at full sliding; from the circle's segment it cuts."""
         area = self.wear / (self.hardness * VICKERS) * self.mu * self.load * self.revolutions
@@ -110,16 +116,22 @@ class Rig:
 class Trace:
     """What happened. Small steps: time (step + 1,) at their ends, the rest (step,) within them.
 
-    ratio is T over the nominal load; profiles maps iterations completed to the depth [m] worn off disc 1 and 2.
+    ratio is T over the nominal load; moments holds every covariate by its name in a `Moment`; profiles maps
+    iterations completed to the depth [m] worn off disc 1 and 2.
     """
 
     time: Floats
     ratio: Floats
     power: Floats
     rise: Floats
-    wear_index: Floats
     y: Floats
+    moments: dict[str, Floats]
     profiles: dict[int, tuple[Floats, Floats]] = field(default_factory=dict)
+
+    @property
+    def wear_index(self) -> Floats:
+        """Power per length rolled and area of the patch [N/m2] (step,)."""
+        return self.moments["wear_index"]
 
     @property
     def energy(self) -> float:
@@ -213,48 +225,65 @@ class March:
         self._law = next((h.law for h in self._hidden if h.law), rig.law)
         self._load = rig.load * rig.load_tolerance * float(np.prod([h.load for h in self._hidden]))
         self._moment, self._heat = Moment(), (0.0, 0.0)
-        self._rows: list[tuple[float, float, float, float, float]] = []
+        self._rows: list[tuple[float, ...]] = []
 
     def run(self) -> Trace:
         """March through all iterations."""
         rig, profiles = self._rig, {}
         small = int(np.ceil(rig.duration / rig.wear_steps / SHORTEST))
+        last = -1
         for done, step in enumerate(rig.steps, start=1):
             nominal = rig.creepage[step] + rig.creepage_error[step]
             creepage = nominal + sum(h.creepage for h in self._hidden)
+            if step != last:
+                self._moment.time_in_step, last = 0.0, step
             for _ in range(rig.wear_steps):
                 self._wear_step(creepage, small, rig.duration / rig.wear_steps / small)
             profiles[done] = (self._patch.worn[0].copy(), self._patch.worn[1].copy())
         rows = np.array(self._rows)
-        time = np.concatenate([[0.0], rows[:, 0]])
-        rise = np.concatenate([[0.0], rows[:, 3]])
-        return Trace(time, rows[:, 1], rows[:, 2], rise, rows[:, 4], self._patch.y, profiles)
+        moments = dict(zip(_MOMENT, rows.T[1:], strict=True))
+        time = np.concatenate([[0.0], moments["time"]])
+        rise = np.concatenate([[0.0], moments["rise"]])
+        return Trace(time, rows[:, 0], moments["power"], rise, self._patch.y, moments, profiles)
 
     def _wear_step(self, creepage: float, count: int, step: float) -> None:
         patch, moment, rig = self._patch, self._moment, self._rig
         flexibility = float(np.prod([h.flexibility for h in self._hidden]))
         stiffness = linear_force(patch.ellipse, rig.shear_modulus, flexibility)
         moment.creepage, moment.sliding_speed = creepage, abs(creepage) * rig.speed
+        moment.greatest_creepage = max(moment.greatest_creepage, creepage)
+        moment.power = self._force(creepage, stiffness)[1]  # what a law of power asks in the first small step
         worn, slid, xi = 0.0, 0.0, 0.0
         for _ in range(count):
             ratio, power, xi = self._force(creepage, stiffness)
-            moment.wear_index = power / (rig.speed * patch.area)
-            worn += step * power * float(np.prod([h.wear(moment) for h in self._hidden if h.wear]))
+            moment.power, moment.wear_index = power, power / (rig.speed * patch.area)
+            worn += step * power * prod(h.wear(moment) for h in self._hidden if h.wear)
             slid += step * power
-            self._heat = self._plant.advance(moment.time, self._heat, power, step)
+            self._warm(power, step)
             moment.time += step
+            moment.time_in_step += step
             moment.cycles += step * rig.rpm / 60.0
             moment.energy += step * power
             moment.rise = self._heat[0]
-            self._rows.append((moment.time, ratio, power, moment.rise, moment.wear_index))
+            self._rows.append((ratio, *(getattr(moment, name) for name in _MOMENT)))
         self._wear_off(worn, xi)
+
+    def _warm(self, power: float, step: float) -> None:
+        """Let the disc take `power` [W] for a `step` [s]."""
+        moment = self._moment
+        entering = power * prod(h.warming(moment) for h in self._hidden if h.warming)
+        cooling = prod(h.cooling(moment) for h in self._hidden if h.cooling)
+        room = sum(h.room(moment) for h in self._hidden if h.room)
+        self._heat = self._plant.advance(moment.time, self._heat, entering, step, cooling, room)
 
     def _force(self, creepage: float, stiffness: tuple[float, float]) -> tuple[float, float, float]:
         """T over the nominal load, dissipated power [W] and xi at this moment."""
         rig, moment = self._rig, self._moment
-        mu = rig.mu * float(np.prod([h.friction(moment) for h in self._hidden if h.friction]))
+        mu = rig.mu * prod(h.friction(moment) for h in self._hidden if h.friction)
+        creepage += sum(h.slip(moment) for h in self._hidden if h.slip)
+        slope = prod(h.slope(moment) for h in self._hidden if h.slope)
         side = sum(h.lateral for h in self._hidden)
-        along, across = stiffness[0] * creepage, stiffness[1] * side
+        along, across = slope * stiffness[0] * creepage, slope * stiffness[1] * side
         xi = hypot(along, across) / (mu * self._load)
         level = saturation(xi, self._law)
         total, slip = hypot(along, across), hypot(creepage, side)
@@ -280,6 +309,6 @@ class March:
             share[patch.line_load == 0.0] = 1.0
         for h in self._hidden:
             if h.wear_across:
-                share = share * h.wear_across(patch.y)
+                share = share * h.wear_across(patch.y / rig.edge)
         removed = share * volume / (share @ patch.line_load * patch.dy)
         patch.wear(removed, volume, sum(h.other_disc for h in self._hidden))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from .heat import Plant, thermocouple
-from .hidden import Hidden
+from .hidden import COVARIATES, Hidden
 from .rig import Rig, Trace
 
 Floats = NDArray[np.float64]
@@ -82,26 +82,43 @@ def _times(rng: Generator, iterations: int, samples: int, duration: float) -> Fl
 
 def read(rig: Rig, trace: Trace, hidden: Sequence[Hidden], plan: Plan) -> Channels:
     """What noiseless sensors read: T/N (sample,), height [m] (profile * y,), rise [K] (sample,)."""
-    within = np.searchsorted(trace.time, plan.traction_time, side="left") - 1
-    ratio = trace.ratio[within]
+    ratio = trace.ratio[_within(trace, plan.traction_time)]
     for h in hidden:
         ratio = h.read_traction(plan.traction_time, ratio) if h.read_traction else ratio
+        if h.shift_traction:
+            ratio = ratio + h.shift_traction(covariates(trace, plan.traction_time))
     rise = trace.rise
     if not any(h.marches for h in hidden):
         rise = Plant(capacity=rig.capacity, convection=rig.convection, hidden=hidden).run(trace.time, trace.power)
-    shown = thermocouple(trace.time, rise, sum(h.lag for h in hidden))
+    shown = np.interp(plan.temperature_time, trace.time, thermocouple(trace.time, rise, sum(h.lag for h in hidden)))
+    for h in hidden:
+        if h.shift_temperature:
+            shown = shown + h.shift_temperature(covariates(trace, plan.temperature_time))
+    return {"traction": ratio, "profile": _heights(rig, trace, hidden, plan), "temperature": shown}
+
+
+def _heights(rig: Rig, trace: Trace, hidden: Sequence[Hidden], plan: Plan) -> Floats:
+    """Of every stop and disc, one after the other (profile * y,) [m]."""
     heights = []
     for stop in plan.stops:
         for disc in plan.discs:
             height = np.interp(plan.y, trace.y, -trace.profiles[stop][disc - 1], left=0.0, right=0.0)
             for h in hidden:
                 height = h.read_profile(plan.y, height) if h.read_profile else height
+                height = height + h.shift_profile(plan.y / rig.edge) if h.shift_profile else height
             heights.append(height)
-    return {
-        "traction": ratio,
-        "profile": np.concatenate(heights),
-        "temperature": np.interp(plan.temperature_time, trace.time, shown),
-    }
+    return np.concatenate(heights)
+
+
+def _within(trace: Trace, time: Floats) -> NDArray[np.intp]:
+    """The small step in which each `time` [s] lies."""
+    return np.searchsorted(trace.time, time, side="left") - 1
+
+
+def covariates(trace: Trace, time: Floats) -> dict[str, Floats]:
+    """Every covariate of a law at samples of some `time` [s]."""
+    within = _within(trace, time)
+    return {name: trace.moments[place][within] for name, place in COVARIATES.items()}
 
 
 def _correlation(plan: Plan, channel: str, samples: int) -> tuple[Floats, Floats]:

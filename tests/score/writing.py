@@ -40,15 +40,18 @@ contact = "{contact}"
 traction = "{law}"
 
 [measured]
-traction = "traction.csv"
-profile = "profile.csv"
-temperature = "temperature.csv"
+traction = "{tables}traction.csv"
+profile = "{tables}profile.csv"
+temperature = "{tables}temperature.csv"
 provenance = "synthetic"
 """
 
 
-def definition(rig: Rig, name: str) -> str:
-    """test.toml of a rig: what is set and known, with mu, K and the convection left to be identified."""
+def definition(rig: Rig, name: str, tables: str) -> str:
+    """The definition of a test: what is set and known, with mu, K and the convection left to be identified.
+
+    The names of its tables begin with `tables`.
+    """
     steps = "\n".join(
         f"  {{ creepage_percent = {round(100.0 * creepage, 6)!r}, iterations = {count} }},"
         for creepage, count in zip(rig.creepage, rig.iterations, strict=True)
@@ -57,23 +60,23 @@ def definition(rig: Rig, name: str) -> str:
     return _DEFINITION.format(
         name=name, load=rig.load, rpm=rig.rpm, radius=round(1e3 * rig.radius, 4), crown1=crown[0], crown2=crown[1],
         modulus=rig.modulus / 1e9, hardness=rig.hardness, environment=rig.environment, capacity=rig.capacity,
-        revolutions=rig.revolutions, steps=steps, contact=rig.contact, law=rig.declared_law,
+        revolutions=rig.revolutions, steps=steps, contact=rig.contact, law=rig.declared_law, tables=tables,
     )  # fmt: skip
 
 
-def write_tables(folder: Path, *, rig: Rig, plan: Plan, measured: Channels) -> None:
-    """traction.csv, profile.csv and temperature.csv in `folder`."""
+def write_tables(folder: Path, tables: str, *, rig: Rig, plan: Plan, measured: Channels) -> None:
+    """traction.csv, profile.csv and temperature.csv in `folder`, their names begun with `tables`."""
     time = plan.traction_time
     step = np.array(rig.steps)[(time / rig.duration).astype(int)]
     percent = 100.0 * np.array(rig.creepage)[step]
     rows = [
         f"{t:.1f},{s + 1},{c:g},{r:.5f}" for t, s, c, r in zip(time, step, percent, measured["traction"], strict=True)
     ]
-    _write(folder / "traction.csv", "time [s],step,creepage [%],traction ratio [1]", rows)
+    _write(folder / f"{tables}traction.csv", "time [s],step,creepage [%],traction ratio [1]", rows)
     celsius = rig.environment + measured["temperature"]
     rows = [f"{t:.1f},{c:.3f}" for t, c in zip(plan.temperature_time, celsius, strict=True)]
-    _write(folder / "temperature.csv", "time [s],temperature [degC]", rows)
-    _write_profile(folder / "profile.csv", plan, measured["profile"])
+    _write(folder / f"{tables}temperature.csv", "time [s],temperature [degC]", rows)
+    _write_profile(folder / f"{tables}profile.csv", plan, measured["profile"])
 
 
 def _write_profile(path: Path, plan: Plan, height: np.ndarray) -> None:
