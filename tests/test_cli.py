@@ -50,7 +50,7 @@ class Stub:
         return Result(
             command="close-loop" if self.extra else "thermal",
             summary=("it is warm",),
-            json={"rise_C": np.float64(10.0), "peak_C": np.nan, **({"revised": "revised.toml"} if self.extra else {})},
+            json={"rise_C": np.float64(10.0), "peak_C": None, **({"revised": "revised.toml"} if self.extra else {})},
             dataset=Dataset((axis,), (Array("p", ("y",), np.zeros(3), "Pa", "pressure"),)),
             figure=None,
             exit_code=self.code,

@@ -12,8 +12,8 @@ import pytest
 import xarray
 from matplotlib.figure import Figure
 
-from twindisc_cli.errors import OutputError
-from twindisc_cli.results import Array, Axis, Dataset, Result
+from twindisc_cli.errors import OutputError, ValidityError
+from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 from twindisc_cli.results import files as files_module
 from twindisc_cli.results.files import write_all
 from twindisc_cli.results.store import Origin, plain, up_to_date, write
@@ -37,7 +37,7 @@ def dataset() -> Dataset:
         ),
         arrays=(
             Array("apparent_friction", ("mu", "creepage"), np.outer(mu, np.tanh(creepage)), "1", "apparent friction"),
-            Array("force", ("theory",), np.array([1.0, np.nan]), "N", "tangential force"),
+            Array("force", ("theory",), np.array([1.0, np.nan]), "N", "tangential force", optional=True),
             Array("saturated", ("mu",), mu > 0.3, "1", "whether all slides"),
             Array("load", (), np.array(72.0), "N", "normal load"),
             Array("state", ("theory",), np.array(["sliding", "µ"]), "1", "state"),
@@ -49,7 +49,12 @@ def dataset() -> Dataset:
 RESULT = Result(
     command="friction-chart",
     summary=("two lines", "of µ"),
-    json={"mu": np.array([0.5, np.nan]), "steps": ({"n": np.int64(3)},), "bound": np.inf, "ok": np.bool_(True)},
+    json={
+        "mu": or_null(np.array([0.5, np.nan])),
+        "steps": ({"n": np.int64(3)},),
+        "bound": or_null(np.inf),
+        "ok": np.bool_(True),
+    },
     dataset=dataset(),
     figure=figure,
     exit_code=5,
@@ -148,7 +153,7 @@ def test_a_damaged_or_incomplete_result_is_not_up_to_date(tmp_path: Path) -> Non
 
 
 def test_json_holds_no_nan_and_no_numpy() -> None:
-    value = plain({"a": np.array([[1.0, np.nan]]), "b": np.float32(0.5), "c": -np.inf, "d": None, 3: "x"})
+    value = plain(or_null({"a": np.array([[1.0, np.nan]]), "b": np.float32(0.5), "c": -np.inf, "d": None, 3: "x"}))
     assert value == {"a": [[1.0, None]], "b": 0.5, "c": None, "d": None, "3": "x"}
     json.dumps(value, allow_nan=False)
 
@@ -217,3 +222,21 @@ def test_a_read_only_folder_is_told(tmp_path: Path) -> None:
     tmp_path.chmod(0o500)
     with pytest.raises(OutputError, match="Permission denied"):
         write_all({tmp_path / "a.h5": b"1"})
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_number_that_is_none_is_never_written_unless_it_is_declared(tmp_path: Path, value: float) -> None:
+    p0, broken = Axis("y", np.arange(2.0), "m", "position"), np.array([1.0, value])
+    spoilt = {
+        "peak_pressure": Dataset((p0,), (Array("peak_pressure", ("y",), broken, "Pa", "peak pressure"),)),
+        "y": Dataset((replace(p0, values=broken),), ()),
+        "error": Dataset((p0,), (), {"error": value}),
+    }
+    outcomes = [(name, replace(RESULT, dataset=spoilt[name])) for name in spoilt]
+    outcomes += [("depth_um", replace(RESULT, json={"a": 1, "steps": [{"depth_um": 2.0}, {"depth_um": value}]}))]
+    outcomes += [("mu", replace(RESULT, json={"mu": broken}))]
+    for name, result in outcomes:
+        with pytest.raises(ValidityError, match=f"{name} came out as no finite number"):
+            write(tmp_path, result, ORIGIN, {})
+        assert not list(tmp_path.iterdir())
+    write(tmp_path, replace(RESULT, json=or_null({"mu": broken})), ORIGIN, {})

@@ -202,3 +202,13 @@ def test_what_is_missing_is_named(tmp_path):
     beyond = TRACTION.replace("0.55", "2.5")
     with pytest.raises(DefinitionError, match="step 2"):
         simulate_wear.run(load(write(tmp_path, nothing, traction=beyond)))
+
+
+@pytest.mark.parametrize("lift", [0.0, 1e-6])
+def test_a_profile_in_which_nothing_is_worn_gives_no_k(ambient, lift):
+    profile = ambient.experiment.measured.profile
+    flat = replace(profile, height=np.full_like(profile.height, lift))
+    test = replace(ambient.experiment, measured=replace(ambient.experiment.measured, profile=flat))
+    for command in (fit_k, simulate_wear):
+        with pytest.raises(MeasurementError, match="nothing is worn off in the last measured profile"):
+            command.run(replace(ambient, experiment=test))

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
+from typing import Self
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,10 @@ class TwindiscError(Exception):
         several = [problems] if isinstance(problems, (str, Problem)) else list(problems)
         self.problems = tuple(p if isinstance(p, Problem) else Problem(p) for p in several)
         super().__init__("\n".join(str(p) for p in self.problems))
+
+    def of(self, file: Path | str) -> Self:
+        """The same failure, said of a file where it names none."""
+        return type(self)([p if p.file else replace(p, file=str(file)) for p in self.problems])
 
 
 class DefinitionError(TwindiscError):

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from twindisc_cli.definition import Test
 from twindisc_cli.effects import catalogue
-from twindisc_cli.errors import DefinitionError, Problem
+from twindisc_cli.errors import DefinitionError
 from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.identify.wear import identify_wear
 from twindisc_cli.model.experiment import Experiment, Floats
@@ -14,7 +13,7 @@ from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.patch import WeightedPaths, weighted_paths
 
 
-def friction_of_steps(test: Test, model: ForwardModel) -> tuple[Floats, list[str]]:
+def friction_of_steps(model: ForwardModel) -> tuple[Floats, list[str]]:
     """The mu of each step (step,) and where it is from: given, identified or constant.
 
     A step without creepage needs none; for any other an unknown one is an error of the definition.
@@ -28,7 +27,7 @@ def friction_of_steps(test: Test, model: ForwardModel) -> tuple[Floats, list[str
             f"no friction is known for step {', '.join(unknown)}: no traction was measured there that a mu explains; "
             "give friction_coefficient under [model], or mu in the step"
         )
-        raise DefinitionError(Problem(what, str(test.path)))
+        raise DefinitionError(what)
     return mu, source
 
 

@@ -53,12 +53,12 @@ def dataset_of(diagnosis: Diagnosis) -> Dataset:
 
 def _error(name: str, error: ChannelError) -> Array:
     values = np.array([getattr(error, kind) for kind in ERRORS])
-    return Array(f"{name}_error", ("error_kind",), values, error.unit, "root mean square of measured minus model")
+    return Array(f"{name}_error", ("error_kind",), values, error.unit, "root mean square of measured minus model", True)
 
 
 def _estimate(name: str, estimate: Estimate, what: str) -> Array:
     values = np.array([getattr(estimate, kind) for kind in ESTIMATES])
-    return Array(re.sub(r"\W+", "_", name).strip("_"), ("estimate_kind",), values, estimate.unit, what)
+    return Array(re.sub(r"\W+", "_", name).strip("_"), ("estimate_kind",), values, estimate.unit, what, True)
 
 
 def _candidates(tried: Sequence[Tried]) -> list[Array]:
@@ -82,7 +82,9 @@ def _candidates(tried: Sequence[Tried]) -> list[Array]:
             for key, (what, values) in texts.items()
         ),
         *(
-            Array(f"candidate_{key}", ("candidate",), np.array([float(getattr(t, key)) for t in tried]), "1", what)
+            Array(
+                f"candidate_{key}", ("candidate",), np.array([float(getattr(t, key)) for t in tried]), "1", what, True
+            )
             for key, what in numbers.items()
         ),
     ]
@@ -100,10 +102,13 @@ def _curve(curve: Curve, prefix: str) -> list[Array]:
     }
     marks = {"held_out": "held out to judge the answer that is found without them", "kept": "not an outlier"}
     return [
-        *(Array(f"{prefix}_{key}", dims, getattr(curve, key), unit, text) for key, text in what.items()),
+        *(
+            Array(f"{prefix}_{key}", dims, getattr(curve, key), unit, text, key.startswith("unseen"))
+            for key, text in what.items()
+        ),
         *(Array(f"{prefix}_{key}", dims, getattr(curve, key), "1", text) for key, text in marks.items()),
         *(
-            Array(f"{prefix}_at_{name}", dims, np.asarray(values), *COVARIATES[name])
+            Array(f"{prefix}_at_{name}", dims, np.asarray(values), *COVARIATES[name], True)
             for name, values in curve.covariates.items()
         ),
     ]

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from twindisc_cli.definition import Test, dump, load, relocate
-from twindisc_cli.errors import DefinitionError, MeasurementError, Problem, ValidityError
+from twindisc_cli.errors import DefinitionError, MeasurementError, Problem, TwindiscError, ValidityError
 from twindisc_cli.physics.half_space import ContactError
 from twindisc_cli.results import Result
 from twindisc_cli.results.store import Origin, plain, up_to_date, write
@@ -129,10 +129,12 @@ def _deliver(
         return stored.exit_code
     try:
         result = compute()
+        extra = {name: _content(name, text, tests[0], folder) for name, text in result.extra_files.items()}
+        files = write(folder, result, origin, extra)
     except ContactError as error:
-        raise ValidityError(Problem(str(error), str(tests[0].path))) from error
-    extra = {name: _content(name, text, tests[0], folder) for name, text in result.extra_files.items()}
-    files = write(folder, result, origin, extra)
+        raise ValidityError(str(error)).of(tests[0].path) from error
+    except TwindiscError as error:
+        raise error.of(tests[0].path) from error
     _tell(result.summary, result.json, files, folder, output, "written")
     return result.exit_code
 

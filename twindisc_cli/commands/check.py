@@ -25,7 +25,7 @@ from twindisc_cli.identify.track import Track, last_profile, worn_track
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.physics import kalker
 from twindisc_cli.physics.archard import allowed_coefficient, worn_volume
-from twindisc_cli.results import Array, Axis, Dataset, Result
+from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -74,7 +74,7 @@ class Finding:
     def json(self) -> dict[str, Any]:
         """The finding for scripts."""
         keys = ("rule", "subject", "value", "low", "high", "unit", "message")
-        return {key: getattr(self, key) for key in keys}
+        return or_null({key: getattr(self, key) for key in keys})  # type: ignore[no-any-return]
 
 
 def _number(value: float) -> str:
@@ -347,6 +347,13 @@ def _dataset(found: list[Finding]) -> Dataset:
         arrays=(
             Array("rule", ("finding",), np.array([f.rule for f in found], dtype=object), "1", "rule applied"),
             Array("message", ("finding",), np.array([f.message for f in found], dtype=object), "1", "what was found"),
-            Array("strain", ("finding",), strain, "1", "share of the allowed range that is used; above 1 contradicts"),
+            Array(
+                "strain",
+                ("finding",),
+                strain,
+                "1",
+                "share of the allowed range that is used; above 1 contradicts",
+                True,
+            ),
         ),
     )

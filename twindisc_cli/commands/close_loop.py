@@ -22,7 +22,7 @@ from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis, Estimate, Found
 from twindisc_cli.loop.problem import channels_of, friction_is_given
 from twindisc_cli.report.close_loop import render
 from twindisc_cli.report.words import CHANNEL, listed, number, p_value, percent, plain_name, unit, with_error
-from twindisc_cli.results import Result
+from twindisc_cli.results import Result, or_null
 
 LINES = 10
 DIGITS = 7
@@ -48,7 +48,7 @@ def result_of(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None
     return Result(
         command="close-loop",
         summary=tuple(summary(diagnosis)),
-        json=_json(diagnosis),
+        json=or_null(_json(diagnosis)),
         dataset=dataset_of(diagnosis),
         figure=lambda: drawn,
         exit_code=NEGATIVE_FINDING if diagnosis.verdict == "unexplained" else 0,

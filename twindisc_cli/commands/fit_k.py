@@ -8,7 +8,7 @@ import numpy as np
 
 from twindisc_cli.commands._base import friction_of_steps
 from twindisc_cli.definition import Test
-from twindisc_cli.errors import MeasurementError, Problem, ValidityError
+from twindisc_cli.errors import ValidityError
 from twindisc_cli.identify.wear import WearFit, identify_wear
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.model.forward import ForwardModel
@@ -24,17 +24,14 @@ IMPOSSIBLE = 3.0
 def run(test: Test) -> Result:
     """Find K of a test."""
     experiment = test.experiment
-    if experiment.measured.profile is None:
-        raise MeasurementError(Problem("no profile was measured; name its file under [measured]", str(test.path)))
     model = ForwardModel(experiment)
-    mu, _ = friction_of_steps(test, model)
+    mu, _ = friction_of_steps(model)
     fit = identify_wear(model, mu)
     if not fit.bisection.converged:
-        what = (
+        raise ValidityError(
             f"no K from {fit.bisection.bracket[0]:.2g} to {fit.bisection.bracket[1]:.2g} makes the simulated depth "
             f"{fit.measured.depth * 1e6:.3g} µm to within 1 %"
         )
-        raise ValidityError(Problem(what, str(test.path)))
     stated = _stated(experiment)
     return Result(
         command="fit-k",

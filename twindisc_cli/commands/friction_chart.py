@@ -11,7 +11,7 @@ from twindisc_cli.identify.chart import Chart, friction_chart
 from twindisc_cli.identify.steps import StepFriction, identify_friction
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import ForwardModel
-from twindisc_cli.results import Array, Axis, Dataset, Result
+from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,8 +34,8 @@ def run(test: Test) -> Result:
             "mu": many.mu,
             "creepage_percent": many.creepage * 100.0,
             "apparent_friction": many.apparent,
-            "full_slip_creepage_percent": many.full_slip * 100.0,
-            "light_line_creepage_percent": many.light_line * 100.0,
+            "full_slip_creepage_percent": or_null(many.full_slip * 100.0),
+            "light_line_creepage_percent": or_null(many.light_line * 100.0),
             "measured": [] if measured is None else _points(measured),
         },
         dataset=_dataset(many, measured),
@@ -72,7 +72,7 @@ def _summary(one: Chart, many: Chart, measured: StepFriction | None) -> tuple[st
 
 def _points(measured: StepFriction) -> list[dict[str, object]]:
     rows = zip(measured.creepage, measured.ratio, measured.state, strict=True)
-    return [{"creepage_percent": c * 100.0, "traction_ratio": r, "state": s} for c, r, s in rows]
+    return [{"creepage_percent": or_null(c * 100.0), "traction_ratio": or_null(r), "state": s} for c, r, s in rows]
 
 
 def _figure(test: Experiment, one: Chart, many: Chart, measured: StepFriction | None) -> Figure:
@@ -88,13 +88,13 @@ def _dataset(many: Chart, measured: StepFriction | None) -> Dataset:
     ]
     arrays = [
         Array("apparent_friction", ("mu", "creepage"), many.apparent, "1", "apparent friction T/N"),
-        Array("light_line_creepage", ("mu",), many.light_line, "1", "creepage at which T/N is 98 % of mu"),
-        Array("full_slip_creepage", ("mu",), many.full_slip, "1", "smallest creepage of full slip"),
+        Array("light_line_creepage", ("mu",), many.light_line, "1", "creepage at which T/N is 98 % of mu", True),
+        Array("full_slip_creepage", ("mu",), many.full_slip, "1", "smallest creepage of full slip", True),
     ]
     if measured is not None:
         axes.append(Axis("step", np.arange(1, len(measured.ratio) + 1), "1", "number of the step"))
         arrays += [
-            Array("measured_creepage", ("step",), measured.creepage, "1", "mean measured creepage"),
-            Array("measured_traction_ratio", ("step",), measured.ratio, "1", "mean measured T/N"),
+            Array("measured_creepage", ("step",), measured.creepage, "1", "mean measured creepage", True),
+            Array("measured_traction_ratio", ("step",), measured.ratio, "1", "mean measured T/N", True),
         ]
     return Dataset(axes=tuple(axes), arrays=tuple(arrays))

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from twindisc_cli.definition import Test
-from twindisc_cli.errors import MeasurementError, Problem
 from twindisc_cli.identify.friction import ABOVE_LIMIT, CONFIDENCE
 from twindisc_cli.identify.steps import StepFriction, identify_friction
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.model.forward import ForwardModel
-from twindisc_cli.results import Array, Axis, Dataset, Result
+from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,8 +20,6 @@ if TYPE_CHECKING:
 def run(test: Test) -> Result:
     """Invert the measured traction of a test, step by step."""
     experiment = test.experiment
-    if experiment.measured.traction is None:
-        raise MeasurementError(Problem("no traction was measured; name its file under [measured]", str(test.path)))
     found = identify_friction(ForwardModel(experiment))
     return Result(
         command="identify-mu",
@@ -43,22 +40,18 @@ def _step(found: StepFriction, i: int) -> dict[str, Any]:
     state = found.state[i]
     report: dict[str, Any] = {
         "step": i + 1,
-        "creepage_percent": found.creepage[i] * 100.0,
-        "traction_ratio": found.ratio[i],
-        "mu": _known(found.mu[i]),
-        "mu_low": _known(found.low[i]),
-        "mu_high": _known(found.high[i]),
-        "naive_mu": found.ratio[i],
+        "creepage_percent": or_null(found.creepage[i] * 100.0),
+        "traction_ratio": or_null(found.ratio[i]),
+        "mu": or_null(found.mu[i]),
+        "mu_low": or_null(found.low[i]),
+        "mu_high": or_null(found.high[i]),
+        "naive_mu": or_null(found.ratio[i]),
         "saturation": None if state in (None, ABOVE_LIMIT) else found.share[i],
         "state": state,
     }
     if state == ABOVE_LIMIT:
         report["message"] = _message(found, i)
     return report
-
-
-def _known(mu: float) -> float | None:
-    return float(mu) if np.isfinite(mu) else None
 
 
 def _message(found: StepFriction, i: int) -> str:
@@ -101,7 +94,7 @@ def _dataset(found: StepFriction) -> Dataset:
     return Dataset(
         axes=(Axis("step", np.arange(1, len(found.mu) + 1), "1", "number of the step"),),
         arrays=(
-            *(Array(name, ("step",), values, "1", long_name) for name, values, long_name in rows),
+            *(Array(name, ("step",), values, "1", long_name, optional=True) for name, values, long_name in rows),
             Array("state", ("step",), state, "1", "state of the contact"),
         ),
     )

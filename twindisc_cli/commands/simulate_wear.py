@@ -8,7 +8,7 @@ import numpy as np
 
 from twindisc_cli.commands._base import friction_of_steps, wear_coefficient
 from twindisc_cli.definition import Test
-from twindisc_cli.errors import DefinitionError, Problem
+from twindisc_cli.errors import DefinitionError
 from twindisc_cli.identify.track import last_profile
 from twindisc_cli.identify.wear_history import WearHistory, wear_history
 from twindisc_cli.model.experiment import Experiment
@@ -23,20 +23,19 @@ def run(test: Test) -> Result:
     """Wear the discs through the history of a test."""
     experiment = test.experiment
     model = ForwardModel(experiment)
-    mu, _ = friction_of_steps(test, model)
+    mu, _ = friction_of_steps(model)
     k, source = wear_coefficient(model, mu)
     if np.isnan(k):
-        what = (
+        raise DefinitionError(
             "no wear coefficient is known: give wear_coefficient under [model], or a measured profile to find it from"
         )
-        raise DefinitionError(Problem(what, str(test.path)))
     history = wear_history(model, mu=mu, wear_coefficient=k)
     return Result(
         command="simulate-wear",
         summary=_summary(history, k, source),
         json={
             **_iteration(history, -1),
-            "final_radius_mm": _finite(history.radius[-1] * 1e3),
+            "final_radius_mm": _radius(history.radius[-1] * 1e3),
             "wear_coefficient": k,
             "wear_coefficient_source": source,
             "error_estimate_percent": history.error * 100.0,
@@ -58,15 +57,16 @@ def _iteration(history: WearHistory, i: int) -> dict[str, Any]:
         "width_mm": track.width * 1e3,
         "worn_volume_mm3": history.volume[i] * 1e9,
         "dissipated_energy_kJ": history.energy[i] * 1e-3,
-        "radius_mm": _finite(history.radius[i] * 1e3),
+        "radius_mm": _radius(history.radius[i] * 1e3),
         "a_mm": history.a[i] * 1e3,
         "b_mm": history.b[i] * 1e3,
         "p0_MPa": history.p0[i] * 1e-6,
     }
 
 
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
+def _radius(value: float) -> float | None:
+    """A radius; None of a flat disc."""
+    return None if np.isinf(value) else float(value)
 
 
 def _summary(history: WearHistory, k: float, source: str) -> tuple[str, ...]:
@@ -113,7 +113,7 @@ def _dataset(history: WearHistory, k: float, source: str) -> Dataset:
             Axis("y", history.y, "m", "position across the track"),
         ),
         arrays=(
-            *(Array(name, ("iteration",), values, unit, what) for name, values, unit, what in rows),
+            *(Array(name, ("iteration",), values, unit, what, name == "radius") for name, values, unit, what in rows),
             Array("height", ("iteration", "y"), history.height, "m", "height change of disc 2"),
             Array("disc1_height", ("iteration", "y"), history.disc1_height, "m", "height change of disc 1"),
         ),

@@ -9,14 +9,14 @@ import numpy as np
 
 from twindisc_cli.commands._base import contact_paths, friction_of_steps, wear_coefficient
 from twindisc_cli.definition import Test
-from twindisc_cli.errors import DefinitionError, Problem
+from twindisc_cli.errors import DefinitionError
 from twindisc_cli.identify.convection import identify_convection
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, Thermal
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.physics.disc_heat import implicit_step
 from twindisc_cli.physics.flash import Flash, flash_temperature
-from twindisc_cli.results import Array, Axis, Dataset, Result
+from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,10 +50,8 @@ def run(test: Test) -> Result:
     experiment = test.experiment
     thermal = experiment.thermal
     if thermal is None:
-        raise DefinitionError(
-            Problem("no [thermal] table: the heat capacity and the environment are needed", str(test.path))
-        )
-    heat = _heat(test, ForwardModel(experiment), thermal)
+        raise DefinitionError("no [thermal] table: the heat capacity and the environment are needed")
+    heat = _heat(ForwardModel(experiment), thermal)
     start = thermal.initial_temperature
     return Result(
         command="thermal",
@@ -64,7 +62,7 @@ def run(test: Test) -> Result:
             "flash_C": float(heat.flash.maximum.max()),
             "flash_mean_C": float(heat.flash.mean.max()),
             "convection_W_K": heat.convection,
-            "convection_W_K_std": heat.std if np.isfinite(heat.std) else None,
+            "convection_W_K_std": or_null(heat.std),
             "convection_source": heat.source,
             "patch": heat.patch,
             "iterations": [_iteration(heat, i, int(point)) for i, point in enumerate(heat.of_iteration)],
@@ -74,19 +72,15 @@ def run(test: Test) -> Result:
     )
 
 
-def _heat(test: Test, model: ForwardModel, thermal: Thermal) -> Heat:
-    mu, _ = friction_of_steps(test, model)
+def _heat(model: ForwardModel, thermal: Thermal) -> Heat:
+    test = model.experiment
+    mu, _ = friction_of_steps(model)
     convection, std, source = thermal.convection, np.nan, "given"
     if not np.isfinite(convection):
-        if test.experiment.measured.temperature is None:
-            what = (
-                "no convection is known: give convection_W_K under [thermal], or a measured temperature to find it from"
-            )
-            raise DefinitionError(Problem(what, str(test.path)))
         found = identify_convection(model, mu)
         convection, std, source = found.value, found.std, "from the measured temperature"
     k, wear = wear_coefficient(model, mu)
-    base = BaseParameters.declared(test.experiment, mu[None])
+    base = BaseParameters.declared(test, mu[None])
     prediction = model.predict(replace(base, K=np.array([k]), convection=np.array([convection])))
     energy = prediction.state.energy[0, model.points.of_iteration]
     return Heat(
@@ -95,7 +89,7 @@ def _heat(test: Test, model: ForwardModel, thermal: Thermal) -> Heat:
         power=prediction.state.power[0],
         flash=_flash(model, prediction, thermal),
         of_iteration=model.points.of_iteration,
-        eq_19=_paper_steps(energy, test.experiment.history, thermal, convection),
+        eq_19=_paper_steps(energy, test.history, thermal, convection),
         convection=convection,
         std=std,
         source=source,

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from twindisc_cli.errors import DefinitionError
 from twindisc_cli.identify.least_squares import Fit, fit_positive
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Floats
@@ -13,11 +14,13 @@ from twindisc_cli.model.forward import ForwardModel
 
 
 def identify_convection(model: ForwardModel, mu: Floats) -> Fit:
-    """Fit the convection to the measured temperature with mu (step,) in the contact; the test must have both."""
+    """Fit the convection to the measured temperature with mu (step,) in the contact; the test must have [thermal]."""
     test = model.experiment
     samples = test.measured.temperature
     if samples is None or test.thermal is None:
-        raise ValueError("no temperature was measured, or no heat capacity is known")
+        raise DefinitionError(
+            "no convection is known: give convection_W_K under [thermal], or a measured temperature to find it from"
+        )
 
     def temperatures(convection: Floats) -> Floats:
         base = BaseParameters.declared(test, np.broadcast_to(mu, (len(convection), len(mu))))

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from twindisc_cli.errors import MeasurementError
 from twindisc_cli.identify.friction import mean_and_interval, mu_from_traction, states
 from twindisc_cli.identify.law import unworn_law
 from twindisc_cli.model.base import BaseParameters
@@ -38,10 +39,10 @@ class StepFriction:
 
 
 def identify_friction(model: ForwardModel) -> StepFriction:
-    """Invert the measured traction of every step; the test must have one."""
+    """Invert the measured traction of every step."""
     samples = model.experiment.measured.traction
     if samples is None:
-        raise ValueError("no traction was measured")
+        raise MeasurementError("no traction was measured; name its file under [measured]")
     steps = len(model.experiment.history.step_creepage)
     ratio, half = mean_and_interval(samples.ratio, samples.uncertainty, samples.step, steps)
     creepage, _ = mean_and_interval(samples.creepage, samples.uncertainty, samples.step, steps)

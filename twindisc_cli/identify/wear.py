@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from twindisc_cli.errors import MeasurementError, ValidityError
 from twindisc_cli.identify.least_squares import Fit, fit_positive
 from twindisc_cli.identify.track import Track, last_profile, worn_track
 from twindisc_cli.identify.wear_coefficient import TOLERANCE, Bisection, bisect_depth
@@ -45,14 +46,16 @@ class WearFit:
 
 
 def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
-    """Fit K to the measured profiles with mu (step,) in the contact; the test must have a profile."""
+    """Fit K to the measured profiles with mu (step,) in the contact."""
     test = model.experiment
     profile = test.measured.profile
     if profile is None:
-        raise ValueError("no profile was measured")
+        raise MeasurementError("no profile was measured; name its file under [measured]")
     last = last_profile(profile)
     y, height = profile.y[last], profile.height[last]
-    measured = worn_track(y, height, smooth=True)
+    measured, section = worn_track(y, height, smooth=True), -float(np.trapezoid(height, y))
+    if not (measured.depth > 0.0 and section > 0.0):
+        raise MeasurementError("nothing is worn off in the last measured profile: no height in it is below the rest")
 
     def heights(k: Floats) -> Floats:
         base = BaseParameters.declared(test, np.broadcast_to(mu, (len(k), len(mu))))
@@ -62,7 +65,8 @@ def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
         return worn_track(y, heights(np.array([k]))[0, last], smooth=False)
 
     energy = _energy(model, mu, int(profile.iteration[last][0]))
-    section = -float(np.trapezoid(height, y))
+    if not energy > 0.0:
+        raise ValidityError("nothing slides up to the last measured profile: no K can have worn it")
     hardness = model.circumference_hardness / (2.0 * np.pi * model.radius)
     allowed = float(allowed_coefficient(volume=2.0 * np.pi * model.radius * section, energy=energy, hardness=hardness))
     bisection = bisect_depth(lambda k: track(k).depth, measured_depth=measured.depth, start=allowed)

@@ -1,8 +1,12 @@
-"""What a command returns: a summary, numbers for scripts, arrays for the HDF5 file, and a figure."""
+"""What a command returns: a summary, numbers for scripts, arrays for the HDF5 file, and a figure.
+
+A number that is not finite is an error, unless it is declared: an Array is `optional` where it may be unknown or
+unbounded, and a key of the JSON where its value went through `or_null`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -25,13 +29,17 @@ class Axis:
 
 @dataclass(frozen=True)
 class Array:
-    """Values over named axes; dims name one axis for each dimension of values, in order."""
+    """Values over named axes; dims name one axis for each dimension of values, in order.
+
+    optional: whether values may be NaN or infinite.
+    """
 
     name: str
     dims: tuple[str, ...]
     values: NDArray[Any]
     unit: str
     long_name: str
+    optional: bool = False
 
 
 @dataclass(frozen=True)
@@ -69,3 +77,39 @@ class Result:
     figure: Callable[[], Figure] | None
     exit_code: int = 0
     extra_files: Mapping[str, str | bytes] = field(default_factory=dict)
+
+    @property
+    def undefined(self) -> list[str]:
+        """Names of what is not finite and must be."""
+        return [
+            *(axis.name for axis in self.dataset.axes if not _finite(axis.values)),
+            *(array.name for array in self.dataset.arrays if not (array.optional or _finite(array.values))),
+            *_undefined({**self.json, **self.dataset.attrs}, ""),
+        ]
+
+
+def _finite(values: Any) -> bool:
+    array = np.asarray(values)
+    return array.dtype.kind != "f" or bool(np.all(np.isfinite(array)))
+
+
+def _undefined(value: Any, name: str) -> Iterator[str]:
+    """Names of the numbers in a JSON value that are not finite, each once."""
+    if isinstance(value, Mapping):
+        for key, item in value.items():
+            yield from _undefined(item, str(key))
+    elif isinstance(value, (list, tuple)):
+        yield from dict.fromkeys(found for item in value for found in _undefined(item, name))
+    elif not isinstance(value, str) and value is not None and not _finite(value):
+        yield name
+
+
+def or_null(value: Any) -> Any:
+    """A value of the JSON that may be unknown or unbounded: null in place of each number that is not finite."""
+    if isinstance(value, Mapping):
+        return {key: or_null(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return or_null(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [or_null(item) for item in value]
+    return value if _finite(value) else None

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import io
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from hashlib import sha256
@@ -18,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from twindisc_cli import __version__
+from twindisc_cli.errors import ValidityError
 from twindisc_cli.results.files import write_all
 from twindisc_cli.results.result import Array, Axis, Dataset, Result
 
@@ -62,7 +62,13 @@ class Stored:
 
 
 def write(folder: Path, result: Result, origin: Origin, extra: Mapping[str, bytes]) -> tuple[Path, ...]:
-    """Write COMMAND.h5, COMMAND.png and the extra files to a folder; all of them or none. The paths written."""
+    """Write COMMAND.h5, COMMAND.png and the extra files to a folder; all of them or none. The paths written.
+
+    ValidityError where a number is not finite that must be.
+    """
+    if result.undefined:
+        what = f"{', '.join(result.undefined)} came out as no finite number: outside of what the theory covers"
+        raise ValidityError(f"{what}; nothing was written")
     files = {folder / name: data for name, data in extra.items()}
     if result.figure is not None:
         files[folder / f"{result.command}.png"] = png(result.figure())
@@ -102,18 +108,14 @@ def png(figure: Figure) -> bytes:
 
 
 def plain(value: Any) -> Any:
-    """The value as JSON can hold it: arrays as lists, NaN and infinities as null."""
+    """The value as JSON can hold it: arrays as lists, numbers of numpy as Python's."""
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, np.ndarray):
         return plain(value.tolist())
     if isinstance(value, (list, tuple)):
         return [plain(item) for item in value]
-    if isinstance(value, np.generic):
-        return plain(value.item())
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def hdf5_image(result: Result, origin: Origin, *, beside: list[str]) -> bytes:
@@ -125,7 +127,7 @@ def hdf5_image(result: Result, origin: Origin, *, beside: list[str]) -> bytes:
         for number, config in enumerate(origin.configs, start=1):
             name = "config" if number == 1 else f"config_{number}"
             _write_text(file, name, config, "resolved test definition, TOML")
-        _write_text(file, "json", json.dumps(plain(result.json)), "outcome as printed by --json")
+        _write_text(file, "json", json.dumps(plain(result.json), allow_nan=False), "outcome as printed by --json")
         group = file.create_group("provenance")
         group.attrs["kind"] = origin.provenance
         for name, digest in sorted(origin.inputs.items()):
