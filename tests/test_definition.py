@@ -405,3 +405,11 @@ def test_the_schema_refuses_what_the_program_refuses() -> None:
     for bad in (changed(normal_load_N="normal_load_N = -1"), changed(hardness_HV="hardnes_HV = 1")):
         with pytest.raises(jsonschema.ValidationError):
             jsonschema.validate(tomllib.loads(bad), json_schema())
+
+
+def test_repeats_are_named_by_their_group(tmp_path: Path) -> None:
+    assert load(write(tmp_path, VALID)).resolved["test"].get("group") is None
+    grouped = load(write(tmp_path, changed(name='name = "small"\ngroup = "dry_steel"')))
+    assert grouped.resolved["test"]["group"] == "dry_steel"
+    with pytest.raises(DefinitionError, match=r"small\.toml:5: test\.group: must be letters"):
+        load(write(tmp_path, changed(name='name = "small"\ngroup = "dry steel"')))

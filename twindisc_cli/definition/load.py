@@ -26,8 +26,12 @@ def load(path: Path | str) -> Test:
 
     DefinitionError lists every mistake of the definition, MeasurementError every mistake of the data.
     """
-    path = Path(path)
-    definition = parse(_text(path), str(path))
+    return load_text(_text(Path(path)), Path(path))
+
+
+def load_text(text: str, path: Path) -> Test:
+    """A definition by its text; measured files are sought beside `path`, which the messages name."""
+    definition = parse(text, str(path))
     rig = _rig(definition.rig, definition.material)
     history = _history(definition, rig)
     table = definition.measured

@@ -50,6 +50,11 @@ class TestTable(Table):
 
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", description="names the results; no spaces")
     description: str = ""
+    group: str | None = Field(
+        default=None,
+        pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$",
+        description="tests of one group are repeats, which `twindisc campaign` pools",
+    )
 
 
 class DiscTable(Table):
