@@ -13,7 +13,7 @@ from typing import Annotated, cast
 import typer
 
 from twindisc_cli import __version__
-from twindisc_cli.errors import DefinitionError, TwindiscError
+from twindisc_cli.errors import DefinitionError, TwindiscError, bug
 
 INTERRUPTED = 130
 LINEAR_ALGEBRA_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -168,7 +168,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except TwindiscError as error:
         code = _failed(given, error.exit_code, [str(problem) for problem in error.problems])
     except Exception as error:
-        code = _failed(given, 1, [_bug(error)])
+        if os.environ.get("TWINDISC_DEBUG"):
+            traceback.print_exception(error)
+        code = _failed(given, 1, [bug(error)])
     sys.exit(code)
 
 
@@ -185,13 +187,3 @@ def _usage(error: Exception) -> str:
     context = getattr(error, "ctx", None)
     what = getattr(error, "format_message", error.__str__)().rstrip(".")
     return f"{what}{'' if what.endswith('?') else '.'} See `{context.command_path if context else 'twindisc'} --help`."
-
-
-def _bug(error: Exception) -> str:
-    """An error that should not have been, in one line, with the way to its traceback."""
-    if os.environ.get("TWINDISC_DEBUG"):
-        traceback.print_exception(error)
-    frame = traceback.extract_tb(error.__traceback__)[-1]
-    place = f"{Path(frame.filename).name}:{frame.lineno}"
-    what = " ".join(str(error).split()) or "no message"
-    return f"a bug in twindisc: {type(error).__name__}: {what} ({place}); set TWINDISC_DEBUG=1 for the traceback"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
@@ -66,6 +67,14 @@ class OutputError(TwindiscError):
 
 NEGATIVE_FINDING = 5
 """Exit code of a run that worked and whose answer is no: a failed check, an unexplained residual."""
+
+
+def bug(error: Exception) -> str:
+    """An error that should not have been, in one line, with the way to its traceback."""
+    frame = traceback.extract_tb(error.__traceback__)[-1]
+    place = f"{Path(frame.filename).name}:{frame.lineno}"
+    what = " ".join(str(error).split()) or "no message"
+    return f"a bug in twindisc: {type(error).__name__}: {what} ({place}); set TWINDISC_DEBUG=1 for the traceback"
 
 
 def nearest(name: str, choices: Iterable[str]) -> str | None:

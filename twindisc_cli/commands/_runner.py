@@ -18,7 +18,7 @@ from twindisc_cli.definition import Test, dump, load, relocate
 from twindisc_cli.errors import DefinitionError, MeasurementError, Problem, TwindiscError, ValidityError
 from twindisc_cli.physics.half_space import ContactError
 from twindisc_cli.results import Result
-from twindisc_cli.results.store import Origin, plain, up_to_date, write
+from twindisc_cli.results.store import Origin, images, plain, put, up_to_date
 
 Progress = Callable[[str, float], None]
 
@@ -43,6 +43,19 @@ def run_command(command: str, path: Path, output: Output) -> int:
         return replace(result, summary=(*result.summary, *left_out(test.experiment)))
 
     return _deliver(command, [test], {}, output, compute)
+
+
+def quiet(command: str, test: Test, folder: Path) -> tuple[Result, dict[str, bytes]]:
+    """Run a command on one test and tell nothing: the result, and its files by name, made for a folder."""
+    module = _module(command)
+    further = (None, lambda _what, _fraction: None)
+    compute = (lambda: module.run([test], *further)) if command == "close-loop" else (lambda: module.run(test))
+    return _made(test, single_origin(command, test), folder, compute)
+
+
+def single_origin(command: str, test: Test) -> Origin:
+    """The origin of a command's result on one test, as `run_command` and `run_close_loop` have it."""
+    return origin_of([test], {"validate": False, "fitted": 1} if command == "close-loop" else {})
 
 
 def run_close_loop(paths: Sequence[Path], validate: Path | None, output: Output) -> int:
@@ -102,7 +115,8 @@ def _refuse_equal_names(tests: Sequence[Test]) -> None:
             raise DefinitionError(Problem(f"two tests are called {name}; give each its own", str(tests[place].path)))
 
 
-def _origin(tests: Sequence[Test], options: Mapping[str, Any]) -> Origin:
+def origin_of(tests: Sequence[Test], options: Mapping[str, Any]) -> Origin:
+    """What a result of these tests is made from."""
     several = len(tests) > 1
     return Origin(
         name=tests[0].experiment.name,
@@ -121,22 +135,27 @@ def _deliver(
     command: str, tests: Sequence[Test], options: Mapping[str, Any], output: Output, compute: Callable[[], Result]
 ) -> int:
     """Tell the stored outcome where it is up to date; else compute, write and tell."""
-    origin = _origin(tests, options)
+    origin = origin_of(tests, options)
     folder = output.folder / origin.name
     stored = None if output.force else up_to_date(folder / f"{command}.h5", origin.run_key(command))
     if stored:
         _tell(stored.summary, stored.json, stored.files, folder, output, "up to date")
         return stored.exit_code
+    result, files = _made(tests[0], origin, folder, compute)
+    _tell(result.summary, result.json, put(folder, files), folder, output, "written")
+    return result.exit_code
+
+
+def _made(test: Test, origin: Origin, folder: Path, compute: Callable[[], Result]) -> tuple[Result, dict[str, bytes]]:
+    """A result, and its files by name, made for a folder; a failure says which definition it is of."""
     try:
         result = compute()
-        extra = {name: _content(name, text, tests[0], folder) for name, text in result.extra_files.items()}
-        files = write(folder, result, origin, extra)
+        extra = {name: _content(name, text, test, folder) for name, text in result.extra_files.items()}
+        return result, images(result, origin, extra)
     except ContactError as error:
-        raise ValidityError(str(error)).of(tests[0].path) from error
+        raise ValidityError(str(error)).of(test.path) from error
     except TwindiscError as error:
-        raise error.of(tests[0].path) from error
-    _tell(result.summary, result.json, files, folder, output, "written")
-    return result.exit_code
+        raise error.of(test.path) from error
 
 
 def _content(name: str, content: str | bytes, test: Test, folder: Path) -> bytes:

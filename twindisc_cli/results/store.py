@@ -61,21 +61,31 @@ class Stored:
     files: tuple[Path, ...]
 
 
-def write(folder: Path, result: Result, origin: Origin, extra: Mapping[str, bytes]) -> tuple[Path, ...]:
-    """Write COMMAND.h5, COMMAND.png and the extra files to a folder; all of them or none. The paths written.
+def images(result: Result, origin: Origin, extra: Mapping[str, bytes]) -> dict[str, bytes]:
+    """The files of a result by name: the extra files, COMMAND.png, and COMMAND.h5, which knows the others, last.
 
     ValidityError where a number is not finite that must be.
     """
     if result.undefined:
         what = f"{', '.join(result.undefined)} came out as no finite number: outside of what the theory covers"
         raise ValidityError(f"{what}; nothing was written")
-    files = {folder / name: data for name, data in extra.items()}
+    files = dict(extra)
     if result.figure is not None:
-        files[folder / f"{result.command}.png"] = png(result.figure())
-    hdf5 = folder / f"{result.command}.h5"
-    files[hdf5] = hdf5_image(result, origin, beside=[path.name for path in files])
-    write_all(files)
-    return (hdf5, *(path for path in files if path != hdf5))
+        files[f"{result.command}.png"] = png(result.figure())
+    files[f"{result.command}.h5"] = hdf5_image(result, origin, beside=list(files))
+    return files
+
+
+def put(folder: Path, files: Mapping[str, bytes]) -> tuple[Path, ...]:
+    """Write the files of a result to a folder; all of them or none. The paths written, the HDF5 file first."""
+    write_all({folder / name: data for name, data in files.items()})
+    *beside, hdf5 = (folder / name for name in files)
+    return (hdf5, *beside)
+
+
+def write(folder: Path, result: Result, origin: Origin, extra: Mapping[str, bytes]) -> tuple[Path, ...]:
+    """Write COMMAND.h5, COMMAND.png and the extra files to a folder. The paths written, the HDF5 file first."""
+    return put(folder, images(result, origin, extra))
 
 
 def up_to_date(path: Path, run_key: str) -> Stored | None:
