@@ -115,6 +115,31 @@ def close_loop(
     raise typer.Exit(_runner.run_close_loop(tests, validate, _runner.Output(output, as_json, force)))
 
 
+@app.command("campaign")
+def campaign(
+    command: Annotated[str, typer.Argument(metavar="COMMAND", help="What is run on every test.", show_default=False)],
+    tests: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[TESTS ...]", help="Definitions, globs, campaign files. [default: configs/*.toml]"),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option("--workers", metavar="N", min=1, help="Processes. [default: all cores]")
+    ] = None,
+    limit: Annotated[
+        float, typer.Option("--limit", metavar="SECONDS", min=0.1, help="Stop a test that takes longer.")
+    ] = 900.0,
+    output: Folder = RESULTS,
+    as_json: AsJson = False,
+    force: Force = False,
+) -> None:
+    """Run a command on many tests, on all cores, and gather one table of what comes out."""
+    from twindisc_cli.commands._runner import Output
+    from twindisc_cli.commands.campaign import Means, run
+
+    means = Means(workers=workers, limit=limit)
+    raise typer.Exit(run(command, tests or ["configs/*.toml"], means, Output(output, as_json, force)))
+
+
 @app.command("effects")
 def effects(
     name: Annotated[str | None, typer.Argument(metavar="[NAME]", show_default=False)] = None, as_json: AsJson = False

@@ -1,0 +1,357 @@
+"""The campaign: which tests, on which processes, through which accidents, and the table of what came out."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import xarray
+from definitions import TRACTION, VALID, changed, write
+
+from twindisc_cli.campaign import pool
+from twindisc_cli.campaign.plan import plan
+from twindisc_cli.campaign.table import Row, columns_of, csv_text, header, parquet_bytes, table_of
+from twindisc_cli.cli import main
+from twindisc_cli.definition import load_text
+from twindisc_cli.errors import DefinitionError
+
+TWINDISC = (sys.executable, "-m", "twindisc_cli")
+
+
+def exit_code(*arguments: object) -> int:
+    with pytest.raises(SystemExit) as left:
+        main([str(a) for a in arguments])
+    assert isinstance(left.value.code, int)
+    return left.value.code
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def named(folder: Path, *names: str) -> None:
+    """Definitions of one measured traction, by their names."""
+    for name in names:
+        write(folder, VALID.replace('"small"', f'"{name}"'), f"{name}.toml", traction=TRACTION)
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def tree(folder: Path) -> dict[str, bytes]:
+    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+# Which tests
+
+
+def test_globs_files_and_campaign_files_give_each_test_once(folder: Path) -> None:
+    named(folder, "b", "a", "c")
+    (folder / "map.toml").write_text('base = "a.toml"\n[vary]\nrig.normal_load_N = [50.0, 80.0]\n')
+    assert [job.name for job in plan(["c.toml", "[ab].toml", "a.toml"])] == ["c", "a", "b"]
+    assert [job.name for job in plan([str(folder / "?.toml"), "map.toml"])] == [
+        *"abc", "map-normal_load_N-50", "map-normal_load_N-80",
+    ]  # fmt: skip
+
+
+def test_ranges_and_lists_multiply_and_rows_are_added(folder: Path) -> None:
+    write(folder, VALID, "a.toml")
+    (folder / "map.toml").write_text(
+        'base = "a.toml"\n[vary]\n'
+        'rig.normal_load_N = { from = 10.0, to = 1000.0, count = 3, spacing = "log" }\n'
+        '"history.steps[2].creepage_percent" = { from = 0.1, to = 0.3, count = 3 }\n'
+        '[[variations]]\nname = "soft"\nmaterial.hardness_HV = 300\n"history.steps[*].iterations" = 7\n'
+    )
+    jobs = plan(["map.toml"])
+    found = [load_text(job.text or "", job.path).experiment for job in jobs]
+    loads = [test.rig.normal_load for test in found]
+    assert loads == pytest.approx([10.0] * 3 + [100.0] * 3 + [1000.0] * 3 + [72.0])
+    creepage = [test.history.step_creepage[1] for test in found]
+    assert creepage == pytest.approx([0.001, 0.002, 0.003] * 3 + [0.01])
+    assert jobs[-1].name == found[-1].name == "soft"
+    assert found[-1].rig.disc1.hardness == pytest.approx(300 * 9.80665e6)
+    assert len(found[-1].history.step) == 21
+    assert jobs[1].name == "map-normal_load_N-10-creepage_percent-0.2"
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ('base = "x.toml"\nvary.rig.normal_load_N = [1.0]', "map.toml: base: x.toml is no test definition"),
+        ('base = "a.toml"', "nothing is varied"),
+        ('base = "a.toml"\nvarry.rig.normal_load_N = [1.0]', "varry: unknown key; a campaign file holds base, vary"),
+        ('base = "a.toml"\nvary.rig.normal_load_N = { from = 1.0, to = 2.0 }', "give a list, or { from"),
+        ('base = "a.toml"\nvary.rig.normal_load_N = { from = 1, to = 2, count = 1 }', "at least 2 values"),
+        ('base = "a.toml"\nvary.rig.x = { from = -1, to = 2, count = 3, spacing = "log" }', "ends of one sign"),
+        ('base = "a.toml"\n[vary]\n"history.steps[9].mu" = [0.1]', "history.steps[9].mu: the base has no item 9"),
+        ('base = "a.toml"\nvary.rig.normal_load_N = [1.0, 1.0]', "is the name of two variations"),
+    ],
+)
+def test_a_wrong_campaign_file_is_told(folder: Path, text: str, says: str) -> None:
+    named(folder, "a")
+    (folder / "map.toml").write_text(text)
+    with pytest.raises(DefinitionError) as error:
+        plan(["map.toml"])
+    assert says in str(error.value)
+
+
+def test_what_would_write_the_same_files_is_refused_before_anything_runs(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    named(folder, "a")
+    (folder / "b.toml").write_text((folder / "a.toml").read_text())
+    assert exit_code("campaign", "check", "a.toml", "b.toml", "absent.toml", ".") == 2
+    told = capsys.readouterr().err
+    for line in ("absent.toml: no such file", ".: is a folder", "b.toml: a is also the test of a.toml"):
+        assert line in told
+    assert exit_code("campaign", "chek", "a.toml") == 2
+    assert "did you mean check?" in capsys.readouterr().err
+    assert not (folder / "results").exists()
+
+
+# The processes
+
+
+def square_or_worse(item: int | str) -> int:
+    """A number squared; "hang", "die" and "leave" do that."""
+    if item == "hang":
+        time.sleep(60.0)
+    if item == "die":
+        os.kill(os.getpid(), signal.SIGKILL)
+    if item == "leave":
+        os._exit(3)
+    assert isinstance(item, int)
+    return item * item
+
+
+def test_what_hangs_or_dies_does_not_stop_the_others() -> None:
+    items = [1, "hang", 2, "die", 3, "leave", 4, 5]
+    found = dict(pool.each(square_or_worse, items, workers=2, limit=1.5, preload=["test_campaign"]))
+    assert {item: found[item] for item in items if isinstance(item, int)} == {1: 1, 2: 4, 3: 9, 4: 16, 5: 25}
+    hang, die, leave = (found[item] for item in ("hang", "die", "leave"))
+    assert hang == pool.overrun(1.5)
+    assert isinstance(die, pool.Lost)
+    assert isinstance(leave, pool.Lost)
+    assert (die.exit_code, die.reason) == (1, "killed its worker process (SIGKILL; is there memory enough?)")
+    assert leave.reason == "killed its worker process (exit code 3)"
+
+
+def process_of(_: int) -> int:
+    return os.getpid()
+
+
+def test_a_worker_is_started_once_and_not_for_every_item() -> None:
+    found = list(pool.each(process_of, range(40), workers=2, limit=60.0, preload=[]))
+    assert sorted(item for item, _ in found) == list(range(40))
+    assert len({process for _, process in found}) == 2
+
+
+# The command
+
+
+def test_a_campaign_writes_what_the_single_commands_write(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    named(folder, "a", "b")
+    assert exit_code("campaign", "identify-mu", "*.toml", "--json") == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told == {"tests": 2, "failed": [], "table": "results/campaign-identify-mu.csv"}
+    for name in "ab":
+        assert exit_code("identify-mu", f"{name}.toml", "-o", "single") == 0
+        assert exit_code("identify-mu", f"{name}.toml") == 0
+        assert f"up to date: results/{name}/identify-mu.h5" in capsys.readouterr().out
+    single, together = tree(folder / "single"), tree(folder / "results")
+    assert {name: together[name] for name in single} == single
+
+
+def test_what_fails_stands_in_the_table_with_its_error(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    named(folder, "good", "worse")
+    write(folder, changed(name='name = "bad"', hardness_HV="hardness_HV = 0"), "bad.toml")
+    write(folder, changed(name='name = "bare"\ngroup = "g"'), "bare.toml")
+    (folder / "worse.toml").write_text("schema = ")
+    assert exit_code("campaign", "identify-mu", "*.toml") == 2
+    told = capsys.readouterr()
+    assert "4 tests: 1 computed, 0 up to date, 3 failed" in told.out
+    assert "failed: bad: bad.toml:15: material.hardness_HV: must be greater than 0, not 0" in told.err
+    table = {row["test"]: row for row in rows(folder / "results/campaign-identify-mu.csv")}
+    assert {name: row["exit code"] for name, row in table.items()} == {
+        "bad": "2", "bare": "3", "good": "0", "worse": "2",
+    }  # fmt: skip
+    assert table["bare"]["error"] == "bare.toml: no traction was measured; name its file under [measured]"
+    assert table["bare"]["group"] == "g"
+    assert table["bare"]["step 2 mu [1]"] == ""
+    assert float(table["good"]["step 3 mu [1]"]) == pytest.approx(0.58, abs=1e-3)
+    assert table["good"]["normal load [N]"] == "72.0"
+    (folder / "worse.toml").unlink()
+    (folder / "bad.toml").unlink()
+    assert exit_code("campaign", "identify-mu", "*.toml") == 3
+    assert "2 tests: 0 computed, 1 up to date, 1 failed" in capsys.readouterr().out
+
+
+def test_a_result_that_cannot_be_written_is_a_failure_of_its_test(folder: Path) -> None:
+    named(folder, "a", "b")
+    (folder / "results").mkdir()
+    (folder / "results/a").write_text("in the way")
+    assert exit_code("campaign", "check", "*.toml") == 2
+    table = rows(folder / "results/campaign-check.csv")
+    assert "cannot be written" in table[0]["error"]
+    assert table[1]["error"] == ""
+
+
+def test_the_limit_stops_a_test_that_takes_too_long(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write(folder, changed(name='name = "endless"').replace("iterations = 2", "iterations = 90000"), "endless.toml")
+    named(folder, "quick")
+    code = exit_code("campaign", "friction-chart", "*.toml", "--limit", "0.2")
+    assert code == 4
+    assert "failed: endless: took longer than 0.2 s and was stopped; --limit allows more" in capsys.readouterr().err
+
+
+# Accidents
+
+
+def campaign(folder: Path, *arguments: str) -> subprocess.Popen[bytes]:
+    command = (*TWINDISC, "campaign", "identify-mu", "*.toml", *arguments)
+    return subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+def stamps(folder: Path) -> dict[str, int]:
+    return {p.parent.name: p.stat().st_mtime_ns for p in folder.glob("*/identify-mu.h5")}
+
+
+def written(folder: Path, count: int) -> None:
+    """Wait until so many tests are there."""
+    deadline = time.monotonic() + 60.0
+    while len(stamps(folder)) < count and time.monotonic() < deadline:
+        time.sleep(0.01)
+
+
+def test_what_was_stopped_goes_on_where_it_was(folder: Path) -> None:
+    """Killed, then interrupted, the third call ends as an undisturbed one, and nothing there is computed again."""
+    named(folder, *(f"t{i}" for i in range(8)))
+    results = folder / "results"
+    for accident, share, code in ((signal.SIGKILL, 1, -9), (signal.SIGINT, 4, 130)):
+        running = campaign(folder)
+        written(results, share)
+        running.send_signal(accident)
+        running.communicate()
+        assert running.returncode == code
+        assert not (results / "campaign-identify-mu.csv").exists()
+    time.sleep(0.3)
+    there = stamps(results)
+    assert len(there) >= 4
+    last = campaign(folder)
+    told, _ = last.communicate()
+    assert last.returncode == 0
+    assert f"{8 - len(there)} computed, {len(there)} up to date" in told.decode()
+    assert {name: stamps(results)[name] for name in there} == there
+    campaign(folder, "-o", "undisturbed").communicate()
+    assert tree(results) == tree(folder / "undisturbed")
+
+
+# The table
+
+
+def test_headers_carry_the_units_of_the_keys() -> None:
+    known = {
+        "depth_um": "depth [um]",
+        "worn_volume_mm3": "worn volume [mm3]",
+        "convection_W_K": "convection [W/K]",
+        "convection_W_K_std": "convection std [W/K]",
+        "rise_C": "rise [K]",
+        "peak_C": "peak [degC]",
+        "mu": "mu [1]",
+        "K_std": "K std [1]",
+        "T_over_N": "T over N [1]",
+        "rig.normal_load_N": "rig.normal load [N]",
+    }
+    assert {name: header(name) for name in known} == known
+
+
+def test_columns_of_every_kind_of_outcome() -> None:
+    outcome = {
+        "verdict": "effects_found",
+        "effects": [
+            {
+                "effect": "falling_friction",
+                "parameters": {"decay_s_m": {"value": 2.0, "std": 0.1, "unit": "s m-1"}},
+                "probability": 0.9,
+            }
+        ],
+        "base": {"mu": {"value": 0.6, "std": 0.01, "unit": "1"}},
+        "error": {"profile": {"unit": "um", "noise": 0.1}, "temperature": {}},
+        "steps": [{"step": 2, "mu": 0.5, "state": "saturated", "creepage_percent": 1.0}],
+        "iterations": [{"iteration": 1, "time_s": 3.0}],
+        "findings": [{"message": "a"}, {"message": "b"}],
+        "validation": None,
+    }
+    assert columns_of(outcome) == {
+        "verdict": "effects_found",
+        "effects": "falling_friction",
+        "falling_friction decay [s m-1]": 2.0,
+        "falling_friction decay std [s m-1]": 0.1,
+        "falling_friction probability [1]": 0.9,
+        "base mu [1]": 0.6,
+        "base mu std [1]": 0.01,
+        "error profile noise [um]": 0.1,
+        "step 2 mu [1]": 0.5,
+        "step 2 state": "saturated",
+        "step 2 creepage [%]": 1.0,
+        "findings": "a; b",
+    }
+
+
+def test_one_row_a_test_with_gaps_where_a_test_has_nothing() -> None:
+    table = table_of(
+        [
+            Row("a", "a.toml", 0, run_key="k", found={"depth [um]": 6.0, "state": "new"}),
+            Row("b", "b.toml", 3, "no data", group="g"),
+        ]
+    )
+    first, second, third = csv_text(table).splitlines()
+    assert first == "test,group,exit code,error,depth [um],state,data provenance,run key,definition"
+    assert second == "a,,0,,6.0,new,,k,a.toml"
+    assert third == "b,g,3,no data,,,,,b.toml"
+
+
+def test_the_table_opens_in_xarray_with_its_units(folder: Path) -> None:
+    named(folder, "a", "b")
+    assert exit_code("campaign", "identify-mu", "*.toml") == 0
+    path = folder / "results/campaign-identify-mu.h5"
+    with xarray.open_dataset(path, engine="h5netcdf") as data:
+        assert list(data["test"].values) == ["a", "b"]
+        assert data["step_3_mu"].values == pytest.approx(0.58, abs=1e-3)
+        assert data["normal_load"].attrs["units"] == "N"
+    with h5py.File(path) as one, h5py.File(folder / "results/a/identify-mu.h5") as other:
+        assert one["run_key"].asstr()[0] == other.attrs["run_key"]
+
+
+def test_parquet_holds_the_same_table() -> None:
+    parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
+    import io
+
+    table = table_of([Row("a", "a.toml", 0, found={"depth [um]": 6.0}), Row("b", "b.toml", 3, "no data")])
+    found = parquet.read_table(io.BytesIO(parquet_bytes(table) or b"")).to_pydict()
+    assert list(found) == list(table.columns)
+    assert found["test"] == ["a", "b"]
+    assert found["depth [um]"][0] == 6.0
+    assert np.isnan(found["depth [um]"][1])
+
+
+def test_a_campaign_of_variations_is_called_after_its_file(folder: Path) -> None:
+    named(folder, "a")
+    (folder / "loads.toml").write_text('base = "a.toml"\n[vary]\nrig.normal_load_N = [50.0, 80.0]\n')
+    assert exit_code("campaign", "check", "loads.toml") in (0, 5)
+    table = rows(folder / "results/loads-check.csv")
+    assert [row["rig.normal load [N]"] for row in table] == ["50.0", "80.0"]
+    assert [row["definition"] for row in table] == ["a.toml", "a.toml"]

@@ -1,0 +1,204 @@
+"""Which tests a campaign is made of: definitions by file or glob, or one definition varied by a campaign file.
+
+A campaign file is TOML with a `base` definition and what changes in it, by the dotted key of the definition:
+
+    base = "../configs/ambient.toml"
+    [vary]                                                  # every combination of these
+    rig.normal_load_N = { from = 50.0, to = 400.0, count = 4, spacing = "log" }
+    "history.steps[1].creepage_percent" = [0.25, 0.5, 1.0]  # steps counted from 1; steps[*]: all of them
+    [[variations]]                                          # or one test after the other
+    name = "soft"                                           # left out: named after the values
+    material.hardness_HV = 300
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+import re
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from twindisc_cli.errors import DefinitionError, Problem
+
+Value = float | int | str | bool
+_PART = re.compile(r"([^.\[\]]+)|\[(\d+|\*)\]")
+_RANGE_KEYS = {"from", "to", "count", "spacing"}
+_CAMPAIGN_KEYS = {"base", "vary", "variations"}
+_MOST_COUNT = 1_000_000
+
+
+@dataclass(frozen=True)
+class Job:
+    """One test of a campaign: its name, its file, and, where it was varied, its definition and the changed values."""
+
+    name: str
+    path: Path
+    text: str | None = None
+    varied: Mapping[str, Value] = field(default_factory=dict)
+
+
+def plan(given: Sequence[str]) -> list[Job]:
+    """The tests of files, globs and campaign files, in order. DefinitionError lists what is wrong with all of them."""
+    jobs: list[Job] = []
+    problems: list[Problem] = []
+    for path in _files(given, problems):
+        try:
+            jobs.extend(_jobs(path))
+        except DefinitionError as error:
+            problems.extend(error.problems)
+    problems.extend(_equal_names(jobs))
+    if problems:
+        raise DefinitionError(problems)
+    return jobs
+
+
+def _files(given: Sequence[str], problems: list[Problem]) -> list[Path]:
+    """Every file once, in the order given; a glob's files by name."""
+    files: dict[Path, None] = {}
+    for pattern in given:
+        path = Path(pattern)
+        found = [path] if path.exists() else sorted(Path(path.anchor).glob(str(path.relative_to(path.anchor))))
+        files.update((file, None) for file in found if file.is_file())
+        if not found:
+            problems.append(Problem("no such file", pattern))
+        elif path.is_dir():
+            problems.append(Problem(f"is a folder; write {path.as_posix()}/*.toml", pattern))
+    return list(files)
+
+
+def _jobs(path: Path) -> Iterator[Job]:
+    document = _document(path)
+    if "base" in document:
+        yield from _variations(path, document)
+    else:
+        yield Job(_name(document, path), path)
+
+
+def _document(path: Path) -> dict[str, Any]:
+    """The tables of a file; empty where it cannot be read, which the test itself will report."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except (OSError, ValueError):
+        return {}
+
+
+def _name(document: Mapping[str, Any], path: Path) -> str:
+    test = document.get("test")
+    name = test.get("name") if isinstance(test, Mapping) else None
+    return name if isinstance(name, str) else path.stem
+
+
+def _equal_names(jobs: Sequence[Job]) -> Iterator[Problem]:
+    """Two tests of one name would write the same files."""
+    seen: dict[str, Job] = {}
+    for job in jobs:
+        other = seen.setdefault(job.name, job)
+        if other is not job:
+            where = f"also the test of {other.path}" if other.path != job.path else "the name of two variations"
+            yield Problem(f"{job.name} is {where}; give each its own name", str(job.path))
+
+
+def _variations(path: Path, document: Mapping[str, Any]) -> Iterator[Job]:
+    """The tests of a campaign file."""
+    if unknown := sorted(set(document) - _CAMPAIGN_KEYS):
+        known = "a campaign file holds base, vary and variations"
+        raise DefinitionError([Problem(f"unknown key; {known}", str(path), key=key) for key in unknown])
+    base_path = path.parent / str(document["base"])
+    base = _document(base_path)
+    if not base:
+        raise DefinitionError(Problem(f"{base_path} is no test definition that can be read", str(path), key="base"))
+    tables = _checked_tables(path, document)
+    if not tables:
+        raise DefinitionError(Problem("nothing is varied: give [vary] or [[variations]]", str(path)))
+    for table in tables:
+        yield _varied(path, base_path, base, table)
+
+
+def _checked_tables(path: Path, document: Mapping[str, Any]) -> list[dict[str, Value]]:
+    """What each variation changes: the product of [vary], then the rows of [[variations]]."""
+    ranges = {key: _values(path, key, value) for key, value in _flat(document.get("vary", {})).items()}
+    if math.prod(len(values) for values in ranges.values()) > _MOST_COUNT:
+        raise DefinitionError(Problem(f"more than {_MOST_COUNT} combinations", str(path), key="vary"))
+    tables = [dict(zip(ranges, values, strict=True)) for values in product(*ranges.values())] if ranges else []
+    return tables + [_flat(row) for row in document.get("variations", [])]
+
+
+def _flat(table: Any, prefix: str = "") -> dict[str, Any]:
+    """Dotted keys of nested tables; a range is a value, not a table."""
+    flat: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping) and not ("from" in value and "to" in value):
+            flat |= _flat(value, f"{prefix}{key}.")
+        else:
+            flat[f"{prefix}{key}"] = value
+    return flat
+
+
+def _values(path: Path, key: str, given: Any) -> list[Value]:
+    """The values of one varied key: a list as it stands, or `count` values `from` one `to` another."""
+    if isinstance(given, list) and given:
+        return given
+    if not isinstance(given, Mapping) or set(given) - _RANGE_KEYS or "count" not in given:
+        what = 'give a list, or { from = 1.0, to = 2.0, count = 5 }, with spacing = "log" for equal ratios'
+        raise DefinitionError(Problem(what, str(path), key=f"vary.{key}"))
+    first, last, count = float(given["from"]), float(given["to"]), int(given["count"])
+    if count < 2:
+        raise DefinitionError(Problem("a range has at least 2 values", str(path), key=f"vary.{key}.count"))
+    share = [i / (count - 1) for i in range(count)]
+    if given.get("spacing", "linear") == "linear":
+        return [_tidy(first + (last - first) * s) for s in share]
+    if first * last <= 0.0:
+        raise DefinitionError(Problem("equal ratios need ends of one sign", str(path), key=f"vary.{key}"))
+    return [_tidy(first * (last / first) ** s) for s in share]
+
+
+def _tidy(value: float) -> float:
+    """The value to twelve digits, so that 0.1 + 0.2 is 0.3 in the names and in the definitions."""
+    return float(f"{value:.12g}")
+
+
+def _varied(path: Path, base_path: Path, base: Mapping[str, Any], table: Mapping[str, Value]) -> Job:
+    """The base definition with the values of one variation."""
+    import tomli_w
+
+    document = copy.deepcopy(dict(base))
+    values = {key: value for key, value in table.items() if key != "name"}
+    for key, value in values.items():
+        _set(document, key, value, path)
+    name = str(table["name"]) if "name" in table else f"{path.stem}-{_label(values)}"
+    document.setdefault("test", {})["name"] = name
+    return Job(name, base_path, tomli_w.dumps(document), values)
+
+
+def _set(document: dict[str, Any], key: str, value: Value, path: Path) -> None:
+    """Set a dotted key; `steps[2]` is the second item, `steps[*]` every item. A missing table is made."""
+    parts = [int(m[2]) - 1 if (m[2] or "").isdigit() else m[2] or m[1] for m in _PART.finditer(key)]
+    tables: list[Any] = [document]
+    for part, following in zip(parts, [*parts[1:], None], strict=True):
+        if part == "*":
+            tables = [item for table in tables for item in table]
+            continue
+        if isinstance(part, int) and any(not isinstance(t, list) or part >= len(t) for t in tables):
+            raise DefinitionError(Problem(f"the base has no item {part + 1} there", str(path), key=key))
+        if following is None:
+            for table in tables:
+                table[part] = value
+        else:
+            tables = [t[part] if isinstance(part, int) else t.setdefault(part, {}) for t in tables]
+
+
+def _label(values: Mapping[str, Value]) -> str:
+    """A name from the values: the last part of each key, or the whole key where two end alike."""
+    last = {key: key.rpartition(".")[2] for key in values}
+    plain = len(set(last.values())) == len(last)
+    words = [f"{last[key] if plain else key}-{_shown(value)}" for key, value in values.items()]
+    return re.sub(r"[^A-Za-z0-9._-]", "", "-".join(words))
+
+
+def _shown(value: Value) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

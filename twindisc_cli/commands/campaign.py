@@ -1,0 +1,129 @@
+"""campaign: one command over many tests, on all cores or on a cluster, with one table of all that came out."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Generator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+
+from twindisc_cli.campaign import pool
+from twindisc_cli.campaign.plan import Job, plan
+from twindisc_cli.campaign.table import Row, csv_text, dataset_of, parquet_bytes, table_of
+from twindisc_cli.commands import _runner
+from twindisc_cli.commands._campaign_work import Order, Work
+from twindisc_cli.errors import DefinitionError, Problem, did_you_mean
+from twindisc_cli.results import Result
+from twindisc_cli.results.store import Origin, write
+
+COMMANDS = (
+    "friction-chart",
+    "identify-mu",
+    "simulate-wear",
+    "fit-k",
+    "thermal",
+    "contact",
+    "check",
+    "close-loop",
+)
+WORST_FIRST = (1, 2, 3, 4, 5)
+"""Exit codes by what they say of a campaign: a bug is worse than a wrong definition, a negative finding the least."""
+
+
+@dataclass(frozen=True)
+class Means:
+    """How the tests are computed: worker processes (None: one a core), and the seconds allowed for each test."""
+
+    workers: int | None
+    limit: float
+
+
+def run(command: str, given: Sequence[str], means: Means, output: _runner.Output) -> int:
+    """Run a command on all tests and write their table. The exit code of the worst."""
+    if command not in COMMANDS:
+        what = f"no command for a campaign{did_you_mean(command, COMMANDS)}; one of {', '.join(COMMANDS)}"
+        raise DefinitionError(Problem(what, key=command))
+    jobs = plan(given)
+    rows = _rows(jobs, Order(command, output.folder, output.force), means)
+    result, extra = _result(f"{_stem(given, jobs)}-{command}", rows)
+    files = write(output.folder, result, _origin(result.command, rows), extra)
+    _tell(result, _count(rows), files, output)
+    return result.exit_code
+
+
+def _stem(given: Sequence[str], jobs: Sequence[Job]) -> str:
+    """What the table is called: a single campaign file's name, else `campaign`."""
+    return Path(given[0]).stem if len(given) == 1 and jobs[0].text is not None else "campaign"
+
+
+def _rows(jobs: Sequence[Job], order: Order, means: Means) -> list[Row]:
+    """The row of every test, in the order of the plan."""
+    place = {job.name: number for number, job in enumerate(jobs)}
+    rows: dict[int, Row] = {}
+    with _runner.progress_bar() as progress, closing(_finished(jobs, order, means)) as finished:
+        failures = 0
+        for row in finished:
+            rows[place[row.test]] = row
+            failures += row.failed
+            if row.failed:
+                sys.stderr.write(f"failed: {row.test}: {row.error}\n")
+            state = f"{len(rows)} of {len(jobs)}{f', {failures} failed' if failures else ''}"
+            progress(f"{order.command}: {state}", len(rows) / len(jobs))
+    return [rows[number] for number in range(len(jobs))]
+
+
+def _finished(jobs: Sequence[Job], order: Order, means: Means) -> Generator[Row]:
+    """The rows as they come; a test that was lost has one too."""
+    workers = min(means.workers or pool.cores(), len(jobs))
+    for job, row in pool.each(Work(order), jobs, workers=workers, limit=means.limit, preload=order.modules):
+        yield row if isinstance(row, Row) else lost(job, row)
+
+
+def lost(job: Job, why: pool.Lost) -> Row:
+    """The row of a test that hung or that killed its worker."""
+    return Row(test=job.name, file=job.path.as_posix(), exit_code=why.exit_code, error=why.reason)
+
+
+def _result(name: str, rows: Sequence[Row]) -> tuple[Result, dict[str, bytes]]:
+    """The table of a campaign as a result of its own, and its further files."""
+    table = table_of(rows)
+    extra = {f"{name}.csv": csv_text(table).encode()}
+    if parquet := parquet_bytes(table):
+        extra[f"{name}.parquet"] = parquet
+    broken = [row for row in rows if row.failed]
+    result = Result(
+        command=name,
+        summary=(),
+        json={
+            "tests": len(rows),
+            "failed": [{"test": row.test, "exit_code": row.exit_code, "error": row.error} for row in broken],
+        },
+        dataset=dataset_of(table),
+        figure=None,
+        exit_code=next((code for code in WORST_FIRST if any(row.exit_code == code for row in rows)), 0),
+    )
+    return result, extra
+
+
+def _origin(name: str, rows: Sequence[Row]) -> Origin:
+    """What the table was made from: the run keys of its tests."""
+    keys = sha256("\n".join(f"{row.test} {row.run_key}" for row in rows).encode()).hexdigest()
+    kinds = sorted({row.provenance for row in rows} - {""})
+    return Origin(name=name, configs=(), inputs={}, provenance=" and ".join(kinds), options={"run_keys": keys})
+
+
+def _count(rows: Sequence[Row]) -> str:
+    """How many tests were computed, were there already, and failed."""
+    computed, broken = sum(row.computed for row in rows), sum(row.failed for row in rows)
+    return f"{len(rows)} tests: {computed} computed, {len(rows) - computed - broken} up to date, {broken} failed"
+
+
+def _tell(result: Result, count: str, files: Sequence[Path], output: _runner.Output) -> None:
+    """Summary and paths to the terminal; with --json the object to stdout and the rest to stderr."""
+    told = sys.stderr if output.as_json else sys.stdout
+    told.write("".join(f"{line}\n" for line in (count, *result.summary, *(f"written: {path}" for path in files))))
+    if output.as_json:
+        table = next(path for path in files if path.suffix == ".csv")
+        _runner.tell_json({**result.json, "table": str(table)})
