@@ -188,7 +188,8 @@ def dataset_of(table: Table) -> Dataset:
         if name == "test":
             continue
         stem, unit = match.groups() if (match := _HEADER.fullmatch(name)) else (name, "1")
-        arrays.append(Array(re.sub(r"[^A-Za-z0-9]+", "_", stem).strip("_"), ("test",), values, unit, stem))
+        short = re.sub(r"[^A-Za-z0-9]+", "_", stem).strip("_")
+        arrays.append(Array(short, ("test",), values, unit, stem, optional=True))
     return Dataset((Axis("test", table.columns["test"], "1", "name of the test"),), tuple(arrays))
 
 

@@ -20,7 +20,6 @@ from twindisc_cli.campaign.table import Row, Value, columns_of, header
 from twindisc_cli.commands import _runner
 from twindisc_cli.definition import Test, load, load_text
 from twindisc_cli.errors import TwindiscError, bug
-from twindisc_cli.physics.hertz import contact_ellipse
 from twindisc_cli.results.files import write_all
 from twindisc_cli.results.store import plain, up_to_date
 
@@ -144,13 +143,8 @@ def _wear_rate(test: Test, outcome: Mapping[str, Any]) -> dict[str, Value]:
     if k is None or energy is None:
         return {}
     rig, history = test.experiment.rig, test.experiment.history
-    patch = contact_ellipse(
-        curvature_x=rig.curvature_x,
-        curvature_y=rig.curvature_y,
-        normal_load=rig.normal_load,
-        effective_modulus=rig.effective_modulus,
-    )
-    per_area = energy * 1e3 / float(rig.rolling_speed * history.duration.sum() * np.pi * patch.a * patch.b)
+    area = np.pi * rig.patch.a * rig.patch.b
+    per_area = energy * 1e3 / float(rig.rolling_speed * history.duration.sum() * area)
     return {
         "T gamma / A [N/mm2]": per_area * 1e-6,
         "wear rate [um/km]": per_area * k / rig.disc2.hardness * 1e9,
