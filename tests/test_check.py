@@ -123,7 +123,7 @@ def test_a_negative_traction_and_a_soft_disc(tmp_path: Path) -> None:
 
 
 def test_a_patch_beyond_the_theory_is_told(tmp_path: Path) -> None:
-    text = changed(disc2="disc2 = { rolling_radius_mm = 30.0, transverse_radius_mm = 1e5 }")
+    text = changed(disc2="disc2 = { rolling_radius_mm = 30.0, transverse_radius_mm = 0.05 }")
     assert not found(tmp_path, text)["the axis ratio a/b"].ok
 
 

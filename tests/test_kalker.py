@@ -155,7 +155,7 @@ def test_broadcasts_and_runs_smoothly():
         assert np.abs(np.diff(np.log(values), n=2, axis=0)).max() < 1e-3
 
 
-@pytest.mark.parametrize(("ratio", "poisson"), [(0.049, 0.3), (20.1, 0.3), (1.0, -0.01), (1.0, 0.51), (np.nan, 0.3)])
+@pytest.mark.parametrize(("ratio", "poisson"), [(0.0, 0.3), (20.1, 0.3), (1.0, -0.01), (1.0, 0.51), (np.nan, 0.3)])
 def test_outside_the_table(ratio, poisson):
     with pytest.raises(ValueError, match="must lie in"):
         coefficients(ratio, poisson)
@@ -168,6 +168,19 @@ def test_table_between_its_nodes_against_the_polynomial_solution(ratio, poisson)
     assert table.c22 == pytest.approx(exact.c22, rel=5e-4)
     assert table.c23 == pytest.approx(exact.c32, rel=5e-4)
     assert table.c33 == pytest.approx(exact.c33, rel=1e-3)
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.5])
+def test_a_slender_patch_against_the_polynomial_solution_and_its_limit(poisson):
+    ratio = 0.025
+    known, exact = coefficients(ratio, poisson), creepage_coefficients(a_over_b=ratio, poisson=poisson, degree=10)
+    assert (known.c11, known.c22) == pytest.approx((exact.c11, exact.c22), rel=1e-3)
+    assert (known.c23, known.c33) == pytest.approx((exact.c32, exact.c33), rel=5e-3)
+    limit = coefficients(1e-7, poisson)
+    assert (limit.c11, limit.c22) == pytest.approx((np.pi**2 / (4.0 * (1.0 - poisson)), np.pi**2 / 4.0), rel=1e-9)
+    beside = coefficients(np.array([0.05 - 1e-9, 0.05]), poisson)
+    for values in (beside.c11, beside.c22, beside.c23, beside.c33):
+        assert values[0] == pytest.approx(values[1], rel=1e-6)
 
 
 def test_reciprocity():

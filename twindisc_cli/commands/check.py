@@ -291,8 +291,8 @@ def small_patch(facts: Facts) -> Iterator[Finding]:
     rig, patch = facts.test.rig, facts.test.rig.patch
     largest = max(float(patch.a) * rig.curvature_x, float(patch.b) * rig.curvature_y)
     yield Finding("theory", "the patch over its radius", largest, 0.0, 0.3, "1", "a half-space")
-    low, high = kalker.RATIO_RANGE
-    yield Finding("theory", "the axis ratio a/b", float(patch.a / patch.b), low, high, "1", "Kalker's coefficients")
+    ratio, longest = float(patch.a / patch.b), kalker.RATIO_RANGE[1]
+    yield Finding("theory", "the axis ratio a/b", ratio, 0.0, longest, "1", "Kalker's coefficients")
 
 
 RULES: tuple[Callable[[Facts], Iterator[Finding]], ...] = (

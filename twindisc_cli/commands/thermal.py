@@ -121,8 +121,8 @@ def _flash(model: ForwardModel, prediction: Prediction, thermal: Thermal) -> Fla
     return flash_temperature(
         power=state.power[0],
         creepage=state.creepage[0],
-        a=np.sqrt(patch.area * patch.ratio / np.pi)[0],
-        b=np.sqrt(patch.area / patch.ratio / np.pi)[0],
+        a=patch.a[0],
+        b=patch.b[0],
         speed=state.rolling_speed[0],
         conductivity=thermal.conductivity,
         density=thermal.density,

@@ -53,7 +53,6 @@ def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) ->
     scale = np.cbrt(load)
     y, depth = _profiles(paths, own, scale)
     patch = paths.patch(prediction.section[:, at], load)
-    a, b = np.sqrt(patch.area * patch.ratio / np.pi)[0], np.sqrt(patch.area / patch.ratio / np.pi)[0]
     share = np.broadcast_to(state.disc1_share, wide)[0, at][:, None]
     height = -(1.0 - share) * depth
     return WearHistory(
@@ -66,9 +65,9 @@ def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) ->
         height=height,
         disc1_height=-share * depth,
         track=[worn_track(y, row, smooth=False) for row in height],
-        radius=_radius(y, height, b, test.rig.disc2.transverse_radius),
-        a=a,
-        b=b,
+        radius=_radius(y, height, patch.b[0], test.rig.disc2.transverse_radius),
+        a=patch.a[0],
+        b=patch.b[0],
         p0=paths.at(lambda path: path.p0, own)[0] * scale,
         error=max(path.error for path in paths.paths),
     )

@@ -14,22 +14,24 @@ import numpy as np
 
 from twindisc_cli.model.experiment import Contact, Floats
 from twindisc_cli.model.wear import WearPath
-from twindisc_cli.physics import kalker
 
 WANDERS = np.array([0.0, 0.15, 0.3, 0.5, 0.75, 1.0, 1.5, 2.2])
 
 
 @dataclass(frozen=True)
 class Patch:
-    """Contact at every point, (set, point): stiffness G a b C11, stiffness_y G a b C22 [N], area [m2], a [m], and
-    a/b within the range of the tables of creepage coefficients.
-    """
+    """Contact at every point, (set, point): stiffness G a b C11, stiffness_y G a b C22 [N], area [m2], a, b [m]."""
 
     stiffness: Floats
     stiffness_y: Floats
     area: Floats
     a: Floats
-    ratio: Floats
+    b: Floats
+
+    @property
+    def ratio(self) -> Floats:
+        """a/b [1]."""
+        return self.a / self.b
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,7 @@ class WeightedPaths:
             stiffness_y=self.at(lambda path: path.stiffness_y, own) * squared,
             area=self.at(lambda path: path.area, own) * squared,
             a=self.at(lambda path: path.a, own) * np.sqrt(squared),
-            ratio=np.clip(self.at(lambda path: path.a / path.b, own), *kalker.RATIO_RANGE),
+            b=self.at(lambda path: path.b, own) * np.sqrt(squared),
         )
 
 

@@ -102,7 +102,7 @@ def _path(rig: Rig, contact: Contact, section: float, wander: float) -> WearPath
         coarse = march(rig, y, section, wander, 2.0 * GROWTH)[1]
         error = abs(depth[-1].max() / coarse[-1].max() - 1.0) / 3.0
     a, b, p0, area = (np.array([getattr(p, name) for p in patches]) for name in ("a", "b", "p0", "area"))
-    creepage = kalker.coefficients(np.clip(a / b, *kalker.RATIO_RANGE), rig.poisson_ratio)
+    creepage = kalker.coefficients(a / b, rig.poisson_ratio)
     return WearPath(
         section=nodes,
         y=y,

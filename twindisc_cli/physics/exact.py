@@ -7,7 +7,11 @@
            traction still points across, so that 1 - f falls off as 1/xi^2
 
 The friction coefficient and the load enter only through xi, so that a curve made once serves every case.
-Source: a table made with half_space.rolling (make_tables.py). Error of f some 2e-4, 0.05 <= a/b <= 20, all nu.
+Below the table, a/b < g0 = 0.05, each strip across the patch nears a line contact of Carter's, all strips together
+the closed form f_C of `fastrip`, from which the table is 7e-4 away at g0:  f = f_C + (f(g0) - f_C) (a/b) / g0.
+
+Source: a table made with half_space.rolling (make_tables.py); F. W. Carter, Proc. Royal Society A 112 (1926) 151.
+Error of f some 2e-4, a/b <= 20, all nu.
 """
 
 from __future__ import annotations
@@ -19,8 +23,9 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
 
+from twindisc_cli.physics import fastrip
 from twindisc_cli.physics._arrays import arrays, together
-from twindisc_cli.physics.kalker import POISSON_RANGE, RATIO_RANGE, require
+from twindisc_cli.physics.kalker import POISSON_RANGE, RATIO_RANGE, require, require_ratio
 
 Floats = NDArray[np.float64]
 
@@ -28,13 +33,14 @@ _STEP = 0.1
 KNOTS = _STEP * np.arange(36)  # normalised creepages of the table
 _INTERVALS = KNOTS.size - 1
 _NEWTON_STEPS = 8  # inside one interval of the table, from its middle
-_FINE = 385  # ratios a/b at which the curves of one nu are laid out, linear in log(a/b) between them
+_FINE = 385  # ratios a/b of the table at which the curves of one nu are laid out, linear in log(a/b) between them
+_SLENDER = 320  # further such ratios below the table, down to where f is f_C to 5e-6
 
 
 def saturation(xi: ArrayLike, a_over_b: ArrayLike, poisson: float) -> Floats:
     """T/(mu N) [1] at the normalised creepage xi >= 0 and the ratio of semi-axes a/b [1], which broadcast.
 
-    Raises ValueError outside 0.05 <= a/b <= 20 and 0 <= nu <= 0.5.
+    Raises OutOfRangeError outside 0 < a/b <= 20 and 0 <= nu <= 0.5.
     """
     curves = _curves(poisson)
     row, share = _row(a_over_b)
@@ -110,20 +116,22 @@ def _cubic(table: Floats, index: NDArray[np.intp], t: Floats) -> Floats:
 def _row(a_over_b: ArrayLike) -> tuple[NDArray[np.intp], Floats]:
     """Row of the curves below log(a/b), and the share of the row above."""
     (ratio,) = arrays(a_over_b)
-    require("a/b", ratio, RATIO_RANGE)
+    require_ratio(ratio)
     low, high = np.log(RATIO_RANGE)
-    place = (np.log(ratio) - low) * ((_FINE - 1) / (high - low))
-    row = np.clip(place.astype(np.intp), 0, _FINE - 2)
-    return row, place - row
+    place = np.maximum((np.log(ratio) - low) * ((_FINE - 1) / (high - low)), -_SLENDER)
+    row = np.minimum(np.floor(place).astype(np.intp), _FINE - 2)
+    return row + _SLENDER, place - row
 
 
 @lru_cache(maxsize=8)
 def _curves(poisson: float) -> Floats:
-    """Cubics of f over each interval of creepage at the fine ratios a/b, (4, ratio, interval)."""
+    """Cubics of f over each interval of creepage at the slender and the fine ratios a/b, (4, ratio, interval)."""
     require("Poisson's ratio", np.asarray(poisson), POISSON_RANGE)
     along = chebyshev.chebval(4.0 * poisson - 1.0, np.moveaxis(_table(), 1, 0))
     values = chebyshev.chebval(np.linspace(-1.0, 1.0, _FINE), along).T
     values = np.concatenate([np.zeros((_FINE, 1)), values], axis=1)
+    share = np.exp(np.arange(-_SLENDER, 0) * np.log(RATIO_RANGE[1] / RATIO_RANGE[0]) / (_FINE - 1))[:, None]
+    values = np.concatenate([share * values[0] + (1.0 - share) * fastrip.saturation(KNOTS), values])
     return _monotone_cubics(np.maximum.accumulate(np.minimum(values, 1.0), axis=1))
 
 

@@ -24,5 +24,9 @@ class CoarseGridError(ContactError):
     """The grid has too few points across the patch for a number worth printing."""
 
 
+class OutOfRangeError(ContactError):
+    """A contact beyond what the tables and limits of the theory cover."""
+
+
 class NoConvergenceError(ContactError):
     """The iteration did not reach the accuracy asked for."""
