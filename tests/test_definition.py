@@ -220,6 +220,10 @@ def test_all_mistakes_come_in_one_go() -> None:
         ("[loop]\nhold_out_steps = [0]\n", "must be at least 1"),
         ('[measured]\ntraction = "a.csv"\nrig_log = "b.csv"\ntorque_disc = 2\n', "keep one of them"),
         ("[measured]\ntorque_disc = 2\n", "only a rig_log has a torque"),
+        (
+            '[measured]\ntraction = ""\n',
+            "measured.traction: must name a file; leave the key out where nothing was measured",
+        ),
         ('[measured]\nprovenance = "guessed"\n', "must be 'measured'"),
     ],
 )

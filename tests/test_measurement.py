@@ -2,6 +2,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+import openpyxl
 import pytest
 from definitions import TRACTION, VALID, changed, write
 from hypothesis import given, settings
@@ -174,6 +175,13 @@ def test_hashes_are_of_the_files(tmp_path: Path) -> None:
         (TRACTION.replace("0.55", "inf"), "traction.csv:3: traction ratio [1]: is inf"),
         (TRACTION.replace("0.55", "abc"), 'traction.csv:3: traction ratio [1]: "abc" is not a number'),
         (TRACTION.replace("0.55", "0.55,7"), "traction.csv:3: 3 cells where the header has 2"),
+        (TRACTION.replace("0.55", '"0.55'), "traction.csv:3: a quote is opened here and not closed"),
+        (
+            'creepage [%],traction ratio [1],note\n0.5,0.49,"two\nlines"\n1,0.55,\n2,0.58,\n',
+            "traction.csv:2: a quote is opened here and not closed",
+        ),
+        (TRACTION.replace("0.55", "True"), 'traction.csv:3: traction ratio [1]: "True" is not a number'),
+        (TRACTION.replace("0.55", "1e999"), 'traction.csv:3: traction ratio [1]: "1e999" is not a number'),
         ("creepage [%],traction ratio [1]\n0,5,0,49\n1,0,0,55\n", "a decimal comma? put ; between the columns"),
         (
             TRACTION.replace("\n1,", "\n1.5,"),
@@ -232,6 +240,11 @@ def _narrow(half_width: float) -> str:
         (_narrow(0.26), "profile.csv:2: y [mm]: the profile spans 0.52 mm, the contact is 0.5412 mm wide"),
         (PROFILE.replace("[mm]", "[um]"), "check the unit"),
         (PROFILE.replace("[um]", "[cm]"), "10 mm is no wear depth; check the unit"),
+        # a facet that deep is a chord of the 30 mm circle: sqrt(8 d R) = 15.5 mm for 1 mm, 21.9 mm for 2 mm
+        (
+            PROFILE.replace("[um]", "[mm]"),
+            "profile.csv:8: height [mm]: a track 1 mm deep is 15.5 mm wide on these discs",
+        ),
         (PROFILE.replace("\n0.3,", "\n0.2,"), "occurs twice or out of order"),
         ("y [mm],height [um]\n-1,0\n0,-1\n1,0\n", "too few points: 3, at least 8"),
         ("height [um],y [mm]\n" + "".join(f"{y / 10},{abs(y)}\n" for y in range(-10, 11)), "swapped with height [um]?"),
@@ -245,8 +258,32 @@ def test_a_bad_profile_is_told(tmp_path: Path, text: str, says: str) -> None:
     assert any(says in message for message in found), found
 
 
+def test_a_profile_as_deep_as_it_may_be_is_read(tmp_path: Path) -> None:
+    # the chord of 2 mm on a circle of 30 mm is 16.7 um deep
+    assert loaded(tmp_path, profile=PROFILE.replace("-1.0", "-16.0")).measured.profile is not None
+
+
 def test_a_profile_just_wide_enough_is_read(tmp_path: Path) -> None:
     assert loaded(tmp_path, profile=_narrow(0.28)).measured.profile is not None
+
+
+def test_a_workbook_reads_like_its_text(tmp_path: Path) -> None:
+    rows = [line.split(",") for line in TEMPERATURES.strip().split("\n")]
+    book = openpyxl.Workbook()
+    for row in [rows[0], *[[float(cell) for cell in row] for row in rows[1:]]]:
+        book.active.append(row)
+    path = write(tmp_path, temperature=TEMPERATURES)
+    expected = load(path).experiment.measured.temperature
+    book.save(tmp_path / "temperature.csv")
+    found = load(path).experiment.measured.temperature
+    assert found is not None
+    assert expected is not None
+    np.testing.assert_array_equal(found.temperature, expected.temperature)
+    np.testing.assert_array_equal(found.time, expected.time)
+    book.active["B3"] = "broken"
+    book.save(tmp_path / "temperature.csv")
+    with pytest.raises(MeasurementError, match=r'temperature.csv:3: temperature \[degC\]: "broken" is not a number'):
+        load(path)
 
 
 def test_many_mistakes_of_one_kind_are_counted(tmp_path: Path) -> None:
@@ -339,3 +376,17 @@ def test_a_bad_rig_log_is_told(tmp_path: Path, log: str, text: str, says: str) -
     with pytest.raises(MeasurementError) as error:
         load(with_log(tmp_path, log, text))
     assert says in str(error.value)
+
+
+def test_mistakes_in_a_large_file_keep_their_lines() -> None:
+    # several blocks of some megabytes each, with a mistake in the second and a blank line in the third
+    lines = [f"{n / 100},{72 + n % 7}" for n in range(1_600_000)]
+    lines[900_000] = "9000,72,7"
+    lines[1_100_000] = ""
+    data = "\n".join(["time [s],normal load [N]", *lines]).encode()
+    table = read_table(data, "log.csv", (Column("time", TIME), Column("normal load", FORCE)))
+    assert [str(problem) for problem in table.problems] == ["log.csv:900002: 3 cells where the header has 2"]
+    assert len(table) == 1_600_000 - 2
+    kept = np.delete(np.arange(1_600_000), [900_000, 1_100_000])
+    np.testing.assert_array_equal(table.lines, kept + 2)
+    np.testing.assert_array_equal(table.columns["time"], kept / 100)

@@ -136,6 +136,7 @@ def _wrong(error: ErrorDetails) -> str:
         "model_type": "must be a table",
         "finite_number": "must be a finite number",
         "too_short": "must not be empty",
+        "string_too_short": "must name a file; leave the key out where nothing was measured",
         "string_pattern_mismatch": "must be letters, digits, '.', '_' or '-', and begin with a letter or digit",
     }
     if kind == "value_error":

@@ -133,14 +133,17 @@ class ModelTable(Table):
     friction_coefficient: Friction | None = Field(default=None, description="constant base value; left out: identified")
 
 
-class MeasuredTable(Table):
-    """Measured data: CSV files, with paths relative to this file."""
+FileName = Annotated[str, Field(min_length=1)]
 
-    traction: str | None = None
-    rig_log: str | None = Field(default=None, description="raw speeds, torque and load, instead of traction")
+
+class MeasuredTable(Table):
+    """Measured data: tables, with paths relative to this file."""
+
+    traction: FileName | None = None
+    rig_log: FileName | None = Field(default=None, description="raw speeds, torque and load, instead of traction")
     torque_disc: Literal[1, 2] | None = Field(default=None, description="the disc whose torque rig_log holds")
-    profile: str | None = None
-    temperature: str | None = None
+    profile: FileName | None = None
+    temperature: FileName | None = None
     provenance: Literal["measured", "digitised", "reconstructed", "synthetic"] = "measured"
 
 

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from twindisc_cli.measurement.table import Column, Floats, Ints, Table, read_table
+from twindisc_cli.measurement.sheet import Floats, Ints
+from twindisc_cli.measurement.table import Column, Table, read_table
 from twindisc_cli.measurement.units import COUNT, LENGTH, PERCENTAGE, RATIO, TEMPERATURE, TIME
 from twindisc_cli.model.experiment import History, ProfileSamples, Rig, TemperatureSamples, TractionSamples
 
 CREEPAGE_TOLERANCE = (0.25, 2e-4)
 """How far a creepage may lie from its step's: relative, plus absolute."""
 LARGEST_RATIO = 3.0
+NO_DEPTH = 0.1
+"""A height of this share of the smaller rolling radius is none that wear made."""
+CHORD_MARGIN = 1.5
+"""How far the chord of a depth may exceed the profile: heights of a profile that is not quite level reach so far."""
 _FEWEST = {"traction": 2, "profile": 8, "temperature": 3}
 
 
@@ -62,12 +67,8 @@ def read_profile(data: bytes, file: str, *, rig: Rig, history: History) -> Profi
     table.flag((disc != 1) & (disc != 2), "disc", lambda row: f"there is no disc {disc[row]}; it is 1 or 2")
     outside = (iteration < 1) | (iteration > last)
     table.flag(outside, "iteration", lambda row: f"the history has iterations 1 to {last}, not {iteration[row]}")
-    width = 2.0 * float(rig.patch.b)
     for which in np.unique(np.stack([disc, iteration]), axis=1).T:
-        _check_profile(table, np.flatnonzero((disc == which[0]) & (iteration == which[1])), width)
-    radii = [d.rolling_radius for d in (rig.disc1, rig.disc2)]
-    deep = np.abs(columns["height"]) > 0.1 * min(radii)
-    table.flag(deep, "height", lambda row: f"{columns['height'][row] * 1e3:g} mm is no wear depth; check the unit")
+        _check_profile(table, np.flatnonzero((disc == which[0]) & (iteration == which[1])), rig)
     table.check()
     return ProfileSamples(y=columns["y"], height=columns["height"], disc=disc, iteration=iteration)
 
@@ -183,8 +184,8 @@ def _swapped(table: Table, history: History) -> bool:
     return False
 
 
-def _check_profile(table: Table, rows: Ints, width: float) -> None:
-    """One profile: enough points, y in order, at least as wide as the contact."""
+def _check_profile(table: Table, rows: Ints, rig: Rig) -> None:
+    """One profile: enough points, y in order, at least as wide as the contact, no deeper than a track can be."""
     y, height = table.columns["y"][rows], table.columns["height"][rows]
     first, fewest = int(table.lines[rows[0]]), _FEWEST["profile"]
     if len(rows) < fewest:
@@ -198,7 +199,24 @@ def _check_profile(table: Table, rows: Ints, width: float) -> None:
     bad = np.zeros(len(table), dtype=bool)
     bad[rows[1:][rise <= 0.0]] = True
     table.flag(bad, "y", lambda row: f"y = {table.written['y'][row]:g} occurs twice or out of order here{hint}")
-    span = float(np.ptp(y))
+    _check_depth(table, rows, rig)
+    span, width = float(np.ptp(y)), 2.0 * float(rig.patch.b)
     if span < width:
         what = f"the profile spans {span * 1e3:.4g} mm, the contact is {width * 1e3:.4g} mm wide"
         table.note(f"{what}: measure across the whole track, or check the unit", "y", first)
+
+
+def _check_depth(table: Table, rows: Ints, rig: Rig) -> None:
+    """A track of depth d is a chord, sqrt(8 d / curvature) wide, which the profile must hold."""
+    y, height = table.columns["y"][rows], table.columns["height"][rows]
+    deepest = int(np.argmax(np.abs(height)))
+    most, line = float(height[deepest]), int(table.lines[rows[deepest]])
+    if abs(most) > NO_DEPTH * min(rig.disc1.rolling_radius, rig.disc2.rolling_radius):
+        table.note(f"{most * 1e3:g} mm is no wear depth; check the unit", "height", line)
+        return
+    chord, span = float(np.sqrt(8.0 * abs(most) / rig.curvature_y)), float(np.ptp(y))
+    if chord > CHORD_MARGIN * span:
+        what = f"a track {abs(most) * 1e3:.3g} mm deep is {chord * 1e3:.3g} mm wide on these discs"
+        table.note(
+            f"{what}, the profile spans {span * 1e3:.3g} mm; check the unit, and level the profile", "height", line
+        )

@@ -14,7 +14,8 @@ from __future__ import annotations
 import numpy as np
 
 from twindisc_cli.measurement.channels import tolerance
-from twindisc_cli.measurement.table import Column, Floats, Ints, Table, read_table
+from twindisc_cli.measurement.sheet import Floats, Ints
+from twindisc_cli.measurement.table import Column, Table, read_table
 from twindisc_cli.measurement.units import FORCE, TIME, TORQUE, TURNING
 from twindisc_cli.model.experiment import History, Rig, TractionSamples
 

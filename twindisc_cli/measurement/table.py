@@ -1,11 +1,10 @@
-"""CSV tables with units in their headers: `name [unit]`, any of , ; tab between cells, decimal point or comma.
+"""Tables with units in their headers: `name [unit]`, any of , ; tab between cells, decimal point or comma; workbooks.
 
 A table keeps what it needs to say where a mistake is, and gathers the mistakes instead of stopping at the first.
 """
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.errors import MeasurementError, Problem, did_you_mean, nearest
+from twindisc_cli.measurement.sheet import UNCLOSED, Floats, Ints, Rows, open_sheet
 from twindisc_cli.measurement.units import COUNT, Quantity
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
 _HEADER = re.compile(r"^\s*(.*?)\s*(?:\[(.*)\]\s*)?$")
@@ -77,18 +75,6 @@ class Table:
             raise MeasurementError(self.problems)
 
 
-def decode(data: bytes, file: str) -> str:
-    """The text of a file: UTF-8 or UTF-16 with a byte-order mark, else Windows-1252, as rig software writes it."""
-    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return data.decode("utf-16", errors="replace")
-    if b"\0" in data:
-        raise MeasurementError(Problem("is not a text file; export the data as CSV", file))
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("cp1252", errors="replace")
-
-
 def read_bytes(path: Path) -> bytes:
     """The content of a measured file, or a clear reason why there is none."""
     try:
@@ -104,33 +90,18 @@ def read_bytes(path: Path) -> bytes:
 
 def read_table(data: bytes, file: str, wanted: Sequence[Column]) -> Table:
     """Read the wanted columns; others are ignored unless they look like a misspelt one."""
-    lines = decode(data, file).splitlines()
-    start = next((n for n, line in enumerate(lines) if _content(line)), None)
     expected = ", ".join(str(c) for c in wanted if c.required)
-    if start is None:
-        raise MeasurementError(Problem(f"is empty; it needs a header such as {expected}", file))
-    delimiter = next((d for d in ("\t", ";") if d in lines[start]), ",")
-    header = next(csv.reader([lines[start]], delimiter=delimiter))
+    sheet = open_sheet(data, file, expected)
     table = Table(file, {}, {}, {}, np.zeros(0, dtype=np.int64))
-    places = _match(table, header, wanted, start + 1)
-    numbers = [n + 1 for n, line in enumerate(lines) if n > start and _content(line)]
-    body = [lines[number - 1] for number in numbers]
-    if not body:
+    places = _match(table, sheet.header, wanted, sheet.line)
+    table.check()
+    rows = sheet.rows([place for place, _, _ in places.values()])
+    if not len(rows.lines):
         table.note(f"has no rows under its header; expected {expected}")
     table.check()
-    table.lines = np.asarray(numbers, dtype=np.int64)
-    values = _plain_numbers(body, len(header), delimiter)
-    if values is not None:
-        table.written = {name: values[:, place] for name, (place, _, _) in places.items()}
-    else:
-        _read_cells(table, body, places, len(header), delimiter)
+    _fill(table, rows, list(places), len(sheet.header), sheet.delimiter)
     _convert(table, places)
     return table
-
-
-def _content(line: str) -> bool:
-    """Whether a line holds data: not blank, no comment, not the `sep=;` of a spreadsheet."""
-    return bool(line.strip(" \t;,")) and not line.lstrip().startswith("#") and not line.startswith("sep=")
 
 
 def _match(table: Table, header: Sequence[str], wanted: Sequence[Column], line: int) -> dict[str, Place]:
@@ -163,32 +134,19 @@ def _match(table: Table, header: Sequence[str], wanted: Sequence[Column], line: 
     return places
 
 
-def _plain_numbers(body: Sequence[str], width: int, delimiter: str) -> Floats | None:
-    """Rows that hold nothing but finite numbers, (row, width); None where a closer look is needed."""
-    rows = body if delimiter == "," else [line.replace(",", ".") for line in body]
-    try:
-        values: Floats = np.loadtxt(rows, delimiter=delimiter, comments=None, quotechar='"', ndmin=2)
-    except ValueError:
-        return None
-    return values if values.shape == (len(body), width) and np.all(np.isfinite(values)) else None
-
-
-def _read_cells(table: Table, body: Sequence[str], places: Mapping[str, Place], width: int, delimiter: str) -> None:
-    """Read cell by cell; rows that are short, long or hold what is no number are noted and left out."""
-    rows = list(csv.reader(body, delimiter=delimiter))
-    counts = np.array([len(row) if any(row[width:]) or len(row) < width else width for row in rows])
-    ragged = counts != width
-    comma = " (a decimal comma? put ; between the columns)" if delimiter == "," and np.all(counts > width) else ""
-    table.flag(ragged, "", lambda row: f"{counts[row]} cells where the header has {width}{comma}")
-    keep = ~ragged
-    for name, (place, _, _) in places.items():
-        cells = ["" if bad else row[place].strip() for row, bad in zip(rows, ragged, strict=True)]
-        values = _numbers([cell.replace(",", ".") for cell in cells])
-        bad = ~np.isfinite(values)
-        table.flag(bad & ~ragged, name, lambda row, cells=cells: _not_a_number(cells[row]))  # type: ignore[misc]
-        keep &= ~bad
-        table.written[name] = values
-    _keep(table, keep)
+def _fill(table: Table, rows: Rows, names: Sequence[str], width: int, delimiter: str) -> None:
+    """Rows whose wanted cells are numbers; those that are short, long or hold what is no number are noted."""
+    table.lines = rows.lines
+    unclosed, ragged = rows.counts == UNCLOSED, rows.counts != width
+    table.flag(unclosed, "", lambda _: "a quote is opened here and not closed; a cell ends with its line")
+    comma = " (a decimal comma? put ; between the columns)" if delimiter == "," and np.all(rows.counts > width) else ""
+    table.flag(ragged & ~unclosed, "", lambda row: f"{rows.counts[row]} cells where the header has {width}{comma}")
+    bad = np.isnan(rows.numbers)
+    for place, name in enumerate(names):
+        told = lambda row, place=place: _not_a_number(rows.text[row, place])  # noqa: E731
+        table.flag(bad[:, place] & ~ragged, name, told)
+        table.written[name] = rows.numbers[:, place]
+    _keep(table, ~(ragged | bad.any(axis=1)))
 
 
 def _keep(table: Table, rows: Bools) -> None:
@@ -206,21 +164,6 @@ def _convert(table: Table, places: Mapping[str, Place]) -> None:
             _keep(table, ~broken)
     for name, (_, _, (factor, offset)) in places.items():
         table.columns[name] = table.written[name] * factor + offset
-
-
-def _numbers(cells: list[str]) -> Floats:
-    """Cells as numbers, NaN where one is none."""
-    try:
-        return np.asarray(cells).astype(np.float64)
-    except ValueError:
-        return np.array([_number(cell) for cell in cells])
-
-
-def _number(cell: str) -> float:
-    try:
-        return float(cell)
-    except ValueError:
-        return np.nan
 
 
 def _not_a_number(cell: str) -> str:

@@ -1,0 +1,207 @@
+"""A measured file as a sheet: a header and rows of cells, from text of any dialect or from a workbook.
+
+Text is read block by block: pandas takes a block whose wanted cells are all numbers, any other is read cell by cell. So
+a large file needs little more memory than its numbers, and a mistake in it keeps its line.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twindisc_cli.errors import MeasurementError, Problem
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_BLOCK = 1 << 23
+UNCLOSED = -1
+_WORKBOOK = b"PK\x03\x04"
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Wanted cells of some rows: line and count of cells of each row, (row,), and the cells as numbers (row, cell).
+
+    A row with a quote that is not closed counts UNCLOSED cells.
+    text: what stands where no number does, by row and cell; numbers are NaN there.
+    """
+
+    lines: Ints
+    counts: Ints
+    numbers: Floats
+    text: Mapping[tuple[int, int], str]
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """The header's cells and its line, and what is below it: text in UTF-8, or the cells of a workbook by line."""
+
+    header: Sequence[str]
+    line: int
+    body: bytes
+    delimiter: str = ","
+    cells: Mapping[int, Sequence[str]] | None = None
+
+    def rows(self, places: Sequence[int]) -> Rows:
+        """The rows that hold anything, with the cells at `places`."""
+        width = len(self.header)
+        if self.cells is not None:
+            below = [(line, row) for line, row in self.cells.items() if line > self.line and any(row)]
+            return _cell_by_cell(below, places, width)
+        parts, first = [], self.line + 1
+        for block in _blocks(self.body):
+            numbers = _numbers(block, places, width, self.delimiter)
+            count = block.count(b"\n") + (not block.endswith(b"\n"))
+            if numbers is not None and len(numbers) == count:
+                parts.append(Rows(first + np.arange(count), np.full(count, width), numbers, {}))
+            else:
+                parts.append(_cell_by_cell(_split(block, first, self.delimiter), places, width))
+            first += count
+        return _joined(parts, len(places))
+
+
+def open_sheet(data: bytes, file: str, expected: str) -> Sheet:
+    """The sheet in a file's bytes; `expected` is the header that an empty file is told to have."""
+    empty = MeasurementError(Problem(f"is empty; it needs a header such as {expected}", file))
+    if data.startswith(_WORKBOOK):
+        cells = _workbook(data, file)
+        line = next((line for line, row in cells.items() if any(row)), None)
+        if line is None:
+            raise empty
+        return Sheet(cells[line], line, b"", cells=cells)
+    text = _utf8(data, file)
+    begin = 0
+    for number, line_end in enumerate(_line_ends(text), start=1):
+        line_text = text[begin:line_end].decode()
+        if _content(line_text):
+            delimiter = next((d for d in ("\t", ";") if d in line_text), ",")
+            return Sheet(_cells(line_text, delimiter), number, text[line_end + 1 :], delimiter)
+        begin = line_end + 1
+    raise empty
+
+
+def _utf8(data: bytes, file: str) -> bytes:
+    """A text in UTF-8 with plain line ends: from UTF-16 with a byte-order mark, or Windows-1252, as rigs write it."""
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        data = data.decode("utf-16", errors="replace").encode()
+    if b"\0" in data:
+        raise MeasurementError(Problem("is not a text file; export the data as CSV", file))
+    data = data.removeprefix(b"\xef\xbb\xbf")
+    try:
+        data.decode()
+    except UnicodeDecodeError:
+        data = data.decode("cp1252", errors="replace").encode()
+    if b"\r" in data:
+        data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    return data.rstrip(b"\n ")
+
+
+def _line_ends(text: bytes) -> Iterator[int]:
+    begin = 0
+    while begin < len(text):
+        end = text.find(b"\n", begin)
+        end = len(text) if end < 0 else end
+        yield end
+        begin = end + 1
+
+
+def _content(line: str) -> bool:
+    """Whether a line holds data: not blank, no comment, not the `sep=;` of a spreadsheet."""
+    return bool(line.strip(" \t;,")) and not line.lstrip().startswith("#") and not line.startswith("sep=")
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    """The cells of one line; none where a quote is not closed in it."""
+    return [] if line.count('"') % 2 else next(csv.reader([line], delimiter=delimiter), [])
+
+
+def _blocks(body: bytes) -> Iterator[bytes]:
+    """The lines in pieces of a few megabytes."""
+    begin = 0
+    while begin < len(body):
+        end = body.find(b"\n", begin + _BLOCK) + 1
+        end = end or len(body)
+        yield body[begin:end]
+        begin = end
+
+
+def _numbers(block: bytes, places: Sequence[int], width: int, delimiter: str) -> Floats | None:
+    """The wanted cells of a block, (row, cell), where each is a finite number; None where a closer look is needed."""
+    import pandas as pd
+
+    line = block.partition(b"\n")[0].decode()
+    first = _cells(line, delimiter)
+    if len(first) < width or any(first[width:]) or b"true" in block.lower() or b"false" in block.lower():
+        return None
+    decimal = "," if delimiter != "," and "," in line else "."
+    kinds = {place: np.float64 if place in places else str for place in range(len(first))}
+    try:
+        frame = pd.read_csv(BytesIO(block), sep=delimiter, decimal=decimal, header=None, dtype=kinds, na_filter=False)
+    except ValueError:
+        return None
+    values = np.asarray(frame[list(places)].to_numpy(), dtype=np.float64)
+    return values if np.all(np.isfinite(values)) else None
+
+
+def _split(block: bytes, first: int, delimiter: str) -> list[tuple[int, Sequence[str]]]:
+    """The lines of a block that hold data, cell by cell, each with its number."""
+    lines = block.decode().split("\n")
+    return [(first + n, _cells(line, delimiter)) for n, line in enumerate(lines) if _content(line)]
+
+
+def _cell_by_cell(rows: Sequence[tuple[int, Sequence[str]]], places: Sequence[int], width: int) -> Rows:
+    """Rows whose cells may be anything; a row counts as long as the header where only blanks go beyond it."""
+    counts = [(len(row) or UNCLOSED) if len(row) < width or any(row[width:]) else width for _, row in rows]
+    numbers, text = np.full((len(rows), len(places)), np.nan), {}
+    for n, (_, row) in enumerate(rows):
+        for m, place in enumerate(places):
+            cell = row[place].strip() if place < len(row) else ""
+            numbers[n, m] = _number(cell)
+            if not np.isfinite(numbers[n, m]):
+                numbers[n, m], text[n, m] = np.nan, cell
+    lines = np.array([line for line, _ in rows], dtype=np.int64)
+    return Rows(lines, np.array(counts, dtype=np.int64), numbers, text)
+
+
+def _number(cell: str) -> float:
+    try:
+        return float(cell.replace(",", "."))
+    except ValueError:
+        return np.nan
+
+
+def _joined(parts: Sequence[Rows], cells: int) -> Rows:
+    starts = np.cumsum([0, *(len(part.lines) for part in parts)])
+    return Rows(
+        np.concatenate([np.zeros(0, dtype=np.int64), *(part.lines for part in parts)]),
+        np.concatenate([np.zeros(0, dtype=np.int64), *(part.counts for part in parts)]),
+        np.concatenate([np.empty((0, cells)), *(part.numbers for part in parts)]),
+        {(int(start) + n, m): t for start, part in zip(starts, parts, strict=False) for (n, m), t in part.text.items()},
+    )
+
+
+def _workbook(data: bytes, file: str) -> dict[int, list[str]]:
+    """The cells of a workbook's first sheet as text, by row number."""
+    import pandas as pd
+
+    try:
+        frame = pd.read_excel(BytesIO(data), sheet_name=0, header=None, dtype=object, na_filter=False)
+    except ImportError:
+        what = "is a workbook: install twindisc with [xlsx] to read it, or export the data as CSV"
+        raise MeasurementError(Problem(what, file)) from None
+    except Exception as error:
+        raise MeasurementError(
+            Problem(f"is not a text file and no workbook: {error}; export the data as CSV", file)
+        ) from None
+    return {int(n) + 1: [_text(cell) for cell in row] for n, row in zip(frame.index, frame.to_numpy(), strict=True)}
+
+
+def _text(cell: Any) -> str:
+    return repr(float(cell)) if isinstance(cell, (int, float)) and not isinstance(cell, bool) else str(cell).strip()
