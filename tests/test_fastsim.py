@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 from twindisc_cli.physics import fastsim
+from twindisc_cli.physics.kalker import coefficients
 from twindisc_cli.physics.reference.fastsim_strips import traction_per_length
 
 SPEED = 9.42
@@ -203,6 +204,25 @@ def test_slip_of_the_fields_is_the_rigid_slip_less_the_elastic():
     elastic = -flexibility * np.gradient(field.traction_x[:, 5], field.x[:, 5])
     assert field.slip_x[5:-5, 5] == pytest.approx(SPEED * (0.02 - elastic[5:-5]), rel=2e-3)
     assert field.slip_x[0, 5] == pytest.approx(2 * field.slip_x[1, 5] - field.slip_x[2, 5], rel=2e-3)
+
+
+@pytest.mark.parametrize("ratio", [0.2, 0.63, 5.0])
+@pytest.mark.parametrize("angle", [30.0, 60.0, 85.0])
+def test_in_full_sliding_the_traction_opposes_the_slip(ratio, angle):
+    known = coefficients(ratio, 0.3)
+    patch = fastsim.Patch(1e-3 * ratio, 1e-3, 1e3, 0.3, 80e9, known.c11, known.c22, known.c23)
+    east, north = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    found = fastsim.solve(patch, creepage_x=0.3 * east, creepage_y=0.3 * north, speed=SPEED)
+    assert (float(found.force_x), float(found.force_y)) == pytest.approx((300.0 * east, 300.0 * north), rel=2e-3)
+
+
+def test_in_full_sliding_with_spin_too():
+    """Rigid slip (vx - phi y, vy + phi x) at every point: no flexibility is left that could turn it."""
+    field = fastsim.fields(RIG, creepage_x=0.2, creepage_y=0.1, spin=600.0, speed=SPEED)
+    slip_x, slip_y = 0.2 - 600.0 * field.y, 0.1 + 600.0 * field.x
+    along = field.traction_x * slip_x + field.traction_y * slip_y
+    inner = np.hypot(field.x / RIG.a, field.y / RIG.b) < 0.9
+    assert (along / np.hypot(field.traction_x, field.traction_y) / np.hypot(slip_x, slip_y))[inner].min() > 0.999
 
 
 def test_forces_and_moment_are_the_sums_of_the_fields():

@@ -7,10 +7,15 @@
     s = a(y) - x   way from the leading edge, which lies at +x [m];  a(y) half-length of the strip at y [m]
     vx, vy, phi    longitudinal and lateral creepage [1], spin [1/m]
     tau            traction [Pa], positive where creepage is (the paper's sign; on body 1 it acts the other way)
-    w              sliding velocity [m/s], w = V L (v / L_i - d tau / ds), parallel to tau
+    w              sliding velocity [m/s], w = V (v - L d tau / ds), parallel to tau;  v = (vx - phi y, vy + phi x)
 
-The single L on the left of Eq. 11 is read as the one flexibility that closes the energy balance: the integral of
-tau . w over the patch is V (vx Tx + vy Ty + phi Mz). Without spin or lateral creepage it is L1.
+Where it slides, the single L of Eq. 11 takes the place of the three, each of which alone would turn the traction of
+full sliding away from the rigid slip v. It is their mean,
+
+    1/L = sqrt[(vx/L1)^2 + (vy/L2)^2 + a b (phi/L3)^2] / sqrt[vx^2 + vy^2 + a b phi^2]
+
+and L1 without lateral creepage and spin. The slip is scaled to close the energy balance: the integral of tau . w over
+the patch is V (vx Tx + vy Ty + phi Mz).
 
 Without spin the strips have a closed form, and every case falls on one curve T/(mu N) = f(xi) of the force of linear
 theory, xi = |T_linear|/(mu N):
@@ -34,6 +39,8 @@ from numpy.typing import ArrayLike, NDArray
 from twindisc_cli.physics._arrays import Floats, together
 
 Bound = Literal["parabolic", "elliptic"]
+Rates = tuple[Floats, ...]
+"""(rx, ry, sx, sy), each (point,): d tx/ds = rx - sx y, d ty/ds = ry + sy x on the unit disc."""
 
 FULL_SLIP = 32.0 / (3.0 * np.pi)  # normalised creepage above which no point of the patch sticks
 _TOGETHER = 200  # operating points that march together: their arrays then stay in the processor's cache
@@ -115,41 +122,62 @@ def unsaturation(fraction: ArrayLike) -> Floats:
 
 
 def march(
-    rates: tuple[Floats, Floats, Floats, Floats], *, y: Floats, nx: int, bound: Bound = "parabolic"
+    rates: Rates, *, y: Floats, nx: int, bound: Bound = "parabolic", sliding: Rates | None = None
 ) -> Iterator[tuple[Floats, Floats, Floats, Floats]]:
-    """March the unit disc: d tx/ds = rx - sx y, d ty/ds = ry + sy x for rates = (rx, ry, sx, sy), each (point,).
+    """March the unit disc at the given rates; in cells behind one that slides at the rates `sliding`, if given.
 
     Strips at y (strip,) are cut into nx cells; tractions live at the cells' centres and may not exceed
     1 - x^2 - y^2 (parabolic) or 3/4 sqrt(1 - x^2 - y^2) (elliptic). Yields, cell by cell from the leading edge,
     x (strip,), tx, ty and the factor by which the bound cut them, 1 where they stick (point, strip); views, reused.
     """
-    rx, ry, sx, sy = (np.asarray(r, dtype=float)[:, None] for r in rates)
     half_length = np.sqrt(1.0 - y**2)
-    step = 2.0 * half_length / nx
-    gain_x = (rx - sx * y) * step
-    turn = sy * step * half_length
-    gain_y = ry * step + turn
-    tx, ty = 0.5 * gain_x, 0.5 * (gain_y - turn / (2 * nx))
-    turn *= 2.0 / nx
-    cut, squared = np.empty_like(tx), np.empty_like(tx)
-    for cell in range(nx):
-        if cell:
-            tx += gain_x
-            gain_y -= turn
-            ty += gain_y
+    tx, ty, cut, scratch, slides = (np.zeros((rates[0].size, y.size)) for _ in range(5))
+    turned = None
+    if sliding is not None:
+        turned = _gains(tuple(to - of for to, of in zip(sliding, rates, strict=True)), y, half_length, nx)
+    for cell, (gain_x, gain_y) in enumerate(_gains(rates, y, half_length, nx)):
+        tx += gain_x
+        ty += gain_y
+        if turned is not None:
+            for traction, more in zip((tx, ty), next(turned), strict=True):
+                np.multiply(more, slides, out=scratch)
+                traction += scratch
         x = half_length * (1.0 - (2 * cell + 1) / nx)
         limit = half_length**2 - x**2
         if bound == "elliptic":
             limit = 0.75 * np.sqrt(limit)
         np.multiply(tx, tx, out=cut)
-        np.multiply(ty, ty, out=squared)
-        cut += squared
+        np.multiply(ty, ty, out=scratch)
+        cut += scratch
         np.sqrt(cut, out=cut)
+        if turned is not None:
+            np.greater(cut, limit, out=slides)
         np.maximum(cut, limit, out=cut)
         np.divide(limit, cut, out=cut)
         tx *= cut
         ty *= cut
         yield x, tx, ty, cut
+
+
+def _gains(rates: Rates, y: Floats, half_length: Floats, nx: int) -> Iterator[tuple[Floats, Floats]]:
+    """What tx and ty gain up to the centre of each cell from the one before, (point, strip); views, reused."""
+    rx, ry, sx, sy = (np.asarray(r, dtype=float)[:, None] for r in rates)
+    step = 2.0 * half_length / nx
+    turn = sy * step * half_length
+    gain_x, gain_y = (rx - sx * y) * step, ry * step + turn
+    yield 0.5 * gain_x, 0.5 * (gain_y - turn / (2 * nx))
+    turn *= 2.0 / nx
+    for _ in range(1, nx):
+        gain_y -= turn
+        yield gain_x, gain_y
+
+
+def _size(tx: Floats, ty: Floats, size: Floats, squared: Floats) -> None:
+    """Write the size of (tx, ty) to `size`; `squared` is scratch."""
+    np.multiply(tx, tx, out=size)
+    np.multiply(ty, ty, out=squared)
+    size += squared
+    np.sqrt(size, out=size)
 
 
 def solve(
@@ -206,7 +234,7 @@ def fields(
     step = 2.0 * np.sqrt(1.0 - y**2) / nx
     cells = [
         (np.broadcast_to(x, tx.shape), tx.copy(), ty.copy(), cut.copy())
-        for x, tx, ty, cut in march(drive.rates, y=y, nx=nx, bound=bound)
+        for x, tx, ty, cut in march(drive.rates, y=y, nx=nx, bound=bound, sliding=drive.sliding)
     ]
     x, tx, ty, cut = (np.stack(parts, axis=1) for parts in zip(*cells, strict=True))
     undone = (1.0 / cut - 1.0) / step  # what the bound takes away of a traction, per length of the strip
@@ -232,7 +260,10 @@ def fields(
 
 @dataclass(frozen=True)
 class _Drive:
-    """Operating points laid flat: patch, peak of the bound [Pa], creepages, speed, and the rates of the unit disc."""
+    """Operating points laid flat: patch, peak of the bound [Pa], creepages, speed, and the rates of the unit disc.
+
+    sliding: the rates where it slides; None where no point has lateral creepage or spin, and both are the same.
+    """
 
     shape: tuple[int, ...]
     a: Floats
@@ -240,7 +271,8 @@ class _Drive:
     peak: Floats
     creepage: tuple[Floats, Floats, Floats]
     speed: Floats
-    rates: tuple[Floats, Floats, Floats, Floats]
+    rates: Rates
+    sliding: Rates | None
 
     @classmethod
     def of(
@@ -254,14 +286,21 @@ class _Drive:
         stiffness = shear / peak
         turn = 4.0 / np.pi * c23 * np.sqrt(b / a) * phi * stiffness
         rates = (0.375 * c11 * vx * stiffness, 0.375 * c22 * vy * stiffness, turn * b, turn * a)
-        return cls(given[0].shape, a, b, peak, (vx, vy, phi), v, rates)
+        if not (np.any(vy) or np.any(phi)):
+            return cls(given[0].shape, a, b, peak, (vx, vy, phi), v, rates, None)
+        rigid = np.sqrt(vx**2 + vy**2 + a * b * phi**2)
+        driven = np.sqrt(rates[0] ** 2 + rates[1] ** 2 + rates[2] * rates[3])
+        mean = np.divide(driven, rigid, out=np.zeros_like(rigid), where=rigid > 0.0)
+        sliding = (mean * vx, mean * vy, mean * phi * b, mean * phi * a)
+        return cls(given[0].shape, a, b, peak, (vx, vy, phi), v, rates, sliding)
 
     def points(self, some: slice) -> _Drive:
         """A few of the points."""
         a, b, peak, speed = (v[some] for v in (self.a, self.b, self.peak, self.speed))
         vx, vy, phi = (v[some] for v in self.creepage)
-        rx, ry, sx, sy = (r[some] for r in self.rates)
-        return _Drive(a.shape, a, b, peak, (vx, vy, phi), speed, (rx, ry, sx, sy))
+        rates = tuple(rate[some] for rate in self.rates)
+        sliding = None if self.sliding is None else tuple(rate[some] for rate in self.sliding)
+        return _Drive(a.shape, a, b, peak, (vx, vy, phi), speed, rates, sliding)
 
 
 def _strips(ny: int) -> Floats:
@@ -276,7 +315,7 @@ def _solve_points(drive: _Drive, *, nx: int, ny: int, bound: Bound) -> tuple[Flo
     rx, ry, sx, sy = (r[:, None] for r in drive.rates)
     sum_x, sum_y, sums_of_y = (np.zeros((drive.a.size, ny)) for _ in range(3))
     slides = np.zeros((drive.a.size, ny), dtype=np.uint16)
-    for _, tx, ty, cut in march(drive.rates, y=y, nx=nx, bound=bound):
+    for _, tx, ty, cut in march(drive.rates, y=y, nx=nx, bound=bound, sliding=drive.sliding):
         sum_x += tx
         sum_y += ty
         sums_of_y += sum_y
