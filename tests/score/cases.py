@@ -10,7 +10,7 @@ from .effects import CATALOGUE
 from .making import Case
 from .unknowns import STAGES, kinds
 
-GROUPS = {"null": 0.24, "single": 0.32, "sizes": 0.13, "pairs": 0.12, "unknown": 0.19}
+GROUPS = {"null": 0.18, "single": 0.24, "sizes": 0.08, "pairs": 0.14, "unknown": 0.36}
 """Share of each group: nothing hidden, one effect at 12 thresholds, at other sizes, two effects, an unknown one."""
 OTHER_SIZES = (3.0, 6.0, 25.0, 50.0)
 _FIXED = ("exact_elasticity", "half_space_contact")  # are there or not, at a size that nobody chooses

@@ -1,7 +1,8 @@
 """The score's rig: one record with everything that is true of it, and the march through its history.
 
 Every iteration is cut into wear steps; within one the patch is fixed and friction, power and temperature run in
-small time steps. Then the discs wear by what was dissipated, spread over the strips of the patch:
+small time steps. Then the discs wear by what was dissipated, spread over the strips of the patch, and are pressed
+together anew as soon as enough is gone to show:
 
     S(y) = K / (H V) * int P_l dt / (q * time of a revolution),   removed volume = K E / H exactly
 """
@@ -23,7 +24,6 @@ from .traction import equivalent_ellipse, linear_force, saturation, strip_share
 Floats = NDArray[np.float64]
 VICKERS = 9.80665e6  # Pa in one HV
 _MOMENT = tuple(f.name for f in fields(Moment))
-SHORTEST = 3.0  # the longest small time step [s]
 # xi, and how far the force has turned: read off the twelve points of CONTACT (open-source release 2025-07-23,
 # revision 2707) with longitudinal and lateral creepage together, a/b = 0.63
 _TURNED = (
@@ -55,7 +55,8 @@ class Rig:
     load_tolerance: float = 1.0  # true load over the nominal one
     modulus: float = 206e9
     hardness: float = 700.0  # HV
-    wear_steps: int = 2  # of one iteration
+    presses: int = 16  # how often the discs are pressed together anew while they wear as much as is expected
+    longest: float = 6.0  # small time step [s]
     cells: int = 12  # of the half patch along rolling
     strips: int = 18  # of the first half patch across
 
@@ -63,7 +64,7 @@ class Rig:
 
     def fine(self) -> Rig:
         """The same rig marched finely enough that its numbers err by less than the noise can show."""
-        return replace(self, wear_steps=12 if self.contact == "hertz" else 4, cells=20, strips=32)
+        return replace(self, presses=160 if self.contact == "hertz" else 80, longest=3.0, cells=16, strips=24)
 
     @property
     def speed(self) -> float:
@@ -107,9 +108,12 @@ class Rig:
 
     def half_width(self) -> float:
         """Half of the track [m] when all is dissipated at full sliding; from the circle's segment it cuts."""
-        area = self.wear / (self.hardness * VICKERS) * self.mu * self.load * self.revolutions
-        area *= sum(c * n for c, n in zip(self.creepage, self.iterations, strict=True))
-        return float(np.cbrt(1.5 * area / self.curvature_y))
+        return float(np.cbrt(1.5 * sum(self.section(step) for step in self.steps) / self.curvature_y))
+
+    def section(self, step: int) -> float:
+        """Cross-section [m2] that an iteration of a step takes off at full sliding."""
+        pressure = self.mu * self.load / (self.hardness * VICKERS)
+        return self.wear * pressure * self.revolutions * self.creepage[step]
 
 
 @dataclass
@@ -153,6 +157,9 @@ class _Patch:
         self.y = (np.arange(count) + 0.5) * 2.0 * reach / count - reach
         self.dy = float(self.y[1] - self.y[0])
         self.worn = np.zeros((2, count))
+        self._due, self._pending = np.zeros(count), 0.0
+        self._gone, self._expected = 0.0, sum(rig.section(step) for step in rig.steps)
+        self._other_disc = sum(h.other_disc for h in hidden)
         self._spreading = _spreading(self.y, spread)
         if self.kind == "half_space":
             length = 1.2 * first.a * np.cbrt(max(self._load / rig.load, 1.0))
@@ -192,13 +199,35 @@ class _Patch:
             low, high = (middle, high) if ellipse(middle).b > middle else (low, middle)
         return ellipse(high)
 
-    def wear(self, removed: Floats, volume: float, other_disc: float) -> None:
+    def wear(self, removed: Floats, volume: float) -> None:
         """Take off `removed` [m2/N] (y,) times the line load, `volume` [m2] of cross-section in all."""
-        step = removed[:, None] ** 0.5 * self._spreading * removed[None, :] ** 0.5
-        self.press(step if self.kind == "half_space" else None)
-        depth = step @ self.line_load
-        depth *= volume / max(depth.sum() * self.dy, 1e-300)
-        self.worn += np.outer([other_disc, 1.0 - other_disc], depth)
+        self._due += removed
+        self._pending += volume
+        if self._pending >= 0.75 * self.enough:
+            step = self._due[:, None] ** 0.5 * self._spreading * self._due[None, :] ** 0.5
+            self.press(step if self.kind == "half_space" else None)
+            self.worn += self._shared(step @ self.line_load)
+            self._gone += self._pending
+            self._due, self._pending = np.zeros_like(self.y), 0.0
+
+    @property
+    def enough(self) -> float:
+        """Cross-section [m2] after which the discs are pressed together anew: a part of all, or of what shapes them."""
+        elastic = 2.0 / 3.0 * self._rig.curvature_y * self._rig.ellipse().b ** 3
+        return min(self._expected, 2.0 * (elastic + self._gone)) / self._rig.presses
+
+    def depths(self) -> tuple[Floats, Floats]:
+        """Worn off disc 1 and 2 [m] (y,), with what has been taken off since they were pressed together."""
+        worn = self.worn
+        if self._pending > 0.0:
+            step = self._due[:, None] ** 0.5 * self._spreading * self._due[None, :] ** 0.5
+            worn = worn + self._shared(step @ self.line_load)
+        return worn[0].copy(), worn[1].copy()
+
+    def _shared(self, depth: Floats) -> Floats:
+        """A depth (y,) brought to the volume that is due and shared between the discs (2, y)."""
+        depth = depth * (self._pending / max(depth.sum() * self.dy, 1e-300))
+        return np.outer([self._other_disc, 1.0 - self._other_disc], depth)
 
     @property
     def area(self) -> float:
@@ -230,16 +259,17 @@ class March:
     def run(self) -> Trace:
         """March through all iterations."""
         rig, profiles = self._rig, {}
-        small = int(np.ceil(rig.duration / rig.wear_steps / SHORTEST))
         last = -1
         for done, step in enumerate(rig.steps, start=1):
             nominal = rig.creepage[step] + rig.creepage_error[step]
             creepage = nominal + sum(h.creepage for h in self._hidden)
             if step != last:
                 self._moment.time_in_step, last = 0.0, step
-            for _ in range(rig.wear_steps):
-                self._wear_step(creepage, small, rig.duration / rig.wear_steps / small)
-            profiles[done] = (self._patch.worn[0].copy(), self._patch.worn[1].copy())
+            parts = int(np.ceil(rig.section(step) / self._patch.enough))
+            small = int(np.ceil(rig.duration / parts / rig.longest))
+            for _ in range(parts):
+                self._wear_step(creepage, small, rig.duration / parts / small)
+            profiles[done] = self._patch.depths()
         rows = np.array(self._rows)
         moments = dict(zip(_MOMENT, rows.T[1:], strict=True))
         time = np.concatenate([[0.0], moments["time"]])
@@ -311,4 +341,4 @@ class March:
             if h.wear_across:
                 share = share * h.wear_across(patch.y / rig.edge)
         removed = share * volume / (share @ patch.line_load * patch.dy)
-        patch.wear(removed, volume, sum(h.other_disc for h in self._hidden))
+        patch.wear(removed, volume)
