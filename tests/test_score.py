@@ -10,14 +10,17 @@ from score.contact import HalfSpace, hertz_ellipse
 from score.effects import CATALOGUE
 from score.heat import Plant, thermocouple
 from score.hidden import NOTHING, Hidden
+from score.hiding import channel_of, draw
 from score.judging import judge
-from score.making import Case, _setting, make, make_test
+from score.making import APART, Case, _setting, make, make_test
 from score.rig import VICKERS, March, Rig
 from score.scoring import is_right, table
 from score.sensors import CHANNELS, covariates, draw_plan, noise, read, whiten
 from score.sizing import Bench, Ruler
 from score.traction import saturation
-from score.unknowns import STAGES, draw, equivalent, is_separable, parts
+from score.unknowns import STAGES, equivalent, is_separable, parts
+
+from twindisc_cli.effects import catalogue
 
 MODULUS = 79.3e9 / 0.7  # E* of G = 79.3 GPa, nu = 0.3
 # Hertz: CONTACT hzcalc3d and elliptic integrals agree to all digits. a, b [m], p0 [Pa] under 72 N on 30 mm discs.
@@ -184,19 +187,21 @@ def test_what_the_base_parameters_absorb_has_no_size(bench):
 
 @pytest.mark.parametrize("name", [*CATALOGUE, *(f"{q}_over_{stage.covariates[0]}:sine" for q, stage in STAGES.items())])
 def test_every_effect_shows_in_its_channel_and_grows(bench, name):
-    channel = CATALOGUE[name][0] if name in CATALOGUE else STAGES[parts(name)[0]].channel
     rig = dataclasses.replace(bench.rig, contact="hertz") if name == "half_space_contact" else bench.rig
     at = dataclasses.replace(bench, rig=rig, trace=March(rig).run())
-    rng = np.random.default_rng(5)
-    drawn = CATALOGUE[name][1](rng, rig, at.trace) if name in CATALOGUE else draw(name, rng, rig, at.trace)
-    silent = at.readings([NOTHING])
-    shown = []
+    drawn, channel = draw(name, np.random.default_rng(5), rig, at.trace), channel_of(name)
+    silent, shown = at.readings([NOTHING]), []
     for size in (0.2 * drawn.largest, 0.5 * drawn.largest):
         reading = at.readings([drawn.at(1.0 if drawn.fixed else size)])
         assert all(np.isfinite(value).all() for value in reading.values())
         shown.append(np.linalg.norm((reading[channel] - silent[channel]) / at.plan.sigma[channel]))
     assert shown[0] > 0.5
     assert shown[1] > shown[0] or drawn.fixed
+
+
+def test_every_effect_of_the_catalogue_has_a_truth_of_its_own_here():
+    """By a formula written from the literature; see "Adding a physical effect" in CONTRIBUTING."""
+    assert {*catalogue()} == {*CATALOGUE}
 
 
 def test_a_law_acts_at_its_stage_alone(bench):
@@ -294,6 +299,10 @@ BURST = {
     "truth": "unexplained:traction:time",
     "law": {"quantity": "mu", "covariate": "time", "equivalent": ["time", "cycles"], "quantities": ["mu"]},
 }
+NEAR = {
+    "truth": ["running_in_friction"],
+    "law": {"quantity": "mu", "covariate": "cycles", "equivalent": ["time", "cycles", "energy"], "quantities": ["mu"]},
+}
 OLD_BURST = {"truth": "unexplained:traction:time"}
 
 
@@ -315,6 +324,11 @@ OLD_BURST = {"truth": "unexplained:traction:time"}
         ("single", LAG, answer(), False),
         ("pairs", PAIR, answer(("falling_friction",), ("stylus_smoothing", "lateral_wander")), True),
         ("pairs", PAIR, answer(("falling_friction",)), False),
+        ("near", NEAR, answer(("running_in_friction",)), True),
+        ("near", NEAR, answer(laws=[("mu_over_energy",)]), True),
+        ("near", NEAR, answer(laws=[("mu_over_temperature", "mu_over_time")]), False),
+        ("near", NEAR, answer(("running_in_friction",), ("load_error",)), False),
+        ("near", NEAR, answer(("film_breakdown",)), False),
         ("unknown", BURST, answer(laws=[("mu_over_cycles", "mu_over_energy")]), True),
         ("unknown", BURST, answer(laws=[("mu_over_energy", "mu_over_time")]), True),
         ("unknown", BURST, answer(laws=[("mu_over_energy",)]), False),
@@ -374,6 +388,15 @@ def test_plan_has_every_group_and_at_least_two_hundred_tests():
     assert {parts(case.effects[0])[0] for case in cases if case.group == "unknown"} == set(STAGES)
     assert len({case.seed for case in cases}) == len(cases)
     assert cases == plan(260, 1)
+
+
+def test_pairs_share_a_channel_in_some_cases_and_both_can_be_told():
+    pairs = [case.effects for case in plan(400, 1, ("pairs",))]
+    shared = np.mean([channel_of(one) == channel_of(other) for one, other in pairs])
+    assert 0.3 < shared < 0.5
+    draft = make(Case(8, ("torque_offset", "sensor_drift"), 15.0)).draft
+    assert min(draft.apart) >= APART
+    assert max(draft.apart) <= 1.05 * max(draft.sizes)
 
 
 def test_figure_has_a_point_for_every_size():

@@ -80,8 +80,9 @@ def _groups(text: str) -> tuple[str, ...]:
 def _summary(row: Row) -> str:
     truth, answer = row["truth"], row["answer"]
     law = truth.get("law")
-    hidden = truth["truth"] if isinstance(truth["truth"], str) else "+".join(truth["truth"]) or "nothing"
-    hidden += f" {law['quantity']} over {'|'.join(law['equivalent'])}: {law['shape']}" if law else ""
+    names = truth["truth"] if isinstance(truth["truth"], list) else [truth["truth"]]
+    hidden = " + ".join(truth.get("hidden", names)) or "nothing"
+    hidden += f" ({'|'.join(law['equivalent'])})" if law else ""
     if "failed" in answer:
         return f"{row['name']}: {hidden} -> failed, {answer['failed'][-200:]!r}"
     named = ["|".join([e["effect"], *map(str, e.get("alternatives", []))]) for e in answer["effects"]]

@@ -154,7 +154,7 @@ def wear_partition(rng: Generator, rig: Rig, base: Trace) -> Drawn:
     return Drawn(lambda size: Hidden(other_disc=size), 0.6)
 
 
-def _index_at(base: Trace, share: float) -> float:
+def index_at(base: Trace, share: float) -> float:
     """The wear index below which `share` of the energy was dissipated."""
     order = np.argsort(base.wear_index)
     energy = np.cumsum((base.power * np.diff(base.time))[order])
@@ -163,7 +163,7 @@ def _index_at(base: Trace, share: float) -> float:
 
 def severe_wear_transition(rng: Generator, rig: Rig, base: Trace) -> Drawn:
     """R. Lewis and U. Olofsson, Wear 257 (2004) 721: K jumps at a T gamma / A."""
-    critical = _index_at(base, rng.uniform(0.25, 0.7))
+    critical = index_at(base, rng.uniform(0.25, 0.7))
 
     def at(size: float) -> Hidden:
         return Hidden(wear=lambda m: 1.0 + size if m.wear_index > critical else 1.0)
@@ -173,7 +173,7 @@ def severe_wear_transition(rng: Generator, rig: Rig, base: Trace) -> Drawn:
 
 def wear_threshold(rng: Generator, rig: Rig, base: Trace) -> Drawn:
     """Wear follows the excess of T gamma / A over a threshold (T. Pearce and N. Sherratt, Wear 144 (1991) 343)."""
-    reference = _index_at(base, 0.6)
+    reference = index_at(base, 0.6)
 
     def at(size: float) -> Hidden:
         return Hidden(wear=lambda m: max(1.0 - size * reference / max(m.wear_index, 1e-9), 0.0))

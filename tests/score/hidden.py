@@ -59,6 +59,7 @@ class Hidden:
     wear: Callable[[Moment], float] | None = None  # factor of K
     wear_across: Callable[[Floats], Floats] | None = None  # factor of K over y / edge of the track
     wander: float = 0.0  # standard deviation of the lateral position of the contact [m]
+    wanders_evenly: bool = False  # between two ends instead of normally
     other_disc: float = 0.0  # share of the wear that disc 1 takes [1]
     # the heat as the moment has it
     warming: Callable[[Moment], float] | None = None  # factor of the power that enters the disc
@@ -72,6 +73,7 @@ class Hidden:
     shaft: tuple[float, float, float] | None = None  # disc-shaft [W/K], capacity [J/K], shaft-environment [W/K]
     # the sensors
     lag: float = 0.0  # time constant of the thermocouple [s]
+    read_temperature: Callable[[Floats, Floats], Floats] | None = None  # (time, rise) -> rise
     read_traction: Callable[[Floats, Floats], Floats] | None = None  # (time, ratio) -> ratio
     read_profile: Callable[[Floats, Floats], Floats] | None = None  # (y, height) -> height
     shift_traction: Shift | None = None  # added to the ratio read [1]

@@ -52,7 +52,9 @@ def judge(truth: Row, answer: Row) -> Row:
         flags[f"first_{i}"] = any(e["effect"] == name for e in named)
         flags[f"in_any_set_{i}"] = any(name in s for s in sets)
     flags["false"] = sum(not _is_meant(truth, s) for s in sets)
-    flags["mechanism"] = any(_is_meant(truth, s) and len(s) <= _LARGEST_SET for s in sets)
+    flags["mechanism"] = any(flags[f"found_{i}"] for i in range(len(names))) or (
+        hidden is not None and any(_is_law(_key(law), hidden) for law in laws)
+    )
     return flags
 
 

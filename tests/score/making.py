@@ -14,19 +14,20 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from .effects import CATALOGUE, COVARIATE, NEEDS_STOPS, Drawn
+from . import hiding
 from .hidden import Hidden
 from .histories import KINDS, draw_rig, other_history
 from .rig import March, Rig, Trace
 from .sensors import CHANNELS, Channels, Plan, covariates, draw_plan, noise, read
 from .sizing import Bench, Ruler
-from .unknowns import STAGES, draw, equivalent, is_separable, parts, same_quantities
+from .unknowns import equivalent, is_separable, same_quantities
 from .writing import definition, write_tables
 
 BANDS = 40
 """Equal parts of a profile's range for which the true noise is told."""
+APART = 7.0
+"""Thresholds that must be left of each of two effects beside the other, so that both can be found."""
 _RETRIES = 4
-_PARTIAL_SLIP = ("slope_over", "creepage_over")  # laws that act only where the patch sticks
 _SIGMA = {"traction": (0.0015, 0.02), "profile": (0.03e-6, 0.3e-6), "temperature": (0.03, 0.6)}  # 1, m, K
 
 
@@ -55,7 +56,8 @@ class Record:
 class Drafted:
     """What is hidden, in which rig, before it is marched finely.
 
-    Sizes in thresholds, firm sizes beyond the input tolerances, amounts in the effects' own units.
+    Sizes in thresholds, firm sizes beyond the input tolerances, apart what is left of each beside the other effect;
+    amounts in the effects' own units.
     """
 
     case: Case
@@ -64,6 +66,7 @@ class Drafted:
     kind: str
     sizes: tuple[float, ...]
     firm_sizes: tuple[float, ...]
+    apart: tuple[float, ...]
     amounts: tuple[float, ...]
     hidden: tuple[Hidden, ...]
 
@@ -84,28 +87,15 @@ def _setting(rng: Generator, effects: tuple[str, ...]) -> tuple[Rig, Plan, str]:
     hidden effect that would be a second one.
     """
     kind = str(rng.choice(KINDS, p=(0.35, 0.25, 0.2, 0.2)))
-    if any(name.startswith(_PARTIAL_SLIP) for name in effects):
+    if any(hiding.acts_in_partial_slip(name) for name in effects):
         kind = "there_and_back"
     contact = "hertz" if "half_space_contact" in effects or rng.random() < 0.2 else "half_space"
     law = "exact" if "exact_elasticity" not in effects and rng.random() < 0.25 else "fastsim"
-    declared = law if rng.random() < 0.6 or {*effects} & {*CATALOGUE} else "fastsim"
+    declared = law if rng.random() < 0.6 or any(hiding.effect_of(name) for name in effects) else "fastsim"
     rig = draw_rig(rng, kind=kind, contact=contact, law=law, declared_law=declared)
-    stops = any(_needs_stops(name) for name in effects) or rng.random() < 0.3
+    stops = any(hiding.needs_stops(name) for name in effects) or rng.random() < 0.3
     both = rng.random() < (0.5 if "wear_partition" in effects else 0.1)
     return rig, draw_plan(rng, rig, correlated=rng.random() < 0.35, stops=stops, discs=(1, 2) if both else (2,)), kind
-
-
-def _needs_stops(name: str) -> bool:
-    return name in NEEDS_STOPS if name in CATALOGUE else STAGES[parts(name)[0]].stops
-
-
-def _channel(name: str) -> str:
-    """Where a hidden effect shows first."""
-    return CATALOGUE[name][0] if name in CATALOGUE else STAGES[parts(name)[0]].channel
-
-
-def _drawn(name: str, rng: Generator, rig: Rig, base: Trace) -> Drawn:
-    return CATALOGUE[name][1](rng, rig, base) if name in CATALOGUE else draw(name, rng, rig, base)
 
 
 def make(case: Case) -> Made:
@@ -132,24 +122,26 @@ def _plan_like(rng: Generator, rig: Rig, plan: Plan) -> Plan:
 
 
 def _shortfall(draft: Drafted, case: Case) -> float:
-    return max((1.0 - size / case.size for size in draft.sizes), default=0.0)
+    apart = [1.0 - size / APART for size in draft.apart]
+    return max([0.0, *(1.0 - size / case.size for size in draft.sizes), *apart])
 
 
 def _attempt(rng: Generator, case: Case) -> Drafted:
     rig, plan, kind = _setting(rng, case.effects)
     if not case.effects:
-        return Drafted(case, rig, plan, kind, (), (), (), ())
+        return Drafted(case, rig, plan, kind, (), (), (), (), ())
     bench = Bench(rig, plan, March(rig).run())
-    drawn = [_drawn(name, rng, rig, bench.trace) for name in case.effects]
+    drawn = [hiding.draw(name, rng, rig, bench.trace) for name in case.effects]
     ruler = Ruler(bench)
     amounts = tuple(ruler.amount(effect, case.size) for effect in drawn)
     hidden = tuple(effect.at(amount) for effect, amount in zip(drawn, amounts, strict=True))
     shown = [bench.readings([one]) for one in hidden]
     for name, readings in zip(case.effects, shown, strict=True):
-        plan = _rescaled(plan, _channel(name), ruler.size(readings, plan) / case.size)
+        plan = _rescaled(plan, hiding.channel_of(name), ruler.size(readings, plan) / case.size)
     sizes = tuple(ruler.size(readings, plan) for readings in shown)
     firm = tuple(min(ruler.beyond_tolerances(s, plan), size) for s, size in zip(shown, sizes, strict=True))
-    return Drafted(case, rig, plan, kind, sizes, firm, amounts, hidden)
+    apart = tuple(ruler.beside(shown[i], shown[1 - i], plan) for i in (0, 1)) if len(shown) == 2 else ()
+    return Drafted(case, rig, plan, kind, sizes, firm, apart, amounts, hidden)
 
 
 def _measure(rng: Generator, rig: Rig, plan: Plan, hidden: tuple[Hidden, ...]) -> Record:
@@ -174,16 +166,20 @@ def _rescaled(plan: Plan, channel: str, factor: float) -> Plan:
 def truth(made: Made) -> dict[str, object]:
     """What was hidden, for the score and for people; never for the loop."""
     draft, own, other = made.draft, made.own, made.other
-    effects, law = list(draft.case.effects), _law(made)
+    effects = draft.case.effects
+    names = [name for name in map(hiding.effect_of, effects) if name]
+    law = _law(made)
     return {
-        "truth": f"unexplained:{_channel(effects[0])}:{law['covariate']}" if law else effects,
+        "truth": names if names or not law else f"unexplained:{hiding.channel_of(effects[0])}:{law['covariate']}",
+        "hidden": list(effects),
         "group": draft.case.group,
         "alternatives": [],
         "law": law,
-        "channels": sorted({_channel(name) for name in effects}),
+        "channels": sorted({hiding.channel_of(name) for name in effects}),
         "separable": all(_is_separable(name, made) for name in effects),
         "sizes": list(draft.sizes),
         "sizes_beyond_tolerances": list(draft.firm_sizes),
+        "sizes_apart": list(draft.apart),
         "amounts": list(draft.amounts),
         "target_size": draft.case.size if effects else 0.0,
         "declared_contact": own.rig.contact,
@@ -207,30 +203,28 @@ def truth(made: Made) -> dict[str, object]:
 
 
 def _law(made: Made) -> dict[str, object] | None:
-    """The law in no catalogue: what it changes over what, and what these data cannot tell from either."""
+    """What is hidden as a law: what it changes over what, and what these data cannot tell from either."""
     effects = made.draft.case.effects
-    if not effects or effects[0] in CATALOGUE:
+    law = hiding.law_of(effects[0]) if effects else None
+    if law is None:
         return None
-    quantity, covariate, shape = parts(effects[0])
+    stops = len(made.own.plan.stops)
     return {
-        "quantity": quantity,
-        "covariate": covariate,
-        "shape": shape,
-        "equivalent": equivalent(covariate, _seen(made.own)),
-        "quantities": same_quantities(quantity, len(made.own.plan.stops)),
+        "quantity": law.quantities[0],
+        "covariate": law.covariate,
+        "shape": law.shape,
+        "equivalent": equivalent(law.covariate, _seen(made.own)),
+        "quantities": sorted({same for quantity in law.quantities for same in same_quantities(quantity, stops)}),
     }
 
 
 def _is_separable(name: str, made: Made) -> bool:
     """Whether what the test shows of an effect decides what it does under the other history."""
-    if name not in CATALOGUE:
-        quantity, covariate, _ = parts(name)
-        if covariate == "y_over_edge":
-            return same_quantities(quantity, len(made.own.plan.stops)) == [quantity]
-    elif name in COVARIATE:
-        covariate = COVARIATE[name]
-    else:
+    law, covariate = hiding.law_of(name), hiding.covariate_of(name)
+    if covariate is None:
         return True
+    if law and covariate == "y_over_edge":
+        return same_quantities(law.quantities[0], len(made.own.plan.stops)) == [law.quantities[0]]
     return is_separable(covariate, _seen(made.own), _seen(made.other))
 
 

@@ -160,7 +160,7 @@ class _Patch:
         self._due, self._pending = np.zeros(count), 0.0
         self._gone, self._expected = 0.0, sum(rig.section(step) for step in rig.steps)
         self._other_disc = sum(h.other_disc for h in hidden)
-        self._spreading = _spreading(self.y, spread)
+        self._spreading = _spreading(self.y, spread, evenly=any(h.wanders_evenly for h in hidden))
         if self.kind == "half_space":
             length = 1.2 * first.a * np.cbrt(max(self._load / rig.load, 1.0))
             self._solver = HalfSpace(
@@ -235,11 +235,15 @@ class _Patch:
         return float(2.0 * self.half_length.sum() * self.dy)
 
 
-def _spreading(y: Floats, spread: float) -> Floats:
+def _spreading(y: Floats, spread: float, *, evenly: bool) -> Floats:
     """The matrix that spreads wear over the lateral positions of the contact; identity without wander."""
     if spread == 0.0:
         return np.eye(y.size)
-    kernel = np.exp(-0.5 * ((y[:, None] - y[None, :]) / spread) ** 2)
+    away = np.abs(y[:, None] - y[None, :])
+    if evenly:
+        kernel = np.clip((3.0**0.5 * spread - away) / (y[1] - y[0]) + 0.5, 0.0, 1.0)
+    else:
+        kernel = np.exp(-0.5 * (away / spread) ** 2)
     return np.asarray(kernel / kernel.sum(axis=1).max())
 
 

@@ -90,7 +90,10 @@ def read(rig: Rig, trace: Trace, hidden: Sequence[Hidden], plan: Plan) -> Channe
     rise = trace.rise
     if not any(h.marches for h in hidden):
         rise = Plant(capacity=rig.capacity, convection=rig.convection, hidden=hidden).run(trace.time, trace.power)
-    shown = np.interp(plan.temperature_time, trace.time, thermocouple(trace.time, rise, sum(h.lag for h in hidden)))
+    rise = thermocouple(trace.time, rise, sum(h.lag for h in hidden))
+    for h in hidden:
+        rise = h.read_temperature(trace.time, rise) if h.read_temperature else rise
+    shown = np.interp(plan.temperature_time, trace.time, rise)
     for h in hidden:
         if h.shift_temperature:
             shown = shown + h.shift_temperature(covariates(trace, plan.temperature_time))

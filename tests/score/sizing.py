@@ -85,6 +85,13 @@ class Ruler:
         system = np.vstack([columns, prior])
         return float(np.linalg.norm(rest - system @ np.linalg.lstsq(system, rest, rcond=None)[0]))
 
+    def beside(self, readings: Channels, others: Channels, plan: Plan) -> float:
+        """The size that is left when another effect, of any size, is fitted beside it; by slopes only."""
+        base = [_whitened(plan, column) / _STEP for column in self._base]
+        columns = np.column_stack([*base, _whitened(plan, _minus(others, self._start))])
+        rest = _whitened(plan, _minus(readings, self._start))
+        return float(np.linalg.norm(rest - columns @ np.linalg.lstsq(columns, rest, rcond=None)[0]))
+
     @cached_property
     def _creepage_slope(self) -> Channels:
         """Change of the readings over the relative change of all creepages."""
