@@ -18,6 +18,7 @@ import xarray
 from definitions import TRACTION, VALID, changed, write
 
 from twindisc_cli.campaign import pool
+from twindisc_cli.campaign.outcome import figure_of, outcome_of
 from twindisc_cli.campaign.plan import plan
 from twindisc_cli.campaign.table import Row, columns_of, csv_text, header, parquet_bytes, table_of
 from twindisc_cli.cli import main
@@ -166,7 +167,7 @@ def test_a_campaign_writes_what_the_single_commands_write(folder: Path, capsys: 
     named(folder, "a", "b")
     assert exit_code("campaign", "identify-mu", "*.toml", "--json") == 0
     told = json.loads(capsys.readouterr().out)
-    assert told == {"tests": 2, "failed": [], "table": "results/campaign-identify-mu.csv"}
+    assert (told["tests"], told["failed"], told["table"]) == (2, [], "results/campaign-identify-mu.csv")
     for name in "ab":
         assert exit_code("identify-mu", f"{name}.toml", "-o", "single") == 0
         assert exit_code("identify-mu", f"{name}.toml") == 0
@@ -355,3 +356,90 @@ def test_a_campaign_of_variations_is_called_after_its_file(folder: Path) -> None
     table = rows(folder / "results/loads-check.csv")
     assert [row["rig.normal load [N]"] for row in table] == ["50.0", "80.0"]
     assert [row["definition"] for row in table] == ["a.toml", "a.toml"]
+
+
+# What the tests say together
+
+
+def repeats(folder: Path, group: str, levels: list[float]) -> None:
+    """Tests in full sliding, where T/N is mu: mu by the level of each, with a hundredth of scatter."""
+    rng = np.random.default_rng(1)
+    creepage = (2.0, 4.0, 6.0, 8.0)
+    steps = "".join(f"  {{ creepage_percent = {c} }},\n" for c in creepage)
+    text = f"{VALID[: VALID.index('steps = [')]}steps = [\n{steps}]\n"
+    for i, level in enumerate(levels):
+        ratio = [level * curve * np.exp(0.01 * rng.standard_normal()) for curve in (0.5, 0.55, 0.54, 0.5)]
+        data = "".join(f"{c},{r:.5f}\n" for c, r in zip(creepage, ratio, strict=True))
+        (folder / f"{group}{i}.csv").write_text(f"creepage [%],traction ratio [1]\n{data}")
+        named = text.replace('"small"', f'"{group}{i}"\ngroup = "{group}"')
+        (folder / f"{group}{i}.toml").write_text(f'{named}\n[measured]\ntraction = "{group}{i}.csv"\n')
+
+
+def test_repeats_are_pooled_and_the_outlier_is_named(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    repeats(folder, "dry", [1.0, 1.03, 0.96, 1.3, 0.99, 1.01])
+    repeats(folder, "oil", [0.2, 0.2, 0.2])
+    assert exit_code("campaign", "identify-mu", "*.toml", "--json") == 0
+    told = capsys.readouterr()
+    dry, oil = json.loads(told.out)["groups"]
+    assert (dry["group"], dry["quantity"], dry["outliers"], dry["one_for_all"]) == ("dry", "mu", ["dry3"], False)
+    assert (oil["group"], oil["outliers"], oil["one_for_all"]) == ("oil", [], True)
+    assert dry["within_percent"] == pytest.approx(1.0, rel=0.5)
+    assert dry["between_low_percent"] < 2.6 < dry["between_high_percent"]
+    assert dry["low"] < 0.52 < dry["high"]
+    assert oil["mean"] == pytest.approx(0.2 * 0.522, rel=0.02)
+    assert "one mu for all is refused" in told.err
+    assert "outlier: dry3" in told.err
+    assert (folder / "results/campaign-identify-mu.png").is_file()
+
+
+def wear_row(i: int, energy: float, k: float, std: float, group: str = "") -> Row:
+    found = {"K [1]": k, "K std [1]": std, "T gamma / A [N/mm2]": energy, "wear rate [um/km]": 50.0 * k * energy}
+    return Row(f"t{i}", f"t{i}.toml", 0, group=group, provenance="synthetic", found=found)
+
+
+def test_one_k_for_all_is_tested() -> None:
+    rng = np.random.default_rng(2)
+    same = 1e-4 * np.exp(0.05 * rng.standard_normal(6))
+    other = 1e-4 * np.exp(0.05 * rng.standard_normal(6) + 0.4 * rng.standard_normal(6))
+    table = table_of(
+        [wear_row(i, 5.0, k, 0.05 * k, "same") for i, k in enumerate(same)]
+        + [wear_row(10 + i, 5.0, k, 0.05 * k, "other") for i, k in enumerate(other)]
+    )
+    one, several = outcome_of(table).groups
+    assert (one.one_for_all, several.one_for_all) == (True, False)
+    assert one.json["mean"] == pytest.approx(1e-4, rel=0.06)
+    assert several.json["between_low_percent"] < 40.0 < several.json["between_high_percent"]
+
+
+def test_a_regime_of_severe_wear_is_found_over_the_energy() -> None:
+    rng = np.random.default_rng(3)
+    energy = np.geomspace(1.0, 60.0, 24)
+    k = np.where(energy < 11.0, 1e-5, 1e-4) * np.exp(0.1 * rng.standard_normal(24))
+    table = table_of([wear_row(i, e, v, 0.1 * v) for i, (e, v) in enumerate(zip(energy, k, strict=True))])
+    found = outcome_of(table)
+    _, severe = found.k
+    assert np.exp(severe.low) == pytest.approx(11.0, rel=0.2)
+    assert "K has 2 regimes" in "\n".join(found.summary)
+    figure = figure_of("fit-k", table, found, "synthetic")
+    assert figure is not None
+    assert "synthetic data" in " ".join(text.get_text() for text in figure().texts)
+
+
+def test_effects_hold_for_all_some_or_one_test_of_a_group() -> None:
+    named = (["falling_friction", "load_error"], ["falling_friction"], ["falling_friction", "misalignment"], [])
+    rows = [
+        Row(f"t{i}", f"t{i}.toml", 0, group="g" if i < 3 else "", found={
+            "verdict": "effects_found", "effects": "; ".join(names), **{f"{n} probability [1]": 0.9 for n in names},
+        })
+        for i, names in enumerate(named)
+    ]  # fmt: skip
+    table = table_of(rows)
+    found = outcome_of(table)
+    holds = {effect.name: (effect.group, effect.holds, effect.of) for effect in found.effects}
+    assert holds == {
+        "falling_friction": ("g", "all", 3), "load_error": ("g", "one", 3), "misalignment": ("g", "one", 3),
+    }  # fmt: skip
+    assert "group g: falling_friction in 3 of 3 tests, probability 90 to 90 %" in found.summary
+    figure = figure_of("close-loop", table, found, "")
+    assert figure is not None
+    figure()

@@ -115,8 +115,9 @@ def _variations(path: Path, document: Mapping[str, Any]) -> Iterator[Job]:
     tables = _checked_tables(path, document)
     if not tables:
         raise DefinitionError(Problem("nothing is varied: give [vary] or [[variations]]", str(path)))
+    seen = {key: {str(table.get(key)) for table in tables} for table in tables for key in table if key != "name"}
     for table in tables:
-        yield _varied(path, base_path, base, table)
+        yield _varied(path, base_path, base, table, [key for key in table if len(seen.get(key, ())) > 1])
 
 
 def _checked_tables(path: Path, document: Mapping[str, Any]) -> list[dict[str, Value]]:
@@ -162,15 +163,17 @@ def _tidy(value: float) -> float:
     return float(f"{value:.12g}")
 
 
-def _varied(path: Path, base_path: Path, base: Mapping[str, Any], table: Mapping[str, Value]) -> Job:
-    """The base definition with the values of one variation."""
+def _varied(
+    path: Path, base_path: Path, base: Mapping[str, Any], table: Mapping[str, Value], naming: Sequence[str]
+) -> Job:
+    """The base definition with the values of one variation; `naming`, the keys that tell it from the others."""
     import tomli_w
 
     document = copy.deepcopy(dict(base))
     values = {key: value for key, value in table.items() if key != "name"}
     for key, value in values.items():
         _set(document, key, value, path)
-    name = str(table["name"]) if "name" in table else f"{path.stem}-{_label(values)}"
+    name = str(table["name"]) if "name" in table else f"{path.stem}-{_label({k: values[k] for k in naming} or values)}"
     document.setdefault("test", {})["name"] = name
     return Job(name, base_path, tomli_w.dumps(document), values)
 

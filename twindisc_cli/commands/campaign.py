@@ -10,6 +10,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from twindisc_cli.campaign import pool
+from twindisc_cli.campaign.outcome import figure_of, outcome_of
 from twindisc_cli.campaign.plan import Job, plan
 from twindisc_cli.campaign.table import Row, csv_text, dataset_of, parquet_bytes, table_of
 from twindisc_cli.commands import _runner
@@ -47,7 +48,7 @@ def run(command: str, given: Sequence[str], means: Means, output: _runner.Output
         raise DefinitionError(Problem(what, key=command))
     jobs = plan(given)
     rows = _rows(jobs, Order(command, output.folder, output.force), means)
-    result, extra = _result(f"{_stem(given, jobs)}-{command}", rows)
+    result, extra = _result(f"{_stem(given, jobs)}-{command}", command, rows)
     files = write(output.folder, result, _origin(result.command, rows), extra)
     _tell(result, _count(rows), files, output)
     return result.exit_code
@@ -86,32 +87,38 @@ def lost(job: Job, why: pool.Lost) -> Row:
     return Row(test=job.name, file=job.path.as_posix(), exit_code=why.exit_code, error=why.reason)
 
 
-def _result(name: str, rows: Sequence[Row]) -> tuple[Result, dict[str, bytes]]:
-    """The table of a campaign as a result of its own, and its further files."""
+def _result(name: str, command: str, rows: Sequence[Row]) -> tuple[Result, dict[str, bytes]]:
+    """The table of a campaign and what it says as a result of its own, and its further files."""
     table = table_of(rows)
+    outcome = outcome_of(table)
     extra = {f"{name}.csv": csv_text(table).encode()}
     if parquet := parquet_bytes(table):
         extra[f"{name}.parquet"] = parquet
-    broken = [row for row in rows if row.failed]
     result = Result(
         command=name,
-        summary=(),
+        summary=outcome.summary,
         json={
             "tests": len(rows),
-            "failed": [{"test": row.test, "exit_code": row.exit_code, "error": row.error} for row in broken],
+            "failed": [
+                {"test": row.test, "exit_code": row.exit_code, "error": row.error} for row in rows if row.failed
+            ],
+            **outcome.json,
         },
         dataset=dataset_of(table),
-        figure=None,
+        figure=figure_of(command, table, outcome, _provenance(rows)),
         exit_code=next((code for code in WORST_FIRST if any(row.exit_code == code for row in rows)), 0),
     )
     return result, extra
 
 
+def _provenance(rows: Sequence[Row]) -> str:
+    return " and ".join(sorted({row.provenance for row in rows} - {""}))
+
+
 def _origin(name: str, rows: Sequence[Row]) -> Origin:
     """What the table was made from: the run keys of its tests."""
     keys = sha256("\n".join(f"{row.test} {row.run_key}" for row in rows).encode()).hexdigest()
-    kinds = sorted({row.provenance for row in rows} - {""})
-    return Origin(name=name, configs=(), inputs={}, provenance=" and ".join(kinds), options={"run_keys": keys})
+    return Origin(name=name, configs=(), inputs={}, provenance=_provenance(rows), options={"run_keys": keys})
 
 
 def _count(rows: Sequence[Row]) -> str:

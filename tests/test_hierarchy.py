@@ -1,0 +1,125 @@
+"""Repeats and regimes: published tables, closed forms of balanced designs, and coverage over many draws."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.special import fdtrc
+
+from twindisc_cli.identify.hierarchy import cells_of, levels, outliers, pool
+from twindisc_cli.identify.regimes import find_break, regimes
+
+# 13 trials of the BCG vaccine: log relative risks and their variances; W. Viechtbauer, J. Stat. Software 36 (2010) 3,
+# Table 1 and section 3.2: REML tau^2 = 0.3132, mean -0.7145, Q = 152.233 with 12 degrees of freedom.
+BCG_Y = [-0.8893, -1.5854, -1.3481, -1.4416, -0.2175, -0.7861, -1.6209, 0.0120, -0.4694, -1.3713, -0.3394, 0.4459,
+         -0.0173]  # fmt: skip
+BCG_V = [0.3256, 0.1946, 0.4154, 0.0200, 0.0512, 0.0069, 0.2230, 0.0040, 0.0564, 0.0730, 0.0124, 0.5325, 0.0714]
+
+
+def test_a_published_table_is_met():
+    found = pool(BCG_Y, np.sqrt(BCG_V))
+    assert found.between**2 == pytest.approx(0.3132, abs=5e-4)
+    assert found.mean == pytest.approx(-0.7145, abs=5e-4)
+    assert found.std == pytest.approx(0.1808, abs=5e-4)  # Hartung and Knapp's
+    assert found.p_one < 1e-20
+
+
+def balanced(rng, tests=8, cells=10, between=0.03, within=0.01):
+    test, cell = np.divmod(np.arange(tests * cells), cells)
+    curve = np.log(np.linspace(0.4, 0.6, cells))
+    y = curve[cell] + between * rng.standard_normal(tests)[test] + within * rng.standard_normal(len(test))
+    return y, test, cell
+
+
+def test_a_balanced_design_has_the_closed_forms_of_the_analysis_of_variance():
+    y, test, cell = balanced(np.random.default_rng(1))
+    table = y.reshape(8, 10)
+    found = levels(y, test, cell)
+    rest = table - table.mean(axis=0) - table.mean(axis=1, keepdims=True) + table.mean()
+    assert found.level == pytest.approx(table.mean(axis=1) - table.mean(), abs=1e-12)
+    assert found.cells == pytest.approx(table.mean(axis=0), abs=1e-12)
+    assert found.std == pytest.approx(found.within / np.sqrt(10.0))
+    assert found.dof == 63
+    assert found.within**2 == pytest.approx(np.sum(rest**2) / 63)
+    pooled = pool(found.level, found.std, found.dof)
+    variance = np.var(found.level, ddof=1)
+    assert pooled.between**2 == pytest.approx(variance - found.within**2 / 10)
+    assert pooled.p_one == pytest.approx(fdtrc(7, 63, variance / (found.within**2 / 10)), rel=1e-9)
+    assert pooled.std == pytest.approx(np.sqrt(variance / 8))
+
+
+def test_one_value_for_all_is_refused_by_chance_only_as_often_as_it_says():
+    rng = np.random.default_rng(2)
+    p = []
+    for _ in range(400):
+        found = levels(*balanced(rng, between=0.0))
+        p.append(pool(found.level, found.std, found.dof).p_one)
+    assert np.mean(np.array(p) < 0.1) == pytest.approx(0.1, abs=0.045)  # three standard errors
+    assert np.median(p) == pytest.approx(0.5, abs=0.1)
+
+
+def test_gaps_and_other_creepages_do_not_move_the_level_of_a_test():
+    y, test, cell = balanced(np.random.default_rng(3), between=0.1, within=0.0)
+    kept = (test != 2) | (cell < 3)
+    whole, some = levels(y, test, cell), levels(y[kept], test[kept], cell[kept])
+    assert some.level == pytest.approx(whole.level, abs=1e-9)
+    assert levels(y[:20], test[:20], np.arange(20)) is None
+
+
+def test_creepages_a_little_apart_are_one():
+    cell, mean = cells_of(np.array([2.0, 0.5, 0.505, 1.0, 2.01]))
+    assert cell.tolist() == [2, 0, 0, 1, 2]
+    assert mean == pytest.approx([0.5025, 1.0, 2.005])
+
+
+def test_scatter_between_repeats_is_in_its_interval_and_the_outlier_is_named():
+    """Eight repeats with 3 % scatter in mu, one of them an outlier by 25 %, over 100 draws."""
+    rng = np.random.default_rng(4)
+    held = named = 0
+    for _ in range(100):
+        y, test, cell = balanced(rng)
+        y = y + np.where(test == 5, np.log(1.25), 0.0)
+        found = levels(y, test, cell)
+        out = outliers(found.level, found.std)
+        named += out == [5]
+        kept = np.setdiff1d(np.arange(8), out)
+        pooled = pool(found.level[kept], found.std[kept], found.dof)
+        held += pooled.between_low <= 0.03 <= pooled.between_high
+    assert held >= 85
+    assert named >= 85
+
+
+def test_without_an_outlier_none_is_named():
+    rng = np.random.default_rng(5)
+    wrong = sum(bool(outliers(0.03 * rng.standard_normal(8), np.full(8, 0.003))) for _ in range(300))
+    assert wrong / 300 <= 0.05 + 3.0 * np.sqrt(0.05 * 0.95 / 300)
+
+
+# Regimes
+
+
+def test_a_line_breaks_by_chance_as_often_as_it_says():
+    rng = np.random.default_rng(6)
+    x = np.sort(rng.uniform(0.0, 4.0, 30))
+    p = [find_break(x, 1.0 + 0.5 * x + 0.2 * rng.standard_normal(30), rng)[1] for _ in range(200)]
+    assert np.mean(np.array(p) <= 0.1) == pytest.approx(0.1, abs=0.065)
+
+
+def test_a_break_is_found_where_it_is():
+    """Mild wear in proportion to T gamma / A, then severe wear at one rate (Braghin et al., Wear 261 (2006) 1253)."""
+    rng = np.random.default_rng(7)
+    x = np.log(np.geomspace(0.5, 60.0, 40))
+    exact = np.where(x < np.log(10.4), np.log(5.3) + x, np.log(55.0))
+    mild, severe = regimes(x, exact + 0.1 * rng.standard_normal(40), rng)
+    assert mild.high < severe.low
+    assert np.exp(severe.low) == pytest.approx(10.4, rel=0.3)
+    assert (mild.slope, severe.slope) == (pytest.approx(1.0, abs=0.1), pytest.approx(0.0, abs=0.2))
+    assert np.isnan(mild.p_value)
+    assert severe.p_value <= 0.01
+
+
+def test_few_or_equal_places_have_one_regime():
+    rng = np.random.default_rng(8)
+    assert len(regimes(np.arange(7.0), rng.standard_normal(7), rng)) == 1
+    assert len(regimes(np.ones(20), rng.standard_normal(20), rng)) == 1
+    assert regimes(np.arange(20.0), 2.0 * np.arange(20.0), rng)[0].slope == pytest.approx(2.0)

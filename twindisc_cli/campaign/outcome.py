@@ -1,0 +1,108 @@
+"""What a campaign says as a whole: the groups, the regimes and the effects behind its table, and the figure of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from twindisc_cli.campaign.groups import Effect, Group, effects_of, groups_of, points_of
+from twindisc_cli.campaign.table import Table
+from twindisc_cli.identify.regimes import Regime, regimes
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SEED = 1
+ENERGY, RATE = "T gamma / A [N/mm2]", "wear rate [um/km]"
+_RESULTS = {
+    "simulate-wear": ("depth [um]", "width [mm]", RATE),
+    "fit-k": ("K [1]", "depth [um]", "width [mm]"),
+    "thermal": ("rise [K]", "flash [K]"),
+    "contact": ("exact T over N [1]", "exact stick fraction [1]", "exact p0 [MPa]"),
+}
+"""What a map of each command shows."""
+_MOST_EFFECTS = 8
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The groups, the regimes of K and of the wear rate over T gamma / A (as logarithms), and the effects found."""
+
+    groups: tuple[Group, ...]
+    k: tuple[Regime, ...]
+    rate: tuple[Regime, ...]
+    effects: tuple[Effect, ...]
+
+    @property
+    def summary(self) -> tuple[str, ...]:
+        """The outcome in lines."""
+        found = sorted(self.effects, key=lambda effect: -len(effect.tests) / effect.of)
+        return (
+            *(group.summary for group in self.groups),
+            *(_told(name, breaks) for name, breaks in (("K", self.k), ("wear rate", self.rate)) if len(breaks) > 1),
+            *(effect.summary for effect in found[:_MOST_EFFECTS]),
+        )
+
+    @property
+    def json(self) -> dict[str, Any]:
+        """The outcome for scripts."""
+        return {
+            "groups": [group.json for group in self.groups],
+            "regimes": {"K": [_json(r) for r in self.k], "wear_rate": [_json(r) for r in self.rate]},
+            "effects": [effect.json for effect in self.effects],
+        }
+
+
+def outcome_of(table: Table) -> Outcome:
+    """Pool, split and count what a table holds."""
+    k, declared = table.numbers("K [1]"), table.numbers("wear coefficient [1]")
+    return Outcome(
+        groups=tuple(groups_of(table)),
+        k=_regimes(table, np.where(np.isfinite(k), k, declared)),
+        rate=_regimes(table, table.numbers(RATE)),
+        effects=tuple(effects_of(table)),
+    )
+
+
+def figure_of(command: str, table: Table, outcome: Outcome, provenance: str) -> Callable[[], Figure] | None:
+    """The figure of a campaign, drawn when called; None where there is nothing to draw."""
+    from twindisc_cli.figures import campaign as figures
+
+    title, points = f"{table.rows} tests: {command}", points_of(table)
+    varied = [name for name in table.columns if name.partition(".")[2] and len(set(table.texts(name))) > 1]
+    shown = [name for name in _RESULTS.get(command, ()) if np.any(np.isfinite(table.numbers(name)))]
+    if len(points.mu):
+        return lambda: figures.friction(table, points, outcome.groups, title=title, provenance=provenance)
+    if varied and shown:
+        return lambda: figures.map_of(table, varied, shown, title=title, provenance=provenance)
+    if outcome.rate:
+        return lambda: figures.wear(table, outcome.k, outcome.rate, title=title, provenance=provenance)
+    if command == "close-loop":
+        return lambda: figures.effects(outcome.effects, title=title, provenance=provenance)
+    return None
+
+
+def _regimes(table: Table, values: np.ndarray[Any, np.dtype[np.float64]]) -> tuple[Regime, ...]:
+    """The regimes of a positive quantity over T gamma / A, both as logarithms."""
+    energy = table.numbers(ENERGY)
+    known = (energy > 0.0) & (values > 0.0)
+    if not np.any(known):
+        return ()
+    return tuple(regimes(np.log(energy[known]), np.log(values[known]), np.random.default_rng(SEED)))
+
+
+def _told(name: str, found: tuple[Regime, ...]) -> str:
+    breaks = ", ".join(f"{np.exp(r.low):.3g} N/mm² (p = {r.p_value:.2g})" for r in found[1:])
+    return f"{name} has {len(found)} regimes over T gamma / A, from {breaks}"
+
+
+def _json(regime: Regime) -> dict[str, Any]:
+    return {
+        "from_N_mm2": np.exp(regime.low),
+        "to_N_mm2": np.exp(regime.high),
+        "exponent": regime.slope,
+        "p_value": regime.p_value if np.isfinite(regime.p_value) else None,
+    }

@@ -1,0 +1,135 @@
+"""Figures over a campaign: friction with its repeats, wear with its regimes, effects found, maps of what was varied."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from twindisc_cli.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, family, legend, name_axes, page
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from twindisc_cli.campaign.groups import Effect, Group, Points
+    from twindisc_cli.campaign.table import Table
+    from twindisc_cli.identify.regimes import Regime
+    from twindisc_cli.model.experiment import Floats
+
+COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, BLACK)
+ENERGY = "$T\\gamma/A$ [N/mm²]"
+
+
+def friction(table: Table, points: Points, groups: Sequence[Group], *, title: str, provenance: str) -> Figure:
+    """mu over creepage of every test; of a group its mean, and the band in which 90 % of such tests lie."""
+    figure, (axes,) = page(1, 1, height=3.6, title=title, provenance=provenance)
+    names = table.texts("group")
+    pooled = {group.name: group for group in groups if group.curve is not None}
+    tests = np.array(table.texts("test"))[points.row]
+    group_of = np.array(names)[points.row]
+    for place, name in enumerate(dict.fromkeys(names)):
+        colour = COLOURS[place % len(COLOURS)] if name else GREY
+        out = np.isin(tests, [test for group in groups if group.name == name for test in group.outliers])
+        _points(axes, points, (group_of == name) & ~out, "o", colour, name or "tests of no group")
+        _points(
+            axes,
+            points,
+            (group_of == name) & out,
+            "x",
+            colour,
+            f"not one of them: {', '.join(sorted(set(tests[out])))}",
+        )
+        curve = pooled[name].curve if name in pooled else None
+        if curve is not None:
+            axes.plot(curve.creepage, curve.mu, color=colour, linewidth=1.2)
+            axes.fill_between(curve.creepage, curve.low, curve.high, color=colour, alpha=0.15, linewidth=0.0)
+    name_axes(axes, "creepage $\\upsilon_x$ [%]", "coefficient of friction $\\mu$ [1]", "bands: 90 % of such tests")
+    axes.set_ylim(0.0, None)
+    legend(axes, "best")
+    return figure
+
+
+def _points(axes: Axes, points: Points, inside: np.ndarray, style: str, colour: str, label: str) -> None:
+    if not np.any(inside):
+        return
+    mu = points.mu[inside]
+    bars = np.nan_to_num(np.maximum([mu - points.low[inside], points.high[inside] - mu], 0.0), posinf=0.0)
+    axes.errorbar(points.creepage[inside], mu, yerr=bars, linestyle="none", marker=style, markersize=3.5, color=colour,
+                  elinewidth=0.5, markerfacecolor="white", label=label)  # fmt: skip
+
+
+def wear(table: Table, k: Sequence[Regime], rate: Sequence[Regime], *, title: str, provenance: str) -> Figure:
+    """K and the wear rate over T gamma / A, with the regimes that the data show."""
+    figure, (left, right) = page(1, 2, height=3.2, title=title, provenance=provenance)
+    x = table.numbers("T gamma / A [N/mm2]")
+    column = "K [1]" if np.any(table.numbers("K [1]") > 0.0) else "wear coefficient [1]"
+    panels = (
+        (left, table.numbers(column), table.numbers("K std [1]"), k, "wear coefficient $K$ [1]"),
+        (right, table.numbers("wear rate [um/km]"), np.full(table.rows, np.nan), rate, "wear rate [µm/km]"),
+    )
+    groups = table.texts("group")
+    for axes, y, std, found, label in panels:
+        for place, name in enumerate(dict.fromkeys(groups)):
+            inside = np.array([group == name for group in groups])
+            colour = COLOURS[place % len(COLOURS)] if name else GREY
+            axes.errorbar(x[inside], y[inside], yerr=np.nan_to_num(std[inside]), linestyle="none", marker="o",
+                          markersize=3.5, markerfacecolor="white", color=colour, label=name or "tests")  # fmt: skip
+        _regimes(axes, found)
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        name_axes(axes, ENERGY, label, f"{len(found)} regimes" if len(found) > 1 else "no break shown")
+        legend(axes, "best")
+    return figure
+
+
+def _regimes(axes: Axes, found: Sequence[Regime]) -> None:
+    """The line of each regime, and the probability by chance of each break."""
+    for regime in found:
+        ends = np.array([regime.low, regime.high])
+        axes.plot(np.exp(ends), np.exp(regime.intercept + regime.slope * ends), color=BLACK, linewidth=1.0)
+        if np.isfinite(regime.p_value):
+            axes.axvline(np.exp(regime.low), color=GREY, linewidth=0.8, linestyle=":",
+                         label=f"break, p = {regime.p_value:.2g}")  # fmt: skip
+
+
+def effects(found: Sequence[Effect], *, title: str, provenance: str) -> Figure:
+    """The effects found over the tests, and how probable each is in each."""
+    figure, (axes,) = page(1, 1, height=1.4 + 0.3 * max(len(found), 1), title=title, provenance=provenance)
+    labels = []
+    for place, effect in enumerate(found):
+        axes.plot(effect.probability, np.full(len(effect.probability), place), linestyle="none", marker="o",
+                  markersize=4.5, color=BLUE, alpha=0.6)  # fmt: skip
+        group = f"{effect.group}: " if effect.group else ""
+        labels.append(f"{group}{effect.name.replace('_', ' ')}, {len(effect.tests)} of {effect.of}")
+    axes.set_yticks(range(len(labels)), labels)
+    axes.set_xlim(-0.02, 1.02)
+    axes.set_ylim(max(len(labels), 1) - 0.5, -0.5)
+    name_axes(axes, "probability in a test [1]", "", "" if found else "no effect was found in any test")
+    return figure
+
+
+def map_of(table: Table, varied: Sequence[str], results: Sequence[str], *, title: str, provenance: str) -> Figure:
+    """Results over the first key that was varied; a line for each combination of the others."""
+    lines = f"; lines: {', '.join(_last(name) for name in varied[1:])}" if varied[1:] else ""
+    figure, panels = page(1, len(results), height=3.2, title=f"{title}{lines}", provenance=provenance)
+    x = table.numbers(varied[0])
+    others = list(zip(*(table.texts(name) for name in varied[1:]), strict=True)) if varied[1:] else [()] * table.rows
+    kinds = list(dict.fromkeys(others))
+    for axes, name in zip(panels, results, strict=True):
+        y: Floats = table.numbers(name)
+        for kind, colour in zip(kinds, family(len(kinds)), strict=True):
+            inside = np.flatnonzero([other == kind for other in others])
+            inside = inside[np.argsort(x[inside])]
+            axes.plot(x[inside], y[inside], marker="o", markersize=3.0, linewidth=1.0, color=colour,
+                      label=", ".join(kind) if len(kinds) <= 8 else "_")  # fmt: skip
+        name_axes(axes, _last(varied[0]), name)
+        if varied[1:] and len(kinds) <= 8:
+            legend(axes, "best")
+    return figure
+
+
+def _last(name: str) -> str:
+    """`normal load [N]` of `rig.normal load [N]`."""
+    return name.rpartition(".")[2]
