@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 
 Channel = Literal["traction", "profile", "temperature"]
 CHANNELS: tuple[Channel, ...] = get_args(Channel)
-Stage = Literal["operation", "friction", "traction", "contact", "wear", "heat", "sensor"]
+Stage = Literal["operation", "friction", "traction", "contact", "wear", "heat", "surface", "sensor"]
 STAGES: tuple[Stage, ...] = get_args(Stage)
 
 

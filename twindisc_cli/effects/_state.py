@@ -44,8 +44,8 @@ class Surface:
 class State:
     """The operating points of one test, and what the stages have made of them so far.
 
-    Given: time [s] at the end of each point, duration [s], cycles (revolutions so far), all (point,);
-    rolling_radius [m] of disc 2; nominal_load [N]; initial_temperature [K] of disc and sensor.
+    Given: time [s] at the end of each point, duration [s], cycles (revolutions so far), time_in_step [s] since the
+    creepage last changed, greatest_creepage of the history so far [1], all (point,); rolling_radius [m] of disc 2; nominal_load [N]; initial_temperature [K] of disc and sensor.
 
     operation  creepage, lateral_creepage [1], spin [1/m], normal_load [N], rolling_speed [m/s]
     friction   mu, the local coefficient of friction [1]
@@ -59,12 +59,14 @@ class State:
     sensor     traction_ratio [1] and disc_temperature [K] as recorded, surface as recorded
 
     From the pass before, since the stages feed each other: temperature [K] of the disc, energy [J] dissipated so far,
-    wear_index = T gamma / A, the energy dissipated per length rolled and area of the patch [N/m2].
+    wear_index = T gamma / A, the energy dissipated per length rolled and area of the patch [N/m2], power_before [W].
     """
 
     time: Floats
     duration: Floats
     cycles: Floats
+    time_in_step: Floats
+    greatest_creepage: Floats
     rolling_radius: float
     nominal_load: float
     initial_temperature: float
@@ -75,6 +77,7 @@ class State:
     temperature: Floats
     energy: Floats
     wear_index: Floats
+    power_before: Floats
     environment: Floats
 
     mu: Floats = field(default_factory=_not_yet)

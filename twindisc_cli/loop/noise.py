@@ -19,10 +19,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 
-from twindisc_cli.model.experiment import Experiment, Floats, Ints, ProfileSamples
-from twindisc_cli.model.points import sample_times
+from twindisc_cli.model.experiment import Floats, Ints
 
 Mask = NDArray[np.bool_]
 
@@ -35,7 +33,6 @@ LONGER = 2.5
 LONGEST_OUTLIER = 3
 FAR = 5.0
 PASSES = 3
-NEIGHBOURS = 9
 
 
 @dataclass(frozen=True)
@@ -55,6 +52,10 @@ class Noise:
     series: Ints
     estimated: bool
     cautious: tuple[float, float] | None = None
+
+    def at(self, kept: Mask, position: Floats, series: Ints) -> Noise:
+        """The same noise for other samples."""
+        return replace(self, kept=kept, position=position, series=series)
 
     def whiten(self, values: Floats) -> Floats:
         """White noise of unit variance from values (..., sample), without the outliers: (..., kept sample)."""
@@ -76,86 +77,13 @@ def _links(position: Floats, series: Ints, correlation: float) -> Floats:
     return np.asarray(np.where(same, correlation ** np.maximum(gap, 1e-6), 0.0))
 
 
-def traction_noise(experiment: Experiment) -> Noise:
-    """Noise of the traction ratio, from the scatter inside the steps."""
-    samples = experiment.measured.traction
-    assert samples is not None
-    timed = bool(np.isfinite(samples.time).all())
-    times = sample_times(experiment.history, samples)
-    varied = np.ptp(samples.creepage - experiment.history.step_creepage[samples.step]) > 1e-9
-    if varied and not timed:
-        trends = [_polynomials(np.log(np.maximum(np.abs(samples.creepage), 1e-9)), np.zeros_like(samples.step), 8, 10)]
-    else:
-        trends = [_polynomials(times, samples.step, degree, 6) for degree in range(4)]
-    given = samples.uncertainty
-    if np.isfinite(given).all():
-        return Noise(float(np.sqrt(np.mean(given**2))), 0.0, *_all_kept(times, samples.step), estimated=True)
-    size = float(np.sqrt(np.mean(samples.ratio**2)))
-    return _estimate(samples.ratio, trends, times, np.zeros_like(samples.step), size, correlated=timed)
+def given(uncertainty: Floats, times: Floats) -> Noise:
+    """Noise of samples whose standard deviation is known, each (sample,)."""
+    kept = np.ones(len(times), dtype=bool)
+    return Noise(float(np.sqrt(np.mean(uncertainty**2))), 0.0, kept, times, np.zeros(len(times), np.int64), True)
 
 
-def temperature_noise(experiment: Experiment) -> Noise:
-    """Noise of the temperature, from the scatter about a smooth course in every step."""
-    samples = experiment.measured.temperature
-    assert samples is not None
-    step = experiment.history.step[experiment.history.iteration_at(samples.time)]
-    trends = [_relaxations(samples.time, step, shapes, 4) for shapes in range(1, 6)]
-    size = float(np.ptp(samples.temperature))
-    return _estimate(samples.temperature, trends, samples.time, np.zeros_like(step), size, correlated=True)
-
-
-def profile_noise(experiment: Experiment) -> Noise:
-    """Noise of the height, from the outer parts of the unworn flanks of every recorded profile."""
-    profile = experiment.measured.profile
-    assert profile is not None
-    record = _records(profile)
-    flank = _flanks(profile, record)
-    position, series = profile.y, record * 2 + (profile.y > 0.0)
-    size = float(np.ptp(profile.height))
-    if flank.sum() >= 6 * FEWEST_FREE:
-        trend = _polynomials(profile.y[flank], series[flank], 1, 6)
-        found = _estimate(profile.height[flank], [trend], position[flank], series[flank], size, correlated=True)
-    else:
-        trend = _polynomials(profile.y, record, 24, 3)
-        found = _estimate(profile.height, [trend], position, record, size, correlated=True)
-    spacing = float(np.median(np.diff(np.unique(profile.y))))
-    kept = np.ones(len(profile.y), dtype=bool)
-    for number in np.unique(record):
-        here = np.flatnonzero(record == number)
-        here = here[np.argsort(profile.y[here])]
-        rough = profile.height[here] - median_filter(profile.height[here], NEIGHBOURS, mode="nearest")
-        far = np.abs(rough) > 6.0 * max(found.std, _scatter(rough))
-        kept[here] = ~far | _in_a_run(far)
-    return replace(found, kept=kept, position=position / spacing, series=record)
-
-
-def _records(profile: ProfileSamples) -> Ints:
-    """Number of the recorded profile to which each sample belongs."""
-    stops = np.unique(np.stack([profile.disc, profile.iteration]), axis=1, return_inverse=True)[1]
-    return np.asarray(stops.ravel(), dtype=np.int64)
-
-
-def _flanks(profile: ProfileSamples, record: Ints) -> Mask:
-    """Samples well outside the worn zone, where the smoothed height leaves the line through the outer parts."""
-    outer = np.abs(profile.y).max()
-    edge = 0.0
-    for number in np.unique(record):
-        here = np.flatnonzero(record == number)
-        here = here[np.argsort(profile.y[here])]
-        y, far = profile.y[here], np.abs(profile.y[here]) > 0.85 * outer
-        if far.sum() < 3:
-            continue
-        left = profile.height[here] - np.polyval(np.polyfit(y[far], profile.height[here][far], 1), y)
-        scatter = 1.5 * np.median(np.abs(left[far])) + 1e-12
-        width = max(3, len(here) // 60)
-        smooth = np.convolve(left, np.full(width, 1.0 / width), mode="same")
-        worn = np.abs(smooth[width:-width]) > 4.0 * scatter
-        if worn.any():
-            edge = max(edge, float(np.abs(y[width:-width][worn]).max()))
-    return np.asarray(np.abs(profile.y) > edge + 0.25 * (outer - edge))
-
-
-def _polynomials(at: Floats, group: Ints, degree: int, samples_each: int) -> Floats:
+def polynomials(at: Floats, group: Ints, degree: int, samples_each: int) -> Floats:
     """Legendre polynomials of `at` inside each group (sample, column), at most one for so many samples."""
     columns = []
     for number in np.unique(group):
@@ -170,7 +98,7 @@ def _polynomials(at: Floats, group: Ints, degree: int, samples_each: int) -> Flo
     return np.concatenate(columns, axis=1)
 
 
-def _relaxations(at: Floats, group: Ints, most: int, samples_each: int) -> Floats:
+def relaxations(at: Floats, group: Ints, most: int, samples_each: int) -> Floats:
     """A level, then exponential approaches and a slope in each group (sample, column), one for so many samples."""
     columns = []
     for number in np.unique(group):
@@ -183,11 +111,7 @@ def _relaxations(at: Floats, group: Ints, most: int, samples_each: int) -> Float
     return np.concatenate(columns, axis=1)
 
 
-def _all_kept(position: Floats, series: Ints) -> tuple[Mask, Floats, Ints]:
-    return np.ones(len(position), dtype=bool), position, np.zeros_like(series)
-
-
-def _estimate(
+def estimate(
     values: Floats, trends: Sequence[Floats], at: Floats, series: Ints, size: float, *, correlated: bool
 ) -> Noise:
     """REML estimate of standard deviation and correlation about the best of the trends (sample, column), richest last.
@@ -207,7 +131,7 @@ def _estimate(
     for _ in range(PASSES):
         left = _detrended(values, trend, kept)
         paid = np.sqrt(kept.sum() / max(kept.sum() - trend.shape[1], 1))
-        kept = np.abs(left) <= FAR * max(paid * _scatter(left[kept]), 1e-300)
+        kept = np.abs(left) <= FAR * max(paid * scatter(left[kept]), 1e-300)
     record = _Record(values, position, series, correlated)
     for _ in range(PASSES):
         calm = kept & _calm(left, trend, kept)
@@ -220,7 +144,7 @@ def _estimate(
     (std, correlation), cautious = _reml(record.only(calm), trend[calm])
     if std <= STILL * size:
         return assumed
-    alone = kept | _in_a_run(~kept)
+    alone = kept | in_a_run(~kept)
     return Noise(std, correlation, alone[back], position[back], series[back], estimated=True, cautious=cautious)
 
 
@@ -259,7 +183,7 @@ def _criterion(record: _Record, trend: Floats) -> float:
     return 2.0 * columns * samples / max(samples - columns - 1, 1) - 2.0 * max(likely)
 
 
-def _scatter(values: Floats) -> float:
+def scatter(values: Floats) -> float:
     """Robust standard deviation about zero."""
     return 1.4826 * float(np.median(np.abs(values)))
 
@@ -282,11 +206,11 @@ def _stray(left: Floats, kept: Mask, position: Floats, series: Ints, correlation
     far = np.abs(e - expected / share) / np.sqrt((1.0 - before**2) * (1.0 - after**2) / share)
     highest = (far >= np.append(0.0, far[:-1])) & (far >= np.append(far[1:], 0.0))
     stray = np.zeros(len(left), dtype=bool)
-    stray[here] = highest & (far > FAR * _scatter(far))
+    stray[here] = highest & (far > FAR * scatter(far))
     return stray
 
 
-def _in_a_run(far: Mask) -> Mask:
+def in_a_run(far: Mask) -> Mask:
     """Samples in a run of neighbours that are all far off: those are no outliers, something happened."""
     runs = np.cumsum(np.diff(far, prepend=False))
     return np.asarray(far & (np.bincount(runs)[runs] > LONGEST_OUTLIER))

@@ -8,13 +8,14 @@ A quantity that is not known is NaN.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from twindisc_cli.laws.law import Law
 from twindisc_cli.physics import hertz
 
 Floats = NDArray[np.float64]
@@ -127,10 +128,17 @@ class History:
         """Time at the end of each iteration [s], (iteration,)."""
         return np.cumsum(self.duration)
 
-    def iteration_at(self, time: Floats) -> Ints:
-        """The iteration that runs at each time [s]; its end belongs to it, to rounding."""
+    def iteration_at(self, times: Floats) -> Ints:
+        """Iteration that runs at each time [s] (...); a time at an end belongs to the iteration that ends there."""
         ends = self.end_time
-        return np.asarray(np.minimum(np.searchsorted(ends, time - 1e-9 * ends[-1]), len(ends) - 1), dtype=np.int64)
+        return np.asarray(np.minimum(np.searchsorted(ends, times - 1e-9 * ends[-1]), len(ends) - 1), dtype=np.int64)
+
+    @property
+    def step_begin(self) -> Floats:
+        """Time at which the creepage of each iteration was last changed [s], (iteration,)."""
+        changed = np.flatnonzero(np.diff(self.creepage, prepend=np.nan) != 0.0)
+        begin = np.searchsorted(changed, np.arange(len(self.creepage)), side="right") - 1
+        return np.asarray((self.end_time - self.duration)[changed][begin])
 
     @property
     def step_creepage(self) -> Floats:
@@ -183,17 +191,24 @@ class TemperatureSamples:
 
 @dataclass(frozen=True)
 class Measured:
-    """The measured channels of a test; None where a channel was not measured."""
+    """The measured channels of a test; None where one was not measured. others: samples of further channels by name."""
 
     traction: TractionSamples | None = None
     profile: ProfileSamples | None = None
     temperature: TemperatureSamples | None = None
     provenance: Provenance = "measured"
+    others: Mapping[str, Any] = field(default_factory=dict)
+
+    def with_samples(self, name: str, samples: Any) -> Measured:
+        """The same with other samples of a channel."""
+        if name in ("traction", "profile", "temperature"):
+            return replace(self, **{name: samples})
+        return replace(self, others={**self.others, name: samples})
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """One twin-disc test: rig, history, options, declared effects and measured channels.
+    """One twin-disc test: rig, history, options, declared effects and laws, measured channels.
 
     reported holds numbers stated elsewhere (a paper, a report) that `check` compares with the physics: depth [m],
     width [m], wear_coefficient [1], temperature_rise [K], each only where stated. hold_out_steps count from 0.
@@ -206,6 +221,7 @@ class Experiment:
     options: Options
     thermal: Thermal | None = None
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    laws: Mapping[str, Law] = field(default_factory=dict)
     measured: Measured = field(default_factory=Measured)
     hold_out_steps: tuple[int, ...] = ()
     reported: Mapping[str, float] = field(default_factory=dict)

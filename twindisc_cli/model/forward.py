@@ -19,7 +19,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from twindisc_cli.effects import catalogue
-from twindisc_cli.effects._effect import Stage
+from twindisc_cli.effects._effect import Effect, Stage
 from twindisc_cli.effects._state import State
 from twindisc_cli.model.base import BaseParameters, column
 from twindisc_cli.model.experiment import Contact, Experiment, Floats
@@ -94,11 +94,22 @@ class ForwardModel:
         enough = self.reach if self.experiment.measured.profile is not None else max(self.reach, section)
         return wear_path(self.experiment.rig, contact=contact, section=enough, wander=wander)
 
-    def predict(self, base: BaseParameters | Parameters, effects: Mapping[str, Parameters] | None = None) -> Prediction:
-        """Predict every channel. Effects and their parameters, (set,), act beside those that the test declares."""
+    def predict(
+        self,
+        base: BaseParameters | Parameters,
+        effects: Mapping[str, Parameters] | None = None,
+        trial: Mapping[str, Effect] | None = None,
+    ) -> Prediction:
+        """Predict every channel.
+
+        effects  parameters of each effect, (set,), beside those that the test declares
+        trial    effects by name that are not in the catalogue
+        """
         base = BaseParameters.of(base)
         sets = max([base.sets, *(len(np.atleast_1d(value)) for value in _values(effects))])
-        chain = _Chain(self, base.columns(sets), self._all_effects(effects or {}, sets), sets)
+        known = {**catalogue(), **(trial or {})}
+        acting = [(known[name], columns) for name, columns in self._all_effects(effects or {}, sets).items()]
+        chain = _Chain(self, base.columns(sets), acting, sets)
         state = chain.start()
         for _ in range(MOST_PASSES):
             last, state = state, chain.run(state)
@@ -136,7 +147,7 @@ class _Chain:
 
     model: ForwardModel
     base: BaseParameters
-    effects: dict[str, dict[str, Floats]]
+    effects: list[tuple[Effect, dict[str, Floats]]]
     sets: int
 
     def start(self) -> State:
@@ -149,6 +160,8 @@ class _Chain:
             time=points.time,
             duration=points.duration,
             cycles=points.cycles,
+            time_in_step=points.time - test.history.step_begin[points.iteration],
+            greatest_creepage=np.maximum.accumulate(np.abs(test.history.creepage))[points.iteration],
             rolling_radius=self.model.radius,
             nominal_load=test.rig.normal_load,
             initial_temperature=test.thermal.initial_temperature if test.thermal else environment,
@@ -159,11 +172,18 @@ class _Chain:
             temperature=np.full(shape, test.thermal.initial_temperature if test.thermal else environment),
             energy=np.zeros(shape),
             wear_index=np.full(shape, 1e-30),
+            power_before=np.full(shape, 1e-30),
+            power=np.full(shape, 1e-30),
         )
 
     def run(self, before: State) -> State:
         """One pass through all stages but the sensors."""
-        fresh = self.start().replace(temperature=before.temperature, energy=before.energy, wear_index=before.wear_index)
+        fresh = self.start().replace(
+            temperature=before.temperature,
+            energy=before.energy,
+            wear_index=before.wear_index,
+            power_before=before.power,
+        )
         state = self._friction(self._apply("operation", fresh))
         state = self._apply("contact", self._apply("traction", state))
         state = self._apply("wear", state)
@@ -171,10 +191,12 @@ class _Chain:
         return self._heat(state)
 
     def _apply(self, stage: Stage, state: State) -> State:
-        for name, parameters in self.effects.items():
-            effect = catalogue()[name]
+        for effect, parameters in self.effects:
             if effect.stage == stage and not effect.is_off(**parameters):
                 state = effect.apply(state, **parameters)
+        for law in self.model.experiment.laws.values():
+            if law.stage == stage:
+                state = law.apply(state)
         return state
 
     def _friction(self, state: State) -> State:
@@ -251,7 +273,7 @@ class _Chain:
         if profile is not None:
             stops = Stops.of(profile, points)
             state = state.replace(surface=worn_surface(self._paths(state), state, section, stops))
-        state = self._apply("sensor", state)
+        state = self._apply("sensor", self._apply("surface", state))
         wide = section.shape
         height = stops.sample(state.surface) if stops and state.surface else np.empty((self.sets, 0))
         return Prediction(

@@ -1,0 +1,101 @@
+"""A learnt law as it stands in a definition, and as it acts in the forward model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from twindisc_cli.effects._effect import Stage
+from twindisc_cli.effects._state import Floats, State
+from twindisc_cli.laws.covariates import COVARIATES, Covariate
+from twindisc_cli.laws.quantities import QUANTITIES, Quantity
+from twindisc_cli.laws.shapes import SHAPES
+
+Transfer = Literal["inside", "same_history"]
+Change = Callable[[Floats], Floats]
+
+
+@dataclass(frozen=True)
+class Law:
+    """One law: quantity, covariate, and either a formula or a curve.
+
+    parameters: of the formula `shape`, by the keys of the definition; else `at` and `value` (place,), the factor or
+    the shift there, constant beyond. valid: where data were, in the covariate's unit. transfer: whether the law holds
+    inside its range on any history, or only on the one it was learnt on.
+    """
+
+    quantity: str
+    covariate: str
+    shape: str | None = None
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    at: tuple[float, ...] = ()
+    value: tuple[float, ...] = ()
+    valid: tuple[float, float] | None = None
+    transfer: Transfer = "inside"
+
+    @property
+    def name(self) -> str:
+        """What the law is called where it has no name of its own."""
+        return f"{self.quantity}_over_{self.covariate}"
+
+    @property
+    def stage(self) -> Stage:
+        """When it acts."""
+        return self.of.stage
+
+    @property
+    def of(self) -> Quantity:
+        """The quantity."""
+        return QUANTITIES[self.quantity]
+
+    @property
+    def over(self) -> Covariate:
+        """The covariate."""
+        return COVARIATES[self.covariate]
+
+    def change(self, x: Floats) -> Floats:
+        """Relative change, or shift in the quantity's unit, at x (...) in the covariate's unit."""
+        if self.shape is None:
+            value = np.interp(x, self.at, self.value)
+            return np.asarray(value - 1.0 if self.of.kind == "factor" else value)
+        return formula_value(self.quantity, self.covariate, self.shape, x, self.parameters)
+
+    def apply(self, state: State) -> State:
+        """The state with the quantity changed."""
+        return acted(self.quantity, self.covariate, self.change, state)
+
+
+def acted(quantity: str, covariate: str, change: Change, state: State) -> State:
+    """A state with one quantity changed by change(x); where the covariate is not known, nothing changes."""
+    if COVARIATES[covariate] is COVARIATES["y_over_edge"] and state.surface is None:
+        return state
+    x = COVARIATES[covariate].of(state)
+    found = np.where(np.isfinite(x), change(np.nan_to_num(x)), 0.0)
+    return QUANTITIES[quantity].apply(state, found * QUANTITIES[quantity].scale)
+
+
+def formula_value(quantity: str, covariate: str, shape: str, x: Floats, parameters: Mapping[str, Any]) -> Floats:
+    """The change by a formula whose parameters, numbers or arrays that broadcast with x, have the definition's keys."""
+    over, form = COVARIATES[covariate], SHAPES[shape]
+    own = {name: parameters[over.key(name)] for name in form.along} | {name: parameters[name] for name in form.pure}
+    return np.asarray(parameters[QUANTITIES[quantity].size_key] * form.value(x, **own))
+
+
+def formula_text(law: Law) -> str:
+    """The law as one reads it: `1 - 0.18 exp(-E / 1.4 kJ)`; of a curve, that it is one."""
+    x = law.over.symbol
+    if law.shape is None:
+        return f"curve over {x}, {len(law.at)} places"
+    form, unit = SHAPES[law.shape], "" if law.over.unit == "1" else f" {law.over.unit}"
+    along = {name: f"{law.parameters[law.over.key(name)]:.4g}{unit}" for name in form.along}
+    body = form.text.format(x=x, **along, **{name: f"{law.parameters[name]:.4g}" for name in form.pure})
+    body = body.replace(f"({x} - 0{unit})", x)
+    size = law.parameters[law.of.size_key]
+    sign = "-" if size < 0.0 else "+"
+    if law.of.kind == "factor":
+        return f"1 {sign} {abs(size):.4g} {body}"
+    own = "" if law.of.unit == "1" else f" {law.of.unit}"
+    return f"{sign}{abs(size):.4g}{own} {body}"

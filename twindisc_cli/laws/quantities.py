@@ -1,0 +1,111 @@
+"""What a learnt law may change, and at which stage of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from twindisc_cli.effects._effect import Channel, Stage
+from twindisc_cli.effects._state import Floats, State
+
+Kind = Literal["factor", "shift"]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity of the model: `apply` takes it times (1 + change), or shifts it by change [SI].
+
+    `unit` of a shift in the definition, `scale` from it to SI; `covariates`: what a law over it is searched over.
+    """
+
+    stage: Stage
+    channel: Channel
+    kind: Kind
+    label: str
+    covariates: tuple[str, ...]
+    apply: Callable[[State, Floats], State]
+    unit: str = "1"
+    scale: float = 1.0
+
+    @property
+    def size_key(self) -> str:
+        """The key of a formula's size."""
+        return {"1": "size", "%": "size_percent", "K": "size_K", "um": "size_um"}[self.unit]
+
+
+def _mu(s: State, change: Floats) -> State:
+    return s.replace(mu=s.mu * (1.0 + change))
+
+
+def _slope(s: State, change: Floats) -> State:
+    return s.replace(slope=s.slope * (1.0 + change))
+
+
+def _creepage(s: State, change: Floats) -> State:
+    return s.replace(creepage=s.creepage + change)
+
+
+def _traction_ratio(s: State, change: Floats) -> State:
+    return s.replace(traction_ratio=s.traction_ratio + change)
+
+
+def _wear(s: State, change: Floats) -> State:
+    return s.replace(wear_factor=s.wear_factor * (1.0 + change))
+
+
+def _wear_across(s: State, change: Floats) -> State:
+    return s if s.surface is None else s.on_surface(s.surface.height * (1.0 + change))
+
+
+def _heat(s: State, change: Floats) -> State:
+    return s.replace(heat=s.heat * (1.0 + change))
+
+
+def _convection(s: State, change: Floats) -> State:
+    return s.replace(convection=s.convection * (1.0 + change))
+
+
+def _environment(s: State, change: Floats) -> State:
+    return s.replace(environment=s.environment + change)
+
+
+def _temperature(s: State, change: Floats) -> State:
+    return s.replace(disc_temperature=s.disc_temperature + change)
+
+
+def _profile(s: State, change: Floats) -> State:
+    return s if s.surface is None else s.on_surface(s.surface.height + change)
+
+
+_FRICTION = ("creepage", "time", "energy", "temperature", "power", "wear_index", "time_in_step", "greatest_creepage")
+QUANTITIES: Mapping[str, Quantity] = {
+    "mu": Quantity("friction", "traction", "factor", "the coefficient of friction", _FRICTION, _mu),
+    "slope": Quantity(
+        "traction", "traction", "factor", "the initial slope of the traction", ("creepage", "time", "energy"), _slope
+    ),
+    "creepage": Quantity(
+        "operation", "traction", "shift", "the creepage", ("creepage", "time", "temperature"), _creepage, "%", 1e-2
+    ),
+    "traction_ratio": Quantity(
+        "sensor",
+        "traction",
+        "shift",
+        "the recorded T/N",
+        ("creepage", "time", "temperature", "time_in_step"),
+        _traction_ratio,
+    ),
+    "wear": Quantity("wear", "profile", "factor", "the wear coefficient", _FRICTION[:-2], _wear),
+    "wear_across": Quantity(
+        "surface", "profile", "factor", "the wear across the track", ("y_over_edge",), _wear_across
+    ),
+    "heat": Quantity("heat", "temperature", "factor", "the heat into the disc", _FRICTION, _heat),
+    "convection": Quantity("heat", "temperature", "factor", "the convection", ("time", "temperature"), _convection),
+    "environment": Quantity(
+        "heat", "temperature", "shift", "the temperature of the environment", ("time",), _environment, "K"
+    ),
+    "temperature": Quantity(
+        "sensor", "temperature", "shift", "the recorded temperature", ("time", "temperature"), _temperature, "K"
+    ),
+    "profile": Quantity("sensor", "profile", "shift", "the recorded profile", ("y_over_edge",), _profile, "um", 1e-6),
+}

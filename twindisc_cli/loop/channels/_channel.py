@@ -1,0 +1,85 @@
+"""What a channel is: its samples, their noise, what is predicted for them, and the base parameter they fix."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twindisc_cli.loop.noise import Noise
+from twindisc_cli.model.experiment import Experiment, Floats, Ints
+from twindisc_cli.model.forward import ForwardModel, Prediction
+
+Mask = NDArray[np.bool_]
+Generic = tuple[str, str, Floats]
+"""A covariate, the kind of function over it, and its columns (sample, column)."""
+
+
+@dataclass(frozen=True)
+class Base:
+    """A base parameter that a channel fixes: key, unit and bounds in the definition's unit.
+
+    `given` reads it from a definition (NaN: not known); `guess` estimates it from the measurements alone, NaN where
+    they cannot; `shared`: one for all tests, as a material's constant is.
+    """
+
+    key: str
+    unit: str
+    lower: float
+    upper: float
+    given: Callable[[Experiment], float]
+    guess: Callable[[ForwardModel], float]
+    shared: bool = False
+
+
+@dataclass(frozen=True)
+class Scale:
+    """How a quantity is drawn: its label with the unit, and shown = SI * factor + offset."""
+
+    label: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+    def __call__(self, values: Floats | Ints) -> Floats:
+        """The values as shown."""
+        return np.asarray(values, dtype=float) * self.factor + self.offset
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A measured channel. Samples are a record of arrays (sample,); the functions take and give SI units.
+
+    order      place among the channels, those first that drive the others
+    unit       of its errors, `factor` from SI to it, `si` the unit in result files
+    samples    the samples of a test, None where the channel was not measured
+    values     the measured values of the samples (sample,)
+    predicted  the same of a prediction (set, sample)
+    noise      the noise of a test's samples
+    generic    generic functions over the samples, for what nobody has catalogued
+    withheld   samples in the steps (index from 0) and parts that are held out (sample,)
+    covariates what a residual may be drawn over, by name (sample,)
+    planned    samples that a planned history would bring
+    """
+
+    name: str
+    label: str
+    order: int
+    unit: str
+    factor: float
+    si: str
+    drawn: Scale
+    rest: str
+    assumed_noise: float
+    base: Base
+    samples: Callable[[Experiment], Any]
+    values: Callable[[Any], Floats]
+    predicted: Callable[[Prediction], Floats]
+    noise: Callable[[Experiment], Noise]
+    generic: Callable[[ForwardModel, Prediction], Iterator[Generic]]
+    withheld: Callable[[Experiment, tuple[int, ...]], Mask]
+    covariates: Callable[[ForwardModel, Prediction], dict[str, Floats | Ints]]
+    planned: Callable[[Experiment, Floats, float], Any]
+    look_at: Mapping[str, str] = field(default_factory=dict)

@@ -1,0 +1,165 @@
+"""Worn profile: the height change across the track at the recorded stops; it fixes the wear coefficient."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Scale
+from twindisc_cli.loop.generic import RIPPLES, levels, waves
+from twindisc_cli.loop.channels._held_out import held_out_bands
+from twindisc_cli.loop.noise import FEWEST_FREE, Noise, estimate, in_a_run, polynomials, scatter
+from twindisc_cli.model.energy import measured_energy
+from twindisc_cli.model.experiment import Experiment, Floats, Ints, ProfileSamples
+from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.surface import recorded_sections
+
+NEIGHBOURS = 9
+SPIKE = 6.0
+
+
+def recorded_stops(test: Experiment) -> set[tuple[int, int]]:
+    """Disc and iteration of every recorded profile."""
+    profile = test.measured.profile
+    return set() if profile is None else set(zip(profile.disc.tolist(), profile.iteration.tolist(), strict=True))
+
+
+def _samples(test: Experiment) -> ProfileSamples | None:
+    return test.measured.profile
+
+
+def _measured(test: Experiment) -> ProfileSamples:
+    samples = test.measured.profile
+    assert samples is not None
+    return samples
+
+
+def _given(test: Experiment) -> float:
+    return test.options.wear_coefficient
+
+
+def _guess(model: ForwardModel) -> float:
+    """K from W H / E of the last recorded profile, with the traction as it was measured."""
+    test = model.experiment
+    if test.measured.profile is None:
+        return np.nan
+    profile = _measured(test)
+    last = profile.iteration == profile.iteration.max()
+    section = max(sum(recorded_sections(profile, last)), 1e-14)
+    return float(np.clip(section * model.circumference_hardness / measured_energy(test), 1e-8, 0.5))
+
+
+def noise(test: Experiment) -> Noise:
+    """Noise of the height, from the outer parts of the unworn flanks of every recorded profile."""
+    profile = _measured(test)
+    record = _records(profile)
+    flank = _flanks(profile, record)
+    position, series = profile.y, record * 2 + (profile.y > 0.0)
+    size = float(np.ptp(profile.height))
+    if flank.sum() >= 6 * FEWEST_FREE:
+        trend = polynomials(profile.y[flank], series[flank], 1, 6)
+        found = estimate(profile.height[flank], [trend], position[flank], series[flank], size, correlated=True)
+    else:
+        trend = polynomials(profile.y, record, 24, 3)
+        found = estimate(profile.height, [trend], position, record, size, correlated=True)
+    spacing = float(np.median(np.diff(np.unique(profile.y))))
+    kept = np.ones(len(profile.y), dtype=bool)
+    for number in np.unique(record):
+        here = np.flatnonzero(record == number)
+        here = here[np.argsort(profile.y[here])]
+        rough = profile.height[here] - median_filter(profile.height[here], NEIGHBOURS, mode="nearest")
+        far = np.abs(rough) > SPIKE * max(found.std, scatter(rough))
+        kept[here] = ~far | in_a_run(far)
+    return found.at(kept, position / spacing, record)
+
+
+def _records(profile: ProfileSamples) -> Ints:
+    """Number of the recorded profile to which each sample belongs."""
+    stops = np.unique(np.stack([profile.disc, profile.iteration]), axis=1, return_inverse=True)[1]
+    return np.asarray(stops.ravel(), dtype=np.int64)
+
+
+def _flanks(profile: ProfileSamples, record: Ints) -> Mask:
+    """Samples well outside the worn zone, where the smoothed height leaves the line through the outer parts."""
+    outer = np.abs(profile.y).max()
+    edge = 0.0
+    for number in np.unique(record):
+        here = np.flatnonzero(record == number)
+        here = here[np.argsort(profile.y[here])]
+        y, far = profile.y[here], np.abs(profile.y[here]) > 0.85 * outer
+        if far.sum() < 3:
+            continue
+        left = profile.height[here] - np.polyval(np.polyfit(y[far], profile.height[here][far], 1), y)
+        spread = 1.5 * np.median(np.abs(left[far])) + 1e-12
+        width = max(3, len(here) // 60)
+        smooth = np.convolve(left, np.full(width, 1.0 / width), mode="same")
+        worn = np.abs(smooth[width:-width]) > 4.0 * spread
+        if worn.any():
+            edge = max(edge, float(np.abs(y[width:-width][worn]).max()))
+    return np.asarray(np.abs(profile.y) > edge + 0.25 * (outer - edge))
+
+
+def _generic(model: ForwardModel, prediction: Prediction) -> Iterator[Generic]:
+    samples = _measured(model.experiment)
+    surface = prediction.state.surface
+    edge = float(surface.edge.max()) if surface is not None else 0.5 * float(np.abs(samples.y).max())
+    unit = samples.y / max(1.3 * edge, 1e-9)
+    inside = np.abs(unit) <= 1.0
+    legendre = np.asarray(np.polynomial.legendre.legvander(np.clip(unit, -1.0, 1.0), 10) * inside[:, None], dtype=float)
+    yield "y", "even", legendre[:, 0::2]
+    yield "y", "odd", legendre[:, 1::2]
+    for centre in np.linspace(-1.0, 1.0, 17):
+        yield "y", "bump", np.exp(-0.5 * ((unit - centre) / 0.08) ** 2)[:, None]
+    for wave in waves(np.clip(unit, -1.0, 1.0), RIPPLES):
+        yield "y", "wave", wave * inside[:, None]
+    yield "y", "line", np.stack([np.ones_like(unit), samples.y / np.abs(samples.y).max()], axis=1)
+    stops = _records(samples)
+    if stops.max() > 0:
+        shape = -prediction.profile[0]
+        yield "time", "stops", levels(stops) * (shape / max(float(np.ptp(shape)), 1e-30))[:, None]
+
+
+def _withheld(test: Experiment, steps: tuple[int, ...]) -> Mask:
+    return held_out_bands(_measured(test).y)
+
+
+def _covariates(model: ForwardModel, prediction: Prediction) -> dict[str, Floats | Ints]:
+    profile = _measured(model.experiment)
+    return {"y": profile.y, "disc": profile.disc, "iteration": profile.iteration}
+
+
+def _planned(test: Experiment, times: Floats, half_width: float) -> ProfileSamples:
+    y = np.linspace(-half_width, half_width, 201)
+    stops = np.unique(np.linspace(1, len(test.history.step), 4).astype(np.int64))
+    every = len(y) * len(stops)
+    return ProfileSamples(
+        np.tile(y, len(stops)), np.zeros(every), np.full(every, 2, dtype=np.int64), np.repeat(stops, len(y))
+    )
+
+
+CHANNEL = Channel(
+    name="profile",
+    label="worn profile",
+    order=2,
+    unit="um",
+    factor=1e6,
+    si="m",
+    drawn=Scale("height change [µm]", 1e6),
+    rest="measured − model [µm]",
+    assumed_noise=1e-7,
+    base=Base("K", "1", 1e-9, 1.0, _given, _guess, shared=True),
+    samples=_samples,
+    values=lambda samples: np.asarray(samples.height),
+    predicted=lambda prediction: prediction.profile,
+    noise=noise,
+    generic=_generic,
+    withheld=_withheld,
+    covariates=_covariates,
+    planned=_planned,
+    look_at={
+        "y": "how wear spreads across the track: patch shape, alignment, play, both discs, the profilometer",
+        "time": "a wear coefficient that changed over the history",
+    },
+)

@@ -1,0 +1,130 @@
+"""Disc temperature over time; it fixes the convection, where the test knows the heat capacity."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Scale
+from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, waves
+from twindisc_cli.loop.channels._held_out import held_out_samples
+from twindisc_cli.loop.noise import Noise, estimate, relaxations
+from twindisc_cli.model.energy import measured_energy
+from twindisc_cli.model.experiment import Experiment, Floats, Ints, TemperatureSamples
+from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.physics.disc_heat import temperatures
+
+
+def _samples(test: Experiment) -> TemperatureSamples | None:
+    return test.measured.temperature if test.thermal is not None else None
+
+
+def _measured(test: Experiment) -> TemperatureSamples:
+    samples = test.measured.temperature
+    assert samples is not None
+    return samples
+
+
+def _step(test: Experiment) -> Ints:
+    """Step in which each sample was taken (sample,)."""
+    return test.history.step[test.history.iteration_at(_measured(test).time)]
+
+
+def _given(test: Experiment) -> float:
+    return test.thermal.convection if test.thermal else np.nan
+
+
+def _guess(model: ForwardModel) -> float:
+    """Mean power, with the traction as it was measured, over the mean warming [W/K]."""
+    test = model.experiment
+    if _samples(test) is None or test.thermal is None:
+        return np.nan
+    warming = float(np.mean(_measured(test).temperature - test.thermal.environment_temperature))
+    power = measured_energy(test) / float(test.history.end_time[-1])
+    return float(np.clip(power / max(abs(warming), 1e-3), 1e-3, 1e4))
+
+
+def noise(test: Experiment) -> Noise:
+    """Noise of the temperature, from the scatter about a smooth course in every step."""
+    samples, step = _measured(test), _step(test)
+    trends = [relaxations(samples.time, step, shapes, 4) for shapes in range(1, 6)]
+    size = float(np.ptp(samples.temperature))
+    return estimate(samples.temperature, trends, samples.time, np.zeros_like(step), size, correlated=True)
+
+
+def _generic(model: ForwardModel, prediction: Prediction) -> Iterator[Generic]:
+    test, points, state = model.experiment, model.points, prediction.state
+    at = points.of_temperature
+    time, step = points.time[at], test.history.step[points.iteration[at]]
+    yield "time", "smooth", smooth(time, SMOOTH)
+    yield "time", "iterations", levels(points.iteration[at])
+    yield "time", "heat by iteration", _heated(model, prediction)[:, at].T
+    for wave in waves(time, 2 * WAVES):
+        yield "time", "wave", wave
+    yield "temperature", "smooth", smooth(state.temperature[0, at], SMOOTH)
+    yield "energy", "smooth", smooth(state.energy[0, at], SMOOTH)
+    yield "creepage", "levels", levels(step)
+    yield "time", "position in the step", in_step(test.history, time, step)
+
+
+def _heated(model: ForwardModel, prediction: Prediction) -> Floats:
+    """Warming of the disc by one watt in one iteration after the other (iteration, point) [K]."""
+    thermal, points = model.experiment.thermal, model.points
+    assert thermal is not None
+    return temperatures(
+        power=levels(points.iteration).T,
+        duration=points.duration,
+        capacity=thermal.heat_capacity,
+        convection=float(np.mean(prediction.state.convection[0])),
+        environment=0.0,
+        initial=0.0,
+    )
+
+
+def _withheld(test: Experiment, steps: tuple[int, ...]) -> Mask:
+    return held_out_samples(test.history, _step(test), _measured(test).time, steps)
+
+
+def _covariates(model: ForwardModel, prediction: Prediction) -> dict[str, Floats | Ints]:
+    points, state = model.points, prediction.state
+    at = points.of_temperature
+    return {
+        "time": _measured(model.experiment).time,
+        "creepage": points.creepage[at],
+        "cycles": points.cycles[at],
+        "energy": state.energy[0, at],
+        "temperature": state.temperature[0, at],
+    }
+
+
+def _planned(test: Experiment, times: Floats, half_width: float) -> TemperatureSamples | None:
+    return TemperatureSamples(times, np.full_like(times, 293.0)) if test.thermal is not None else None
+
+
+CHANNEL = Channel(
+    name="temperature",
+    label="disc temperature",
+    order=1,
+    unit="K",
+    factor=1.0,
+    si="K",
+    drawn=Scale("disc temperature [°C]", 1.0, -273.15),
+    rest="measured − model [K]",
+    assumed_noise=0.2,
+    base=Base("convection_W_K", "W K-1", 1e-5, 1e6, _given, _guess),
+    samples=_samples,
+    values=lambda samples: np.asarray(samples.temperature),
+    predicted=lambda prediction: prediction.temperature,
+    noise=noise,
+    generic=_generic,
+    withheld=_withheld,
+    covariates=_covariates,
+    planned=_planned,
+    look_at={
+        "time": "heat sources and cooling that change with time, and the environment",
+        "temperature": "how the cooling depends on the temperature itself: radiation, boiling",
+        "energy": "where the dissipated heat goes: debris, the other disc, the shaft",
+        "creepage": "heat that depends on speed or power: drag, partition, the contact of the sensor",
+    },
+)

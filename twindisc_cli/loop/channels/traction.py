@@ -1,0 +1,137 @@
+"""Traction: T/N over the history; it fixes the coefficient of friction, and its power drives all else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Scale
+from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, waves
+from twindisc_cli.loop.channels._held_out import held_out_samples
+from twindisc_cli.loop.noise import Noise, estimate, given, polynomials
+from twindisc_cli.model.experiment import Experiment, Floats, Ints, TractionSamples
+from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.points import sample_times
+
+
+def friction_is_given(test: Experiment) -> bool:
+    """Whether the definition says mu at every iteration."""
+    return bool(np.isfinite(test.options.friction_coefficient) or np.isfinite(test.history.given_mu).all())
+
+
+def _samples(test: Experiment) -> TractionSamples | None:
+    return test.measured.traction
+
+
+def _measured(test: Experiment) -> TractionSamples:
+    samples = test.measured.traction
+    assert samples is not None
+    return samples
+
+
+def _guess(model: ForwardModel) -> float:
+    """The level that nine of ten samples stay below."""
+    samples = model.experiment.measured.traction
+    if samples is None:
+        return np.nan
+    return float(np.clip(np.quantile(np.abs(samples.ratio), 0.9), 1e-3, 2.0))
+
+
+def _given(test: Experiment) -> float:
+    """A definition that says mu in every step leaves nothing to be fitted."""
+    if np.isfinite(test.options.friction_coefficient):
+        return test.options.friction_coefficient
+    return float(np.mean(test.history.given_mu)) if friction_is_given(test) else np.nan
+
+
+def noise(test: Experiment) -> Noise:
+    """Noise of the traction ratio, from the scatter inside the steps."""
+    samples = _measured(test)
+    timed = bool(np.isfinite(samples.time).all())
+    times = sample_times(test.history, samples)
+    if np.isfinite(samples.uncertainty).all():
+        return given(samples.uncertainty, times)
+    varied = np.ptp(samples.creepage - test.history.step_creepage[samples.step]) > 1e-9
+    if varied and not timed:
+        trends = [polynomials(np.log(np.maximum(np.abs(samples.creepage), 1e-9)), np.zeros_like(samples.step), 8, 10)]
+    else:
+        trends = [polynomials(times, samples.step, degree, 6) for degree in range(4)]
+    size = float(np.sqrt(np.mean(samples.ratio**2)))
+    return estimate(samples.ratio, trends, times, np.zeros_like(samples.step), size, correlated=timed)
+
+
+def _generic(model: ForwardModel, prediction: Prediction) -> Iterator[Generic]:
+    test, points, samples = model.experiment, model.points, _measured(model.experiment)
+    at, state = points.of_traction, prediction.state
+    time, creepage = points.time[at], samples.creepage
+    yield "creepage", "smooth", smooth(np.log(np.maximum(np.abs(creepage), 1e-7)), SMOOTH)
+    yield "creepage", "levels", levels(_level_of(samples.creepage, test.history.step_creepage))
+    if np.isnan(samples.time).any():
+        return
+    yield "time", "smooth", smooth(time, SMOOTH)
+    yield "time", "iterations", levels(points.iteration[at]) * prediction.traction.T
+    for wave in waves(time, max(WAVES, len(test.history.step) // 2)):
+        yield "time", "wave", wave
+    yield "energy", "smooth", smooth(state.energy[0, at], SMOOTH)
+    if np.isfinite(state.temperature[0, at]).all():
+        yield "temperature", "smooth", smooth(state.temperature[0, at], SMOOTH - 1)
+    yield "time", "position in the step", in_step(test.history, time, samples.step)
+
+
+def _level_of(creepage: Floats, nominal: Floats) -> Ints:
+    """Nearest nominal creepage of each sample."""
+    distinct = np.unique(nominal)
+    return np.asarray(np.argmin(np.abs(creepage[:, None] - distinct), axis=1), dtype=np.int64)
+
+
+def _withheld(test: Experiment, steps: tuple[int, ...]) -> Mask:
+    samples = _measured(test)
+    return held_out_samples(test.history, samples.step, samples.time, steps)
+
+
+def _covariates(model: ForwardModel, prediction: Prediction) -> dict[str, Floats | Ints]:
+    samples, points, state = _measured(model.experiment), model.points, prediction.state
+    at = points.of_traction
+    return {
+        "time": sample_times(model.experiment.history, samples),
+        "creepage": samples.creepage,
+        "cycles": points.cycles[at],
+        "energy": state.energy[0, at],
+        "temperature": state.temperature[0, at],
+    }
+
+
+def _planned(test: Experiment, times: Floats, half_width: float) -> TractionSamples:
+    at = test.history.iteration_at(times)
+    unknown = np.full_like(times, np.nan)
+    return TractionSamples(times, test.history.step[at], test.history.creepage[at], np.zeros_like(times), unknown)
+
+
+CHANNEL = Channel(
+    name="traction",
+    label="traction",
+    order=0,
+    unit="1",
+    factor=1.0,
+    si="1",
+    drawn=Scale("traction ratio T/N [1]"),
+    rest="measured − model [1]",
+    assumed_noise=0.005,
+    base=Base("mu", "1", 1e-3, 3.0, _given, _guess),
+    samples=_samples,
+    values=lambda samples: np.asarray(samples.ratio),
+    predicted=lambda prediction: prediction.traction,
+    noise=noise,
+    generic=_generic,
+    withheld=_withheld,
+    covariates=_covariates,
+    planned=_planned,
+    look_at={
+        "creepage": "what changes with sliding: the friction law, films and third bodies, compliant layers",
+        "time": "what changes as the test goes on: running-in, contamination, the zero of the torque meter",
+        "cycles": "what changes from revolution to revolution: running-in, transfer layers",
+        "energy": "what the dissipated energy changes: roughness, oxides, hardened or softened surfaces",
+        "temperature": "what warms up: the surfaces, a lubricant, the torque meter",
+    },
+)
