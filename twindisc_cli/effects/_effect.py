@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-Channel = Literal["traction", "profile", "temperature"]
-CHANNELS: tuple[Channel, ...] = get_args(Channel)
+Channel = str
+"""The name of a measured channel."""
 Stage = Literal["operation", "friction", "traction", "contact", "wear", "heat", "surface", "sensor"]
 STAGES: tuple[Stage, ...] = get_args(Stage)
 
@@ -26,7 +26,7 @@ class Param:
 
     `name` is its key in the test definition and the keyword of the effect's function; `unit` is the unit of that
     value. With the value `off` the effect does nothing; None marks a parameter that only shapes it. `start` is a
-    typical size. A `log` parameter is positive and spans decades.
+    typical size. A `log` parameter is positive and spans decades; a `normal` one is expected to be of order one.
     """
 
     name: str
@@ -37,6 +37,7 @@ class Param:
     upper: float
     meaning: str
     log: bool = False
+    normal: bool = False
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,8 @@ class Effect:
 
     `channel` is where it shows first; `seen_in` every channel that may change when it is switched on. An effect that
     `needs_stops` cannot be told from the base model by one final profile; one that `needs_temperature` does nothing
-    where the disc's temperature is not known. The module's docstring is its explanation: formula, symbols, what it
-    leaves behind, validity.
+    where the disc's temperature is not known; one that `needs_time` is not tried on samples recorded without time.
+    The module's docstring is its explanation: formula, symbols, what it leaves behind, validity.
     """
 
     stage: Stage
@@ -57,6 +58,7 @@ class Effect:
     source: str
     needs_stops: bool = False
     needs_temperature: bool = False
+    needs_time: bool = False
 
     def is_off(self, **parameters: Floats) -> bool:
         """Whether every parameter that can switch the effect off does so."""

@@ -49,5 +49,6 @@ EFFECT = Effect(
         ),
     ),
     apply=apply,
+    needs_time=True,
     source="P. J. Blau, Tribology International 38 (2005) 1007-1012",
 )

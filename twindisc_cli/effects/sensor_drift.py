@@ -36,5 +36,6 @@ EFFECT = Effect(
         ),
     ),
     apply=apply,
+    needs_time=True,
     source="ISO/IEC Guide 98-3:2008, section F.2.4",
 )

@@ -14,13 +14,17 @@ CELSIUS = 273.15
 
 @dataclass(frozen=True)
 class Covariate:
-    """A covariate: unit of the definition and the end of its keys, what it is called, and its value (set, point)."""
+    """A covariate: unit of the definition and the end of its keys, what it is called, and its value (set, point).
+
+    Beyond `reach` a law over it changes nothing.
+    """
 
     unit: str
     suffix: str
     label: str
     symbol: str
     of: Callable[[State], Floats]
+    reach: float = np.inf
 
     def key(self, name: str) -> str:
         """The key of a parameter measured along this covariate."""
@@ -46,7 +50,7 @@ COVARIATES: Mapping[str, Covariate] = {
     "greatest_creepage": Covariate(
         "%", "percent", "greatest creepage so far", "v_max", lambda s: 100.0 * s.greatest_creepage
     ),
-    "y_over_edge": Covariate("1", "", "place across the track over its half-width", "y/b", _over_edge),
+    "y_over_edge": Covariate("1", "", "place across the track over its half-width", "y/b", _over_edge, 1.15),
 }
 TWINS: Mapping[str, str] = {"sliding_speed": "creepage", "cycles": "time"}
 """At one rolling speed the first is proportional to the second."""

@@ -73,7 +73,7 @@ def acted(quantity: str, covariate: str, change: Change, state: State) -> State:
     if COVARIATES[covariate] is COVARIATES["y_over_edge"] and state.surface is None:
         return state
     x = COVARIATES[covariate].of(state)
-    found = np.where(np.isfinite(x), change(np.nan_to_num(x)), 0.0)
+    found = np.where(np.isfinite(x) & (np.abs(x) <= COVARIATES[covariate].reach), change(np.nan_to_num(x)), 0.0)
     return QUANTITIES[quantity].apply(state, found * QUANTITIES[quantity].scale)
 
 

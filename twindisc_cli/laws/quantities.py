@@ -16,7 +16,8 @@ Kind = Literal["factor", "shift"]
 class Quantity:
     """A quantity of the model: `apply` takes it times (1 + change), or shifts it by change [SI].
 
-    `unit` of a shift in the definition, `scale` from it to SI; `covariates`: what a law over it is searched over.
+    `unit` of a shift in the definition, `scale` from it to SI; `covariates`: what a law over it is searched over. Power
+    and wear index follow from the friction; a law of friction over them would feed on itself.
     """
 
     stage: Stage
@@ -78,7 +79,8 @@ def _profile(s: State, change: Floats) -> State:
     return s if s.surface is None else s.on_surface(s.surface.height + change)
 
 
-_FRICTION = ("creepage", "time", "energy", "temperature", "power", "wear_index", "time_in_step", "greatest_creepage")
+_FRICTION = ("creepage", "time", "energy", "temperature", "time_in_step", "greatest_creepage")
+_DRIVEN = ("creepage", "time", "energy", "temperature", "power", "wear_index")
 QUANTITIES: Mapping[str, Quantity] = {
     "mu": Quantity("friction", "traction", "factor", "the coefficient of friction", _FRICTION, _mu),
     "slope": Quantity(
@@ -95,11 +97,11 @@ QUANTITIES: Mapping[str, Quantity] = {
         ("creepage", "time", "temperature", "time_in_step"),
         _traction_ratio,
     ),
-    "wear": Quantity("wear", "profile", "factor", "the wear coefficient", _FRICTION[:-2], _wear),
+    "wear": Quantity("wear", "profile", "factor", "the wear coefficient", _DRIVEN, _wear),
     "wear_across": Quantity(
         "surface", "profile", "factor", "the wear across the track", ("y_over_edge",), _wear_across
     ),
-    "heat": Quantity("heat", "temperature", "factor", "the heat into the disc", _FRICTION, _heat),
+    "heat": Quantity("heat", "temperature", "factor", "the heat into the disc", (*_DRIVEN[:-1], "time_in_step"), _heat),
     "convection": Quantity("heat", "temperature", "factor", "the convection", ("time", "temperature"), _convection),
     "environment": Quantity(
         "heat", "temperature", "shift", "the temperature of the environment", ("time",), _environment, "K"

@@ -1,24 +1,26 @@
 """Weighted least squares with bounds, and the evidence of a fitted model.
 
-    log Z = -chi2 / 2 + sum log prior + (p / 2) log 2 pi - log |J'J + Lambda| / 2        (Laplace)
+    evidence = -chi2 / 2 - u'u / 2 - log|1 + J_u'J_u| / 2 - (k / 2) log n
 
-    J       Jacobian of the white residual over the inner parameters, (sample, parameter)
-    prior   uniform between the bounds of a shape, normal about "off" for the size of an effect
-    Lambda  precision of the prior, which keeps a parameter that the data do not see from being paid for
+    J     Jacobian of the white residual over the inner parameters, (sample, parameter)
+    u     parameters of curves, normal of unit variance; J_u their columns without what the others can imitate (Laplace)
+    k     the other parameters of the terms, n the samples: what a prior as wide as one sample's worth costs (Schwarz)
 
-Source: D. J. C. MacKay, Neural Computation 4 (1992) 415-447.
+Sources: D. J. C. MacKay, Neural Computation 4 (1992) 415-447; G. Schwarz, Annals of Statistics 6 (1978) 461-464.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from twindisc_cli.loop.problem import Case, Parameter, Problem
+from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Floats
 
 STEP = 1e-4
@@ -31,20 +33,35 @@ EDGE = 1e-3
 
 @dataclass(frozen=True)
 class Fit:
-    """A fitted problem: inner parameters theta, white residual and Jacobian, chi2, evidence, covariance of theta."""
+    """A fitted problem: inner parameters theta, white residual (sample,) and Jacobian there, covariance of theta."""
 
     problem: Problem
     theta: Floats
     residual: Floats
     jacobian: Floats
-    chi2: float
-    evidence: float
     covariance: Floats
 
     @property
-    def effects(self) -> tuple[str, ...]:
-        """Names of the fitted effects."""
-        return self.problem.effects
+    def terms(self) -> tuple[str, ...]:
+        """Names of the fitted effects and laws."""
+        return self.problem.terms
+
+    @property
+    def chi2(self) -> float:
+        """Squared length of the white residual."""
+        return float(self.residual @ self.residual)
+
+    @cached_property
+    def evidence(self) -> float:
+        """Logarithm of the evidence, up to a constant of the data."""
+        normal = self.problem.normal
+        own = np.array([p.term is not None for p in self.problem.parameters], dtype=bool) & ~normal
+        curve = self.jacobian[:, normal]
+        rest = span_of(self.jacobian[:, ~normal])
+        curve = curve - rest @ (rest.T @ curve)
+        volume = float(np.linalg.slogdet(np.eye(int(normal.sum())) + curve.T @ curve)[1])
+        penalty = float(np.sum(self.theta[normal] ** 2)) + volume + float(own.sum()) * np.log(len(self.residual))
+        return -0.5 * (self.chi2 + penalty)
 
     def value(self, parameter: Parameter) -> tuple[float, float]:
         """Value and standard deviation of a parameter in the unit of the test definition."""
@@ -56,6 +73,10 @@ class Fit:
     def base(self, number: int) -> dict[str, float]:
         """The fitted base parameters of a test, by key."""
         return {key: float(v[0]) for key, v in self.problem.own_base(number, self.theta[None]).items()}
+
+    def values(self, term: str) -> dict[str, float]:
+        """The fitted parameters of a term, by key."""
+        return {p.key: self.value(p)[0] for p in self.problem.parameters if p.term == term}
 
     @property
     def pressed(self) -> NDArray[np.bool_]:
@@ -81,12 +102,12 @@ class Fit:
             bound, inward = (p.lower, 0.1 * width) if low else (p.upper, -0.1 * width)
             complete = p.unit == "1" and p.off == 0.0 and bound == 1.0
             cost = 2.0 * slope[i] * inward + inward**2 / self.covariance[i, i]
-            if p.effect is not None and near and bound != p.off and not complete and cost > FREE:
+            if p.term is not None and near and bound != p.off and not complete and cost > FREE:
                 found.append(p.name)
         return tuple(found)
 
 
-def fit(problem: Problem, start: Floats | None = None) -> Fit:
+def fit(problem: Problem, start: Floats | None = None, most_steps: int = MOST_STEPS) -> Fit:
     """Fit all parameters of a problem from inner start values (parameter,)."""
     lower, upper = problem.bounds
     margin = 1e-9 * (upper - lower)
@@ -94,6 +115,7 @@ def fit(problem: Problem, start: Floats | None = None) -> Fit:
     if len(theta) == 0:
         return at(problem, theta)
     target = problem.discount(problem.measured)
+    prior = np.eye(len(theta))[problem.normal]
     memory: dict[bytes, tuple[Floats, Floats]] = {}
 
     def evaluated(inner: Floats) -> tuple[Floats, Floats]:
@@ -103,10 +125,10 @@ def fit(problem: Problem, start: Floats | None = None) -> Fit:
         return memory[key]
 
     def residual(inner: Floats) -> Floats:
-        return evaluated(inner)[0]
+        return np.concatenate([evaluated(inner)[0], inner[problem.normal]])
 
     def slope(inner: Floats) -> Floats:
-        return evaluated(inner)[1]
+        return np.concatenate([evaluated(inner)[1], prior])
 
     found = least_squares(
         residual,
@@ -117,7 +139,7 @@ def fit(problem: Problem, start: Floats | None = None) -> Fit:
         ftol=1e-6,
         xtol=1e-7,
         gtol=1e-8,
-        max_nfev=MOST_STEPS,
+        max_nfev=most_steps,
     )
     return _summarised(problem, np.asarray(found.x), *evaluated(np.asarray(found.x)))
 
@@ -127,28 +149,29 @@ def at(problem: Problem, theta: Floats) -> Fit:
     return _summarised(problem, theta, *_linearised(problem, theta, problem.discount(problem.measured)))
 
 
-def settled(cases: Sequence[Case], fitted: Fit) -> list[Case]:
-    """The cases with what was fitted given: base parameters as options, effects as declared ones."""
-    problem = fitted.problem
-    found = {
-        name: {key: float(value[0]) for key, value in parameters.items()}
-        for name, parameters in problem.effects_of(fitted.theta[None]).items()
+def refit(problem: Problem, start: Floats | None = None) -> Fit:
+    """Fit, find the nuisances there, and fit again."""
+    first = fit(replace(problem, nuisance=None) if problem.nuisance is None else problem, start)
+    base = [i for i, p in enumerate(problem.parameters) if p.term is None]
+    return fit(problem.with_nuisance(first.theta, first.jacobian[:, base]), first.theta)
+
+
+def carried(problem: Problem, *fits: Fit) -> Floats:
+    """Inner start values of a problem, taken from earlier fits where these had the parameter."""
+    known = {
+        (p.name, p.case): p.outer(value)
+        for fitted in fits
+        for p, value in zip(fitted.problem.parameters, fitted.theta, strict=True)
     }
-    values = {(p.key, p.case): fitted.value(p)[0] for p in problem.parameters if p.effect is None}
-    given = []
-    for number, case in enumerate(cases):
-        test = case.test
-        options = replace(
-            test.options,
-            friction_coefficient=values.get(("mu", number), test.options.friction_coefficient),
-            wear_coefficient=values.get(("K", None), test.options.wear_coefficient),
-        )
-        thermal = test.thermal
-        if thermal is not None:
-            thermal = replace(thermal, convection=values.get(("convection_W_K", number), thermal.convection))
-        test = replace(test, options=options, thermal=thermal, effects={**test.effects, **found})
-        given.append(replace(case, model=replace(case.model, experiment=test)))
-    return given
+    return np.array([p.inner(float(known.get((p.name, p.case), p.start))) for p in problem.parameters])
+
+
+def remembered(cases: Sequence[Case], *fits: Fit) -> list[Case]:
+    """The cases with base parameters as fitted earlier, for where these are not fitted."""
+    return [
+        replace(case, known=dict(case.known) | {key: value for f in fits for key, value in f.base(number).items()})
+        for number, case in enumerate(cases)
+    ]
 
 
 def _linearised(problem: Problem, inner: Floats, target: Floats) -> tuple[Floats, Floats]:
@@ -161,28 +184,18 @@ def _linearised(problem: Problem, inner: Floats, target: Floats) -> tuple[Floats
 
 
 def _summarised(problem: Problem, theta: Floats, residual: Floats, jacobian: Floats) -> Fit:
-    """Evidence and covariance at a minimum."""
-    precision, density = _prior(problem, theta)
-    hessian = jacobian.T @ jacobian + np.diag(precision)
-    chi2 = float(residual @ residual)
-    volume = 0.5 * len(theta) * np.log(2.0 * np.pi) - 0.5 * float(np.linalg.slogdet(hessian)[1])
-    evidence = -0.5 * chi2 + density + volume
-    covariance = np.asarray(np.linalg.inv(hessian))
-    return Fit(problem, theta, residual, jacobian, chi2, evidence, covariance)
+    """Covariance at a minimum; a wide prior keeps it finite where the data do not see a parameter."""
+    hessian = jacobian.T @ jacobian + np.diag(precision(problem))
+    return Fit(problem, theta, residual, jacobian, np.asarray(np.linalg.inv(hessian)))
 
 
-def _prior(problem: Problem, theta: Floats) -> tuple[Floats, float]:
-    """Precision of the normal that stands for the prior, and the prior's log density at theta."""
+def precision(problem: Problem) -> Floats:
+    """Precision of the normal that stands for the prior of each parameter (parameter,)."""
     lower, upper = problem.bounds
-    precision, density = np.zeros_like(theta), 0.0
+    width = (upper - lower) / np.sqrt(12.0)
     for i, p in enumerate(problem.parameters):
-        if p.effect is not None and p.off is not None:
-            off = p.inner(p.off)
-            width = TYPICAL * abs(p.inner(p.start) - off)
-            precision[i] = width**-2
-            density += -0.5 * ((theta[i] - off) / width) ** 2 - 0.5 * np.log(2.0 * np.pi * width**2)
-        else:
-            width = upper[i] - lower[i]
-            precision[i] = 12.0 / width**2
-            density += -float(np.log(width))
-    return precision, density
+        if p.normal:
+            width[i] = 1.0
+        elif p.term is not None and p.off is not None:
+            width[i] = TYPICAL * abs(p.inner(p.start) - p.inner(p.off))
+    return np.asarray(width**-2.0)

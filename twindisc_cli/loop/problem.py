@@ -1,12 +1,12 @@
-"""The fitting problem: several tests, their channels as white noise, and a vector of parameters.
+"""The fitting problem: several tests, all their channels as white noise, and a vector of parameters.
 
     minimise |W (y - f(theta))|^2,   W W' = (C + D D')^-1
 
     y   measured channels, f the forward model, C the covariance of the noise
     D   what the inputs' tolerances could change (nuisances), one column each
 
-K belongs to the material and is shared by all tests, mu and the convection belong to each test, the effects to the rig
-and so to all tests. Parameters that span decades are fitted as logarithms.
+K belongs to the material and is shared by all tests, mu and the convection belong to each test, effects and laws to
+the rig and so to all tests. Parameters that span decades are fitted as logarithms.
 """
 
 from __future__ import annotations
@@ -18,37 +18,22 @@ from functools import cached_property
 import numpy as np
 
 from twindisc_cli.effects import catalogue
-from twindisc_cli.effects._effect import CHANNELS, Channel
-from twindisc_cli.loop.noise import Noise, profile_noise, temperature_noise, traction_noise
+from twindisc_cli.effects._effect import Effect
+from twindisc_cli.loop.channels import channels, measured_channels
+from twindisc_cli.loop.channels._channel import Base
+from twindisc_cli.loop.noise import Noise
 from twindisc_cli.loop.span import span_of
-from twindisc_cli.model.experiment import Experiment, Floats
+from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.model.experiment import Experiment, Floats, Rig
 from twindisc_cli.model.forward import ForwardModel, Prediction
-from twindisc_cli.model.surface import recorded_sections
-
-DRIVEN: tuple[Channel, ...] = ("traction", "temperature", "profile")
-"""The channels in the order in which they drive each other: friction warms the disc, a warm disc may wear faster."""
-
-TOLERANCES: tuple[tuple[str, dict[str, float]], ...] = (
-    ("third_body_layer", {"slope_ratio": 0.993}),
-    ("load_error", {"error_percent": 0.7}),
-)
-"""Effects whose small sizes are no finding: name and parameters at one standard deviation."""
-
-STEP_TOLERANCE = (0.003, 6e-6)
-"""Error of the creepage that each step may have on its own, one standard deviation: relative and absolute."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """One test with the noise of its channels.
-
-    free_mu: mu as measured (iteration,) in place of a model of friction, and its standard deviation.
-    known: values of K and convection_W_K to hold where they are not fitted, and to start from.
-    """
+    """One test with the noise of its channels. `known`: base parameters to hold where they are not fitted."""
 
     model: ForwardModel
-    noise: Mapping[Channel, Noise]
-    free_mu: tuple[Floats, Floats] | None = None
+    noise: Mapping[str, Noise]
     known: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -56,90 +41,41 @@ class Case:
         """The test itself."""
         return self.model.experiment
 
-    def values(self, channel: Channel) -> Floats:
+    def values(self, channel: str) -> Floats:
         """Measured values of a channel (sample,)."""
-        measured = self.test.measured
-        if channel == "traction" and measured.traction is not None:
-            return measured.traction.ratio
-        if channel == "profile" and measured.profile is not None:
-            return measured.profile.height
-        assert measured.temperature is not None
-        return measured.temperature.temperature
+        return channels()[channel].values(channels()[channel].samples(self.test))
 
     @cached_property
-    def first_wear(self) -> float:
-        """K from W H / E of the last recorded profile, with the traction as it was measured; 0 without a profile."""
-        profile = self.test.measured.profile
-        if "K" in self.known:
-            return self.known["K"]
-        if profile is None:
-            return 0.0
-        last = profile.iteration == profile.iteration.max()
-        section = max(sum(recorded_sections(profile, last)), 1e-14)
-        return float(np.clip(section * self.model.circumference_hardness / measured_energy(self), 1e-8, 0.5))
-
-    @cached_property
-    def first_convection(self) -> float:
-        """Convection [W/K] from the mean power, with the traction as measured, over the mean warming; 1 unmeasured."""
-        thermal, samples = self.test.thermal, self.test.measured.temperature
-        if "convection_W_K" in self.known:
-            return self.known["convection_W_K"]
-        if thermal is None or samples is None:
-            return 1.0
-        warming = float(np.mean(samples.temperature - thermal.environment_temperature))
-        power = measured_energy(self) / float(self.test.history.end_time[-1])
-        return float(np.clip(power / max(abs(warming), 1e-3), 1e-3, 1e4))
+    def guesses(self) -> dict[str, float]:
+        """Base parameters from the measurements alone, by key; NaN where nothing tells."""
+        return {channel.base.key: channel.base.guess(self.model) for channel in channels().values()}
 
     @property
     def held(self) -> dict[str, float]:
-        """Base parameters where they are not fitted: as the definition says, else the first guess; mu may be NaN."""
-        guess = {"mu": np.nan, "K": self.first_wear, "convection_W_K": self.first_convection}
-        return guess | stated(self.test)
-
-
-def channels_of(test: Experiment) -> tuple[Channel, ...]:
-    """The channels that were measured."""
-    measured = test.measured
-    present = {
-        "traction": measured.traction is not None,
-        "profile": measured.profile is not None,
-        "temperature": measured.temperature is not None and test.thermal is not None,
-    }
-    return tuple(channel for channel in CHANNELS if present[channel])
+        """Base parameters where they are not fitted: as the definition says, as known from elsewhere, else guessed."""
+        return self.guesses | dict(self.known) | stated(self.test)
 
 
 def stated(test: Experiment) -> dict[str, float]:
     """The base parameters that a definition gives a value."""
-    values = {
-        "mu": test.options.friction_coefficient,
-        "K": test.options.wear_coefficient,
-        "convection_W_K": test.thermal.convection if test.thermal else np.nan,
-    }
+    values = {channel.base.key: channel.base.given(test) for channel in channels().values()}
     return {key: value for key, value in values.items() if np.isfinite(value)}
-
-
-def friction_is_given(test: Experiment) -> bool:
-    """Whether the definition says mu at every iteration."""
-    return bool(np.isfinite(test.options.friction_coefficient) or np.isfinite(test.history.given_mu).all())
-
-
-def noise_of(test: Experiment) -> dict[Channel, Noise]:
-    """Noise of every measured channel."""
-    makers = {"traction": traction_noise, "profile": profile_noise, "temperature": temperature_noise}
-    return {channel: makers[channel](test) for channel in channels_of(test)}
 
 
 def case_of(test: Experiment) -> Case:
     """A test with the noise of its channels."""
-    return Case(ForwardModel(test), noise_of(test))
+    return Case(ForwardModel(test), {name: channels()[name].noise(test) for name in measured_channels(test)})
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A fitted parameter: its name, bounds and start in the unit of the test definition, and the tests it acts in."""
+    """A fitted parameter: its name, bounds and start in the unit of the test definition, and the tests it acts in.
+
+    `term` is the effect or law it belongs to, None for a base parameter; a `normal` one has a unit normal prior.
+    """
 
     name: str
-    effect: str | None
+    term: str | None
     key: str
     unit: str
     start: float
@@ -148,6 +84,7 @@ class Parameter:
     log: bool
     case: int | None = None
     off: float | None = None
+    normal: bool = False
 
     def inner(self, value: float) -> float:
         """The number that is fitted."""
@@ -160,60 +97,46 @@ class Parameter:
     @property
     def scale(self) -> float:
         """Size of a unit step of a parameter that is not fitted as a logarithm."""
-        return max(abs(self.start - (self.off or 0.0)), 1e-3 * (self.upper - self.lower))
-
-
-@dataclass(frozen=True)
-class Settled:
-    """Parameters that an earlier problem left in the tests: where they are (parameter,), and their covariance."""
-
-    problem: Problem
-    theta: Floats
-    covariance: Floats
+        return 1.0 if self.normal else max(abs(self.start - (self.off or 0.0)), 1e-3 * (self.upper - self.lower))
 
 
 @dataclass(frozen=True)
 class Problem:
-    """Tests and channels to be explained together, by base parameters and the named effects."""
+    """Tests and channels to be explained together, by base parameters and terms: effects by name, and trial laws."""
 
     cases: Sequence[Case]
-    channels: tuple[Channel, ...]
-    effects: tuple[str, ...] = ()
-    settled: tuple[Settled, ...] = ()
+    channels: tuple[str, ...]
+    terms: tuple[str, ...] = ()
+    trial: Mapping[str, Effect] = field(default_factory=dict)
     nuisance: Floats | None = field(default=None, repr=False)
 
-    @property
-    def in_order(self) -> list[Channel]:
-        """The channels, those first that drive the others."""
-        return [channel for channel in DRIVEN if channel in self.channels]
+    def with_terms(self, *names: str, trial: Mapping[str, Effect] | None = None) -> Problem:
+        """The same problem with other terms."""
+        every = {**self.trial, **(trial or {})}
+        return replace(self, terms=tuple(names), trial={name: every[name] for name in names if name in every})
 
-    def with_effects(self, *names: str) -> Problem:
-        """The same problem with other effects."""
-        return replace(self, effects=tuple(names))
+    def effect(self, name: str) -> Effect:
+        """A term as it acts: a law on trial, or an effect of the catalogue."""
+        return self.trial[name] if name in self.trial else catalogue()[name]
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Base parameters that the chosen channels can show, then those of the effects."""
-        return (*self._base(), *(p for name in self.effects for p in effect_parameters(name)))
+        """Base parameters that the channels can show, then those of the terms."""
+        return (*self._base(), *(p for name in self.terms for p in parameters_of(name, self.effect(name))))
 
     def _base(self) -> list[Parameter]:
-        found: list[Parameter] = []
-        for number, case in enumerate(self.cases):
-            present = set(self.channels) & set(case.noise)
-            thermal = case.test.thermal
-            if case.free_mu is None and "traction" in present and not friction_is_given(case.test):
-                level = float(np.clip(np.quantile(np.abs(case.values("traction")), 0.9), 1e-3, 2.0))
-                found.append(Parameter("mu", None, "mu", "1", level, 1e-3, 3.0, True, number))
-            if "temperature" in present and thermal is not None and not np.isfinite(thermal.convection):
-                level = case.first_convection
-                found.append(
-                    Parameter("convection_W_K", None, "convection_W_K", "W K-1", level, 1e-5, 1e6, True, number)
-                )
-        recorded = [case.first_wear for case in self.cases if "profile" in case.noise]
-        given = any(np.isfinite(case.test.options.wear_coefficient) for case in self.cases)
-        if "profile" in self.channels and recorded and not given:
-            found.append(Parameter("K", None, "K", "1", float(np.median(recorded)), 1e-9, 1.0, True))
-        return found
+        """One for every channel and test; those that are shared, once."""
+        found: dict[tuple[str, int | None], Parameter] = {}
+        for name in self.channels:
+            base = channels()[name].base
+            seen = [i for i, case in enumerate(self.cases) if name in case.noise]
+            given = [i for i, case in enumerate(self.cases) if np.isfinite(base.given(case.test))]
+            if base.shared and seen and not given:
+                start = float(np.median([self.cases[i].held[base.key] for i in seen]))
+                found.setdefault((base.key, None), _parameter(base, start, None))
+            for i in [] if base.shared else sorted({*seen} - {*given}):
+                found.setdefault((base.key, i), _parameter(base, self.cases[i].held[base.key], i))
+        return list(found.values())
 
     def start(self) -> Floats:
         """Inner start values (parameter,)."""
@@ -225,125 +148,83 @@ class Problem:
         lower = [p.inner(p.lower) for p in self.parameters]
         return np.array(lower), np.array([p.inner(p.upper) for p in self.parameters])
 
-    def predict(self, theta: Floats, extra: Mapping[str, Mapping[str, Floats]] | None = None) -> list[Prediction]:
-        """Predictions of every test for parameter sets theta (set, parameter), with extra effects if asked."""
+    @cached_property
+    def normal(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+        """Which parameters have a unit normal prior (parameter,)."""
+        return np.array([p.normal for p in self.parameters], dtype=bool)
+
+    def predict(self, theta: Floats) -> list[Prediction]:
+        """Predictions of every test for parameter sets theta (set, parameter)."""
+        return self.moved(theta)
+
+    def moved(
+        self,
+        theta: Floats,
+        *,
+        number: int | None = None,
+        base: Mapping[str, Floats] | None = None,
+        extra: Mapping[str, Mapping[str, Floats]] | None = None,
+        trial: Mapping[str, Effect] | None = None,
+    ) -> list[Prediction]:
+        """Predictions with base parameters of test `number` (all tests: None) replaced, and with extra effects."""
         return [
-            case.model.predict(self._base_of(number, case, theta), {**self.effects_of(theta), **(extra or {})})
-            for number, case in enumerate(self.cases)
-        ]
-
-    def _off_creepage(self, theta: Floats) -> Floats:
-        """White predictions (step, sample) with the creepage of one step after the other off by its tolerance."""
-        rows = []
-        for number, case in enumerate(self.cases):
-            history = case.test.history
-            relative = np.hypot(STEP_TOLERANCE[0], STEP_TOLERANCE[1] / np.maximum(np.abs(history.creepage), 1e-6))
-            steps = np.unique(history.step)[:, None] == history.step
-            rows.append(self._moved(theta, len(steps), number, {"creepage_factor": 1.0 + relative * steps}))
-        return np.concatenate(rows)
-
-    def _off_friction(self, theta: Floats) -> Floats:
-        """White predictions (iteration, sample) with mu off by its standard deviation, where it is as measured."""
-        rows = [np.empty((0, len(self.measured)))]
-        for number, case in enumerate(self.cases):
-            if case.free_mu is not None:
-                mu, std = case.free_mu
-                rows.append(self._moved(theta, len(mu), number, {"mu": mu + np.diag(std)}))
-        return np.concatenate(rows)
-
-    def _off_settled(self, theta: Floats) -> Floats:
-        """White predictions (parameter, sample) with what is settled moved along the axes of its uncertainty."""
-        rows = [np.empty((0, len(self.measured)))]
-        for earlier in self.settled:
-            lower, upper = earlier.problem.bounds
-            moved = np.clip(earlier.theta + np.linalg.cholesky(earlier.covariance).T, lower, upper)
-            sets = np.tile(theta, (len(moved), 1))
-            predictions = [
-                case.model.predict(
-                    self._base_of(number, case, sets, earlier.problem.own_base(number, moved)),
-                    {**earlier.problem.effects_of(moved), **self.effects_of(sets)},
-                )
-                for number, case in enumerate(self.cases)
-            ]
-            rows.append(self.white(predictions))
-        return np.concatenate(rows)
-
-    def _moved(self, theta: Floats, count: int, off: int, change: Mapping[str, Floats]) -> Floats:
-        """White predictions (set, sample) for `count` changes of the base parameters of one test."""
-        sets = np.tile(theta, (count, 1))
-        predictions = [
             case.model.predict(
-                {**self._base_of(number, case, sets), **(change if number == off else {})}, self.effects_of(sets)
+                {**self.base_of(i, theta), **((base or {}) if number in (None, i) else {})},
+                {**self.terms_of(theta), **(extra or {})},
+                {**self.trial, **(trial or {})},
             )
-            for number, case in enumerate(self.cases)
+            for i, case in enumerate(self.cases)
         ]
-        return self.white(predictions)
 
     def own_base(self, number: int, theta: Floats) -> dict[str, Floats]:
         """The fitted base parameters of a test for theta (set, parameter)."""
         return {
             p.key: p.outer(column)
             for column, p in zip(theta.T, self.parameters, strict=True)
-            if p.effect is None and p.case in (None, number)
+            if p.term is None and p.case in (None, number)
         }
 
-    def effects_of(self, theta: Floats) -> dict[str, dict[str, Floats]]:
-        """Parameters of the effects for theta (set, parameter), by effect and key."""
-        found: dict[str, dict[str, Floats]] = {name: {} for name in self.effects}
+    def terms_of(self, theta: Floats) -> dict[str, dict[str, Floats]]:
+        """Parameters of the terms for theta (set, parameter), by term and key."""
+        found: dict[str, dict[str, Floats]] = {name: {} for name in self.terms}
         for column, p in zip(np.atleast_2d(theta).T, self.parameters, strict=True):
-            if p.effect is not None:
-                found[p.effect][p.key] = p.outer(column)
+            if p.term is not None:
+                found[p.term][p.key] = p.outer(column)
         return found
 
-    def _base_of(
-        self, number: int, case: Case, theta: Floats, known: Mapping[str, Floats] | None = None
-    ) -> dict[str, Floats]:
-        """Base parameters of a test for theta (set, parameter), `known` ones (set,) in place of its own.
-
-        What the definition says of mu in single steps stands above both.
-        """
-        sets = len(theta)
-        base = {key: np.full(sets, value) for key, value in case.held.items()}
-        base |= self.own_base(number, theta) | dict(known or {})
+    def base_of(self, number: int, theta: Floats) -> dict[str, Floats]:
+        """Base parameters of a test for theta (set, parameter); mu that is given in single steps stands above."""
+        case = self.cases[number]
+        base = {key: np.full(len(theta), value) for key, value in case.held.items()} | self.own_base(number, theta)
         step_mu = case.test.history.given_mu
-        if case.free_mu is not None:
-            base["mu"] = np.broadcast_to(case.free_mu[0], (sets, len(case.free_mu[0])))
-        elif np.isfinite(step_mu).any():
+        if np.isfinite(step_mu).any():
             base["mu"] = np.where(np.isfinite(step_mu), step_mu, base["mu"][:, None])
-        return base
+        return {key: base[key] for key in ("mu", "K", "convection_W_K")}
+
+    @property
+    def parts(self) -> list[tuple[int, str]]:
+        """Test and channel of each part of a row of white numbers."""
+        return [(i, name) for i, case in enumerate(self.cases) for name in self.channels if name in case.noise]
 
     def white(self, predictions: Sequence[Prediction]) -> Floats:
         """Predicted channels as white numbers (set, sample), all tests and channels in a row."""
-        parts = [
-            case.noise[channel].whiten(getattr(prediction, channel))
-            for case, prediction in zip(self.cases, predictions, strict=True)
-            for channel in self.channels
-            if channel in case.noise
-        ]
+        parts = [self.cases[i].noise[c].whiten(channels()[c].predicted(predictions[i])) for i, c in self.parts]
         return np.concatenate(parts, axis=-1)
 
     @cached_property
     def measured(self) -> Floats:
         """Measured channels as white numbers (sample,)."""
-        parts = [
-            case.noise[channel].whiten(case.values(channel))
-            for case in self.cases
-            for channel in self.channels
-            if channel in case.noise
-        ]
-        return np.concatenate(parts, axis=-1)
+        return np.concatenate([self.cases[i].noise[c].whiten(self.cases[i].values(c)) for i, c in self.parts])
 
     @cached_property
-    def slices(self) -> dict[Channel, list[slice]]:
+    def slices(self) -> dict[str, list[slice]]:
         """Where each channel of each test stands in a row of white numbers."""
-        found: dict[Channel, list[slice]] = {channel: [] for channel in self.channels}
+        found: dict[str, list[slice]] = {channel: [] for channel in self.channels}
         first = 0
-        for case in self.cases:
-            for channel in self.channels:
-                if channel in case.noise:
-                    count = int(case.noise[channel].kept.sum())
-                    found[channel].append(slice(first, first + count))
-                    first += count
+        for i, channel in self.parts:
+            count = int(self.cases[i].noise[channel].kept.sum())
+            found[channel].append(slice(first, first + count))
+            first += count
         return found
 
     @cached_property
@@ -368,38 +249,80 @@ class Problem:
         """
         span = span_of(slopes)
         plain = self.white(self.predict(theta[None]))[0]
-        moved = [
-            self.white(self.predict(theta[None], _extra(name, sizes)))[0] - plain
-            for name, sizes in TOLERANCES
-            if name not in self.effects
-        ]
-        others = [self._off_creepage(theta[None]), self._off_friction(theta[None]), self._off_settled(theta[None])]
-        columns = np.concatenate([np.array(moved), np.concatenate(others) - plain]).T
+        rows = [self._off_effects(theta), self._off_creepage(theta), self._off_rig(theta)]
+        columns = np.nan_to_num(np.concatenate(rows) - plain).T
         return replace(self, nuisance=columns - span @ (span.T @ columns))
 
+    def _off_effects(self, theta: Floats) -> Floats:
+        """White predictions (effect, sample) with small sizes of the effects that are no finding.
 
-def _extra(name: str, sizes: Mapping[str, float]) -> dict[str, dict[str, Floats]]:
-    """An effect of given sizes, the other parameters at their start, as one parameter set."""
-    return {name: {p.key: np.array([sizes.get(p.key, p.start)]) for p in effect_parameters(name)}}
+        They come on top of what a test declares: the tolerance of a declared effect is relative to it.
+        """
+        rows = [np.empty((0, len(self.measured)))]
+        for name, key, size in THRESHOLDS.tolerated_effects:
+            if name in self.terms:
+                continue
+            predictions = [
+                case.model.predict(
+                    self.base_of(i, theta[None]),
+                    {**self.terms_of(theta), name: _slightly(case.test, name, key, size)},
+                    self.trial,
+                )
+                for i, case in enumerate(self.cases)
+            ]
+            rows.append(self.white(predictions))
+        return np.concatenate(rows)
+
+    def _off_creepage(self, theta: Floats) -> Floats:
+        """White predictions (step, sample) with the creepage of one step after the other off by its tolerance."""
+        relative_error, error = THRESHOLDS.step_creepage
+        rows = []
+        for number, case in enumerate(self.cases):
+            history = case.test.history
+            relative = np.hypot(relative_error, error / np.maximum(np.abs(history.creepage), 1e-6))
+            factors = 1.0 + relative * (np.unique(history.step)[:, None] == history.step)
+            sets = np.tile(theta, (len(factors), 1))
+            rows.append(self.white(self.moved(sets, number=number, base={"creepage_factor": factors})))
+        return np.concatenate(rows)
+
+    def _off_rig(self, theta: Floats) -> Floats:
+        """White predictions (input, sample) with the geometry and the modulus off by their tolerances."""
+        rows = [np.empty((0, len(self.measured)))]
+        for name in ("transverse_radius", "youngs_modulus"):
+            cases = [
+                replace(case, model=ForwardModel(replace(case.test, rig=_off(case.test.rig, name, case.test))))
+                for case in self.cases
+            ]
+            rows.append(self.white(replace(self, cases=cases).predict(theta[None])))
+        return np.concatenate(rows)
 
 
-def effect_parameters(name: str) -> list[Parameter]:
-    """The parameters of an effect as they are fitted."""
+def _off(rig: Rig, name: str, test: Experiment) -> Rig:
+    """A rig with one quantity of both discs off by its standard deviation."""
+    share = 1.0 + test.tolerances.get(name, getattr(THRESHOLDS, name))
+    return replace(
+        rig,
+        disc1=replace(rig.disc1, **{name: getattr(rig.disc1, name) * share}),
+        disc2=replace(rig.disc2, **{name: getattr(rig.disc2, name) * share}),
+    )
+
+
+def _slightly(test: Experiment, name: str, key: str, size: float) -> dict[str, Floats]:
+    """An effect a little larger than the test declares it: by a factor where its parameter is one, else by a sum."""
+    declared = test.effects.get(name, {})
+    values = {p.name: declared.get(p.name, p.off if p.off is not None else p.start) for p in catalogue()[name].params}
+    ratio = next(p.log for p in catalogue()[name].params if p.name == key)
+    values[key] = values[key] * (1.0 + size) if ratio else values[key] + size
+    return {name: np.array([value]) for name, value in values.items()}
+
+
+def _parameter(base: Base, start: float, case: int | None) -> Parameter:
+    return Parameter(base.key, None, base.key, base.unit, start, base.lower, base.upper, True, case)
+
+
+def parameters_of(name: str, effect: Effect) -> list[Parameter]:
+    """The parameters of an effect or a law as they are fitted."""
     return [
-        Parameter(f"{name}.{p.name}", name, p.name, p.unit, p.start, p.lower, p.upper, p.log, off=p.off)
-        for p in catalogue()[name].params
+        Parameter(f"{name}.{p.name}", name, p.name, p.unit, p.start, p.lower, p.upper, p.log, None, p.off, p.normal)
+        for p in effect.params
     ]
-
-
-def measured_energy(case: Case) -> float:
-    """Energy dissipated in a test [J], from the traction as measured (or the friction coefficient given)."""
-    test, history = case.test, case.test.history
-    mu = np.full(len(history.step), test.options.friction_coefficient)
-    mu = np.where(np.isfinite(history.given_mu), history.given_mu, mu)
-    if test.measured.traction is not None:
-        samples = test.measured.traction
-        level = {s: float(np.mean(samples.ratio[samples.step == s])) for s in np.unique(samples.step)}
-        mean = float(np.mean(samples.ratio))
-        mu = np.array([level.get(int(s), mean) for s in history.step])
-    power = mu * test.rig.normal_load * np.abs(history.creepage) * test.rig.rolling_speed
-    return max(float(np.sum(power * history.duration)), 1e-9)

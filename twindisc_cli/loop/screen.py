@@ -12,21 +12,45 @@ group says is its evidence with a normal prior of the best size: (q - k) / 2 - (
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2
 
-from twindisc_cli.effects._effect import Channel
 from twindisc_cli.loop.fit import Fit
-from twindisc_cli.loop.generic import Group, groups
+from twindisc_cli.loop.channels import channels
+from twindisc_cli.loop.problem import Case
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Floats
+from twindisc_cli.model.forward import Prediction
 
+SPANS = ("iterations", "heat by iteration")
 DRAWS = 1000
 MOST_ENDS = 30
 SEED = 20061139
+
+
+@dataclass(frozen=True)
+class Group:
+    """Columns (sample, column) over a channel of one test, functions of one covariate.
+
+    `spans`: the columns follow each other along the covariate, and sums of neighbours, one at a time, are a group too.
+    """
+
+    channel: str
+    covariate: str
+    kind: str
+    columns: Floats
+    spans: bool = False
+
+
+def groups(case: Case, channel: str, prediction: Prediction) -> Iterator[Group]:
+    """Every generic function of a channel that varies over its samples."""
+    for covariate, kind, columns in channels()[channel].generic(case.model, prediction):
+        varied = columns[:, np.ptp(columns, axis=0) > 1e-9]
+        if varied.shape[1]:
+            yield Group(channel, covariate, kind, varied, spans=kind in SPANS)
 
 
 @dataclass(frozen=True)
@@ -45,7 +69,7 @@ class Score:
 class Leftover:
     """What is left in a channel: scores by falling evidence, family-wise p-value, excess length in noise units."""
 
-    channel: Channel
+    channel: str
     scores: Sequence[Score]
     p_value: float
     length: float
@@ -64,7 +88,7 @@ class Leftover:
         return list(best.values())
 
 
-def leftover(fitted: Fit, channel: Channel, generator: np.random.Generator | None = None) -> Leftover:
+def leftover(fitted: Fit, channel: str, generator: np.random.Generator | None = None) -> Leftover:
     """Test the generic functions of a channel on the residual of a fit."""
     problem = fitted.problem
     generator = generator or np.random.default_rng(SEED)
@@ -106,7 +130,7 @@ def _reached(fitted: Fit) -> Floats:
     return np.asarray(left[:, size > 1.0])
 
 
-def _channel_power(fitted: Fit, channel: Channel) -> float:
+def _channel_power(fitted: Fit, channel: str) -> float:
     return float(sum(np.sum(fitted.residual[part] ** 2) for part in fitted.problem.slices[channel]))
 
 

@@ -212,6 +212,7 @@ class Experiment:
 
     reported holds numbers stated elsewhere (a paper, a report) that `check` compares with the physics: depth [m],
     width [m], wear_coefficient [1], temperature_rise [K], each only where stated. hold_out_steps count from 0.
+    tolerances: relative standard deviations of quantities of the discs, by name.
     """
 
     name: str
@@ -222,6 +223,7 @@ class Experiment:
     thermal: Thermal | None = None
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     laws: Mapping[str, Law] = field(default_factory=dict)
+    tolerances: Mapping[str, float] = field(default_factory=dict)
     measured: Measured = field(default_factory=Measured)
     hold_out_steps: tuple[int, ...] = ()
     reported: Mapping[str, float] = field(default_factory=dict)

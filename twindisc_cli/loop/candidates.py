@@ -1,0 +1,127 @@
+"""What could be added to a fit: effects of the catalogue and laws learnt from what is left, by what they promise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from twindisc_cli.effects import catalogue
+from twindisc_cli.effects._effect import Effect
+from twindisc_cli.laws.trial import Trial
+from twindisc_cli.loop.channels.profile import recorded_stops
+from twindisc_cli.loop.fit import Fit
+from twindisc_cli.loop.learn import Pair, is_timed, pairs
+from twindisc_cli.loop.problem import Problem, parameters_of
+from twindisc_cli.loop.span import span_of
+from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.model.experiment import Floats
+
+SIZES = (1.0, 0.3, 3.0)
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A term that may be added: its name, how it acts, inner start values of its own parameters, what it promises.
+
+    promise: logarithm of the evidence to first order, its price paid; price: what the choice of a law's form costs.
+    """
+
+    name: str
+    effect: Effect
+    starts: Sequence[Floats]
+    promise: float
+    price: float = 0.0
+    pair: Pair | None = None
+
+    @property
+    def is_law(self) -> bool:
+        """Whether it is a law and no effect of the catalogue."""
+        return isinstance(self.effect, Trial)
+
+
+def proposals(fitted: Fit) -> list[Proposal]:
+    """Every effect and every law that may be added to a fit, by falling promise."""
+    return sorted([*effects(fitted), *laws(fitted)], key=lambda p: -p.promise)
+
+
+def effects(fitted: Fit) -> list[Proposal]:
+    """The effects of the catalogue that these tests can show and that are not in the model yet."""
+    problem = fitted.problem
+    target = _target(fitted)
+    samples = np.log(len(fitted.residual))
+    found = []
+    for name in searched(problem):
+        sets, score = _scored(problem.with_terms(*problem.terms, name), fitted, target, name)
+        order = np.argsort(-score)[:2]
+        promise = 0.5 * float(score[order[0]]) - 0.5 * samples * sets.shape[1]
+        starts = [sets[i] for i in order if score[i] > 0.5 * score[order[0]]]
+        found.append(Proposal(name, catalogue()[name], starts, promise))
+    return found
+
+
+def laws(fitted: Fit) -> list[Proposal]:
+    """Every law over every pair, the best two forms of each."""
+    found = []
+    for pair in pairs(fitted):
+        name = pair.name
+        if name in fitted.terms:
+            continue
+        for promise, trial, price in pair.proposals(len(fitted.residual))[: THRESHOLDS.forms]:
+            start = np.array([p.inner(p.start) for p in parameters_of(name, trial)])
+            found.append(Proposal(name, trial, [start], promise, price, pair))
+    return found
+
+
+def searched(problem: Problem) -> list[str]:
+    """Names of the effects that may be missing: those declared are given, and those already added are in."""
+    declared = {name for case in problem.cases for name in case.test.effects}
+    stops = max((len(recorded_stops(case.test)) for case in problem.cases), default=0)
+    timed = any(is_timed(case) for case in problem.cases)
+    return [
+        name
+        for name, effect in catalogue().items()
+        if effect.channel in problem.channels
+        and name not in problem.terms
+        and name not in declared
+        and (stops > 1 or not effect.needs_stops)
+        and (timed or not effect.needs_time)
+    ]
+
+
+def _target(fitted: Fit) -> tuple[Floats, Floats]:
+    """White prediction of a fit (sample,), and the directions that its parameters reach."""
+    problem = fitted.problem
+    return problem.discount(problem.white(problem.predict(fitted.theta[None])))[0], span_of(fitted.jacobian)
+
+
+def _scored(problem: Problem, fitted: Fit, target: tuple[Floats, Floats], name: str) -> tuple[Floats, Floats]:
+    """Inner parameters on a grid (set, parameter), and the fall of chi2 that each promises to first order (set,)."""
+    sets = _grid(problem, name)
+    theta = np.concatenate([np.tile(fitted.theta, (len(sets), 1)), sets], axis=1)
+    lower, upper = problem.bounds
+    rows = problem.discount(problem.white(problem.predict(np.clip(theta, lower, upper))))
+    plain, span = target
+    moved = np.nan_to_num(rows - plain)
+    moved = moved - (moved @ span) @ span.T
+    along = (moved @ fitted.residual) / np.sqrt(np.sum(moved**2, axis=1) + 1e-12)
+    return sets, np.maximum(along, 0.0) ** 2
+
+
+def _grid(problem: Problem, name: str) -> Floats:
+    """Inner parameters of one effect on a coarse grid (set, parameter) that covers what its parameters may be."""
+    axes = []
+    own = parameters_of(name, problem.effect(name))
+    shapes = sum(p.off is None for p in own)
+    for p in own:
+        low, high = p.inner(p.lower), p.inner(p.upper)
+        if p.off is not None:
+            off, size = p.inner(p.off), p.inner(p.start) - p.inner(p.off)
+            sizes = [off + sign * part * size for part in (SIZES if shapes < 2 else SIZES[:1]) for sign in (1.0, -1.0)]
+            axes.append([s for s in sizes if low <= s <= high])
+        elif p.log:
+            axes.append(list(np.linspace(low, high, 15 if shapes == 1 else 7)[1:-1]))
+        else:
+            axes.append([p.inner(p.start)])
+    return np.stack([a.ravel() for a in np.meshgrid(*axes, indexing="ij")], axis=1)

@@ -1,0 +1,295 @@
+"""Learning a law: which quantity changes over which covariate, and how, from what the present model leaves.
+
+    change(x) = sum_j f_j [x in bin j],   A = G'G,  g = G'r
+    log Z     = f's prior N(0, s^2 k) integrated: g'L (1 + L'A L)^-1 L'g / 2 - log|1 + L'A L| / 2,   s^2 k = L L'
+
+    r   white residual of the present fit, G its response to the bins, both without what the fitted parameters imitate
+
+The families (a line, exponentials, powers, steps, windows, humps, waves, smooth curves) are averaged inside, then over
+each other, so that a flexible family pays for its flexibility. To first order the forward model is asked once a bin.
+Source: C. E. Rasmussen, C. K. I. Williams, Gaussian Processes for Machine Learning (2006), section 5.4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.special import logsumexp
+
+from twindisc_cli.laws.covariates import COVARIATES
+from twindisc_cli.laws.quantities import QUANTITIES
+from twindisc_cli.laws.trial import Trial, bins, curve, formula
+from twindisc_cli.loop.fit import Fit
+from twindisc_cli.loop.problem import Case
+from twindisc_cli.loop.span import span_of
+from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.model.experiment import Floats
+from twindisc_cli.model.forward import Prediction
+
+MOST_BINS = 28
+TIME_BINS = 60
+KNOTS = 15
+LEVELS = np.array([0.1, 0.3, 1.0, 3.0])
+LENGTHS = np.array([0.08, 0.15, 0.3, 0.6, 1.2])
+UNTIMED = ("creepage", "y_over_edge")
+"""Covariates that samples recorded without time can show."""
+NOTHING = 1e-12
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A quantity over a covariate, as the present fit sees it.
+
+    edges (bin + 1,) and places (bin,) in the covariate's unit; A (bin, bin), g (bin,); typical: size of a change.
+    """
+
+    quantity: str
+    covariate: str
+    edges: Floats
+    places: Floats
+    A: Floats
+    g: Floats
+    typical: float
+
+    @property
+    def name(self) -> str:
+        """What a law of this pair is called."""
+        return f"{self.quantity}_over_{self.covariate}"
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Range of the covariate."""
+        return float(self.places[0]), float(self.places[-1])
+
+    @cached_property
+    def members(self) -> list[tuple[str, list[dict[str, float]], Floats]]:
+        """Families of formulas: shape, start values of each member, and the members' values (bin, member)."""
+        return [(shape, starts, np.array(columns).T) for shape, starts, columns in _families(self.places, self.edges)]
+
+    @cached_property
+    def log_evidence(self) -> float:
+        """Logarithm of the evidence of a law over this pair, relative to none."""
+        found = [self._of_formulas(columns) for _, _, columns in self.members] + [self._of_curves()]
+        return float(logsumexp(found) - np.log(len(found)))
+
+    def _of_formulas(self, columns: Floats) -> float:
+        length, along = self._seen(columns)
+        variance = (LEVELS[:, None] * self.typical) ** 2
+        each = 0.5 * variance * along**2 / (1.0 + variance * length) - 0.5 * np.log1p(variance * length)
+        return float(logsumexp(each) - np.log(each.size))
+
+    def _of_curves(self) -> float:
+        return float(logsumexp(self._curves[0]) - np.log(self._curves[0].size))
+
+    @cached_property
+    def _curves(self) -> tuple[Floats, list[tuple[float, float]]]:
+        """Evidence of smooth curves, and the length and size of each."""
+        found, which = [], []
+        for length in LENGTHS:
+            root = np.linalg.cholesky(_matern(self.places, length) + 1e-9 * np.eye(len(self.places)))
+            value, vector = np.linalg.eigh(root.T @ self.A @ root)
+            value, along = np.maximum(value, 0.0), vector.T @ (root.T @ self.g)
+            for level in LEVELS * self.typical:
+                v = level**2
+                found.append(float(np.sum(0.5 * v * along**2 / (1.0 + v * value) - 0.5 * np.log1p(v * value))))
+                which.append((float(length), float(level)))
+        return np.array(found), which
+
+    def _seen(self, columns: Floats) -> tuple[Floats, Floats]:
+        """Squared length of each member's response (member,), and how far the residual goes along it."""
+        length = np.einsum("jm,jk,km->m", columns, self.A, columns)
+        seen = length > NOTHING * max(float(length.max(initial=0.0)), 1e-300)
+        return np.where(seen, length, 0.0), np.where(seen, columns.T @ self.g, 0.0)
+
+    def proposals(self, samples: int) -> list[tuple[float, Trial, float]]:
+        """The best formulas and the best curve: promised evidence after its price, the law on trial, and the price."""
+        found = []
+        for shape, starts, columns in self.members:
+            length, along = self._seen(columns)
+            gain = np.where(length > 0.0, along**2 / np.maximum(length, 1e-300), 0.0)
+            best = int(np.argmax(gain))
+            size = float(np.clip(along[best] / max(length[best], 1e-300), -self.most, self.most))
+            start = {QUANTITIES[self.quantity].size_key: size, **self._keyed(starts[best])}
+            trial = formula(self.quantity, self.covariate, shape, start, self.span, self.most)
+            price = np.log(THRESHOLDS.formulas) + 0.5 * np.log(samples) * _chosen(shape)
+            paid = price + 0.5 * np.log(samples) * len(trial.params)
+            found.append((0.5 * float(gain[best]) - paid, trial, price))
+        evidence, which = self._curves
+        best = int(np.argmax(evidence))
+        price = np.log(THRESHOLDS.formulas) + np.log(len(which))
+        found.append((float(evidence[best]) - price, self._curve(*which[best]), price))
+        return sorted(found, key=lambda f: -f[0])
+
+    @property
+    def most(self) -> float:
+        """Largest change that is tried."""
+        return 0.9 if QUANTITIES[self.quantity].kind == "factor" else 30.0 * self.typical
+
+    def _keyed(self, start: Mapping[str, float]) -> dict[str, float]:
+        pure = ("exponent", "phase")
+        return {name if name in pure else COVARIATES[self.covariate].key(name): v for name, v in start.items()}
+
+    def _curve(self, length: float, level: float) -> Trial:
+        """A smooth curve through at most so many of the places."""
+        at = self.places if len(self.places) <= KNOTS else np.interp(
+            np.linspace(0.0, len(self.places) - 1.0, KNOTS), np.arange(len(self.places)), self.places
+        )  # fmt: skip
+        span = self.places[-1] - self.places[0]
+        mix = level * np.linalg.cholesky(_matern(at, length, span) + 1e-9 * np.eye(len(at)))
+        if self.covariate == "y_over_edge":
+            mix[[0, -1]] = 0.0
+        return curve(self.quantity, self.covariate, at, mix)
+
+
+def _chosen(shape: str) -> int:
+    """Parameters of a formula that are chosen among the bins and not fitted."""
+    return {"step": 1, "window": 2}.get(shape, 0)
+
+
+def _matern(at: Floats, length: float, span: float | None = None) -> Floats:
+    """Matern covariance of smoothness 5/2 between places, its length in spans of the covariate."""
+    distance = np.abs(at[:, None] - at) / max(span or float(np.ptp(at)), 1e-300) * np.sqrt(5.0) / length
+    return np.asarray((1.0 + distance + distance**2 / 3.0) * np.exp(-distance))
+
+
+def _families(x: Floats, edges: Floats) -> Iterator[tuple[str, list[dict[str, float]], list[Floats]]]:
+    """Families of formulas over places x (bin,): the start values of their members, and their values."""
+    low, high = float(x[0]), float(x[-1])
+    span = high - low
+    origin = 0.0 if low >= 0.0 and low < 0.5 * span else low
+    yield "linear", [{"begin": low, "end": high}], [(x - low) / span]
+    scales = span * np.geomspace(0.03, 3.0, 10)
+    yield (
+        "exponential",
+        [{"origin": origin, "scale": float(s)} for s in scales],
+        [np.exp(-(x - origin) / s) for s in scales],
+    )
+    if len(x) > 2:
+        inner = edges[1:-1]
+        yield "step", [{"at": float(e)} for e in inner], [np.where(x > e, 1.0, 0.0) for e in inner]
+    if len(x) > 3:
+        ends = inner if len(inner) <= 40 else inner[:: len(inner) // 40 + 1]
+        spans = [(float(a), float(b)) for i, a in enumerate(ends) for b in ends[i + 1 :]]
+        yield (
+            "window",
+            [{"begin": a, "end": b} for a, b in spans],
+            [np.where((x > a) & (x <= b), 1.0, 0.0) for a, b in spans],
+        )
+        centres = np.linspace(low, high, 14)
+        humps = [(float(c), float(w * span)) for c in centres for w in (0.04, 0.08, 0.15, 0.3)]
+        yield (
+            "bump",
+            [{"at": c, "width": w} for c, w in humps],
+            [np.exp(-0.5 * ((x - c) / w) ** 2) for c, w in humps],
+        )
+        rises = [(float(c), float(w * span)) for c in centres[1:-1] for w in (0.015, 0.04, 0.1)]
+        yield (
+            "logistic",
+            [{"at": c, "width": w} for c, w in rises],
+            [0.5 * (1.0 + np.tanh(0.5 * (x - c) / w)) for c, w in rises],
+        )
+        if low >= 0.0 and high > 0.0:
+            powers = [e for e in (-2.0, -1.0, -0.5, 0.5, 2.0, 3.0) if e > 0.0 or low > 0.02 * high]
+            yield (
+                "power",
+                [{"reference": high, "exponent": e} for e in powers],
+                [np.maximum(x / high, 1e-6) ** e - 1.0 for e in powers],
+            )
+    if len(x) >= 12:
+        waves = [(span / n, p) for n in np.arange(1.0, len(x) / 4.0, 0.5) for p in (0.0, 0.25, 0.5, 0.75)]
+        yield (
+            "sine",
+            [{"period": float(t), "phase": float(np.pi * p)} for t, p in waves],
+            [np.sin(2.0 * np.pi * x / t + np.pi * p) for t, p in waves],
+        )
+
+
+def pairs(fitted: Fit) -> list[Pair]:
+    """Every quantity over every covariate that the tests can show, seen from a fit, by falling evidence."""
+    problem = fitted.problem
+    predictions = problem.predict(fitted.theta[None])
+    plain = problem.discount(problem.white(predictions))[0]
+    span = span_of(fitted.jacobian)
+    found = []
+    for quantity, of in QUANTITIES.items():
+        if of.channel not in problem.channels:
+            continue
+        typical = _typical(fitted, quantity)
+        for covariate in of.covariates:
+            edges = _edges(fitted, predictions, covariate)
+            if edges is None:
+                continue
+            level = 0.01 if of.kind == "factor" else 0.03 * typical
+            rows = _bin_rows(fitted, quantity, covariate, edges, level)
+            G = np.nan_to_num((problem.discount(rows) - plain) / level).T
+            G = G - span @ (span.T @ G)
+            seen = np.linalg.norm(G, axis=0) * typical > 0.03
+            if seen.sum() < 2:
+                continue
+            centres = 0.5 * (edges[1:] + edges[:-1])
+            found.append(
+                Pair(quantity, covariate, edges, centres, G.T @ G, G.T @ fitted.residual, typical)
+            )
+    return sorted(found, key=lambda pair: -pair.log_evidence)
+
+
+def _bin_rows(fitted: Fit, quantity: str, covariate: str, edges: Floats, level: float) -> Floats:
+    """White predictions (bin, sample) with the quantity changed in one bin after the other."""
+    problem, count = fitted.problem, len(edges) - 1
+    trial = bins(quantity, covariate, edges)
+    parameters = {"level": np.full(count, level), "bin": np.arange(count, dtype=float)}
+    sets = np.tile(fitted.theta, (count, 1))
+    return problem.white(problem.moved(sets, extra={"a bin": parameters}, trial={"a bin": trial}))
+
+
+def is_timed(case: Case) -> bool:
+    """Whether a test has samples that know their time."""
+    traction = case.test.measured.traction
+    return "temperature" in case.noise or bool(traction is not None and np.isfinite(traction.time).all())
+
+
+def _typical(fitted: Fit, quantity: str) -> float:
+    """A typical size of a change: a share of a factor, a part of what a shifted quantity spans [its unit]."""
+    of = QUANTITIES[quantity]
+    if of.kind == "factor":
+        return 1.0 if of.stage == "wear" else 0.3
+    cases = fitted.problem.cases
+    if quantity == "creepage":
+        return 30.0 * float(np.median([np.median(np.abs(case.test.history.creepage)) for case in cases]))
+    sizes = [np.ptp(case.values(of.channel)) for case in cases if of.channel in case.noise]
+    return 0.2 * float(np.max(sizes)) / of.scale
+
+
+def _edges(fitted: Fit, predictions: list[Prediction], covariate: str) -> Floats | None:
+    """Bins of a covariate over all tests (bin + 1,); None where it does not vary or is not known."""
+    over = COVARIATES[covariate]
+    if covariate == "y_over_edge":
+        return np.linspace(-over.reach, over.reach, MOST_BINS + 1) if "profile" in fitted.problem.channels else None
+    if covariate not in UNTIMED and not any(is_timed(case) for case in fitted.problem.cases):
+        return None
+    values = np.concatenate([np.broadcast_to(over.of(p.state), (1, len(p.state.time)))[0] for p in predictions])
+    moving = np.concatenate([p.state.duration for p in predictions]) > 0.0
+    values = values[moving]
+    if not np.isfinite(values).all() or np.ptp(values) <= 1e-9 * max(np.abs(values).max(), 1e-300):
+        return None
+    distinct = np.unique(np.round(values, 9))
+    most = TIME_BINS if covariate == "time" else MOST_BINS
+    if len(distinct) <= min(most, 20):
+        inner = 0.5 * (distinct[1:] + distinct[:-1])
+        return np.concatenate([[distinct[0] - 1e-9 * abs(distinct[0])], inner, [distinct[-1]]])
+    if covariate == "time":
+        ends = fitted.problem.cases[0].test.history.end_time
+        inner = ends if len(ends) <= most else np.linspace(0.0, ends[-1], most + 1)[1:]
+        if len(ends) <= most // 2:
+            inner = np.interp(np.arange(1, len(ends) * (most // len(ends)) + 1) / (most // len(ends)),
+                              np.arange(len(ends) + 1), np.concatenate([[0.0], ends]))  # fmt: skip
+        return np.concatenate([[0.0], inner[:-1], [max(float(values.max()), inner[-1])]])
+    both = np.sort(np.concatenate([
+        np.linspace(distinct[0], distinct[-1], most // 2 + 1),
+        np.quantile(values, np.linspace(0.0, 1.0, most // 2 + 1)[1:-1]),
+    ]))  # fmt: skip
+    keep = np.concatenate([[True], np.diff(both) > 2e-3 * np.ptp(distinct)])
+    return both[keep]

@@ -1,0 +1,86 @@
+"""How often an explanation comes back when the data are drawn again: a bootstrap of blocks by linear algebra.
+
+    chi2_w = r'W r - g'(J'W J + P)^-1 g,   g = J'W r
+
+    r, J  white residual and Jacobian of an explanation at its own minimum, P the precision of its priors
+    W     how often each block of neighbouring samples was drawn
+
+Each draw weighs all explanations by their cooled evidence; the probability of one is its mean weight.
+Source: H. R. Kuensch, Annals of Statistics 17 (1989) 1217-1241.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from twindisc_cli.loop.fit import Fit, precision
+from twindisc_cli.loop.search import Explanation
+from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.model.experiment import Floats, Ints
+
+SEED = 20061139
+
+
+def blocks(fitted: Fit) -> Ints:
+    """Block of each white sample (sample,): runs of neighbours in time or across the track, of every channel."""
+    found, first = [], 0
+    parts = sorted((part for parts in fitted.problem.slices.values() for part in parts), key=lambda part: part.start)
+    for part in parts:
+        size = part.stop - part.start
+        count = int(np.clip(size // THRESHOLDS.block_samples, 5, THRESHOLDS.blocks))
+        found.append(first + np.arange(size) * count // max(size, 1))
+        first += count
+    return np.concatenate(found).astype(np.int64)
+
+
+def weights(explanations: Sequence[Explanation], draws: int = THRESHOLDS.draws) -> Floats:
+    """Weights (draw, explanation) of explanations of the same samples, each row of sum one."""
+    block = blocks(explanations[0].fit)
+    generator = np.random.default_rng(SEED)
+    drawn = _drawn(explanations[0].fit, block, generator, draws)
+    evidence = np.array([_evidence(e, block, drawn) for e in explanations]).T
+    return softened(evidence, explanations)
+
+
+def softened(evidence: Floats, explanations: Sequence[Explanation]) -> Floats:
+    """Weights (draw, explanation) from evidences, cooled by the best's heat."""
+    heat = np.array([e.heat for e in explanations])[np.argmax(evidence, axis=1)][:, None]
+    relative = np.exp((evidence - evidence.max(axis=1, keepdims=True)) / heat)
+    return np.asarray(relative / relative.sum(axis=1, keepdims=True))
+
+
+def _drawn(fitted: Fit, block: Ints, generator: np.random.Generator, draws: int) -> Floats:
+    """How often each block is drawn (draw, block), among the blocks of its own channel."""
+    columns = []
+    parts = sorted((part for parts in fitted.problem.slices.values() for part in parts), key=lambda part: part.start)
+    for part in parts:
+        count = len(np.unique(block[part]))
+        columns.append(generator.multinomial(count, np.full(count, 1.0 / count), size=draws))
+    return np.concatenate(columns, axis=1).astype(float)
+
+
+def _evidence(explanation: Explanation, block: Ints, drawn: Floats) -> Floats:
+    """Evidence of an explanation in every draw (draw,)."""
+    fitted, count = explanation.fit, drawn.shape[1]
+    J, r, k = fitted.jacobian, fitted.residual, len(fitted.theta)
+    # Blocks' own sums; a draw is a weighted sum of them.
+    order = np.argsort(block, kind="stable")
+    starts = np.searchsorted(block[order], np.arange(count))
+    A = np.add.reduceat((J[:, :, None] * J[:, None, :])[order].reshape(len(r), -1), starts, axis=0)
+    g = np.add.reduceat((J * r[:, None])[order], starts, axis=0)
+    s = np.add.reduceat((r**2)[order], starts)
+    prior = precision(fitted.problem)
+    both = (drawn @ A).reshape(-1, k, k) + np.diag(prior)
+    pull = drawn @ g
+    step = np.linalg.solve(both, pull[..., None])[..., 0]
+    chi2 = drawn @ s - np.sum(pull * step, axis=1)
+    return np.asarray(explanation.evidence + 0.5 * (fitted.chi2 - chi2))
+
+
+def unseen(explanations: Sequence[Explanation], held_out: Floats) -> int:
+    """Which explanation would be chosen without some samples; held_out is 1 for these, else 0, (sample,)."""
+    one = np.arange(len(held_out))
+    evidence = [float(_evidence(e, one, (1.0 - held_out)[None])[0]) for e in explanations]
+    return int(np.argmax(evidence))

@@ -1,0 +1,46 @@
+"""The calibrated numbers of the closed loop, each with its meaning, where it is from, and what moving it costs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """What counts as noise, as tolerance, as found. Seeds are those of the public score's development sets.
+
+    tolerated_effects   effect, parameter and one standard deviation of what inputs may be off by without being a
+                        finding: traction stiffness and load to 0.7 % (calibration of twin-disc rigs). Larger ones hide
+                        small effects of the operation, smaller ones name the rig's own tolerances as effects.
+    step_creepage       error that the creepage of each step may have on its own, relative and absolute (encoders).
+    transverse_radius   relative tolerance of the crown where the definition gives none (grinding).
+    youngs_modulus      the same of Young's modulus (handbooks of bearing and rail steels).
+    formulas            families of curves that a learnt law is chosen from: what the choice costs.
+    """
+
+    tolerated_effects: tuple[tuple[str, str, float], ...] = (
+        ("third_body_layer", "slope_ratio", -0.007),
+        ("load_error", "error_percent", 0.7),
+    )
+    step_creepage: tuple[float, float] = (0.003, 6e-6)
+    transverse_radius: float = 0.005
+    youngs_modulus: float = 0.005
+    formulas: int = 9
+    forms: int = 2
+    enough: float = 6.0
+    law_enough: float = 8.0
+    within: float = 3.0
+    cooling: float = 0.02
+    most_terms: int = 4
+    tried: int = 7
+    drop: float = 3.0
+    hopeful: float = 0.3
+    curve_steps: int = 12
+    scan: int = 17
+    rivals: int = 10
+    draws: int = 100
+    blocks: int = 30
+    block_samples: int = 8
+
+
+THRESHOLDS = Thresholds()
