@@ -17,7 +17,7 @@ from itertools import combinations
 
 import numpy as np
 
-from twindisc_cli.effects._effect import CHANNELS, Channel
+from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.diagnosis import NextExperiment
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.problem import Case
@@ -27,22 +27,18 @@ from twindisc_cli.model.experiment import (
     Floats,
     History,
     Measured,
-    ProfileSamples,
-    TemperatureSamples,
-    TractionSamples,
 )
 from twindisc_cli.model.forward import ForwardModel
 
 SAMPLES = 4
 SLIGHTLY = 0.01
-ASSUMED_NOISE: Mapping[Channel, float] = {"traction": 0.005, "profile": 1e-7, "temperature": 0.2}
 CLEAR = 5.0
 
 
 def next_experiment(alive: Sequence[tuple[Fit, float]], names: Sequence[str]) -> NextExperiment:
     """Choose among the histories for the models alive: (fit, probability) and a name each."""
     first = alive[0][0].problem.cases[0]
-    present = [channel for channel in CHANNELS if channel in first.noise]
+    present = [channel for channel in channels() if channel in first.noise]
     ranked = []
     for label, steps in _histories(first.test.history):
         distances = _distances(first, steps, alive, present)
@@ -55,7 +51,7 @@ def next_experiment(alive: Sequence[tuple[Fit, float]], names: Sequence[str]) ->
     closest = min(best[3], key=lambda pair: _length(best[3][pair]))
     separation = _length(best[3][closest])
     near = separation < CLEAR and first.test.thermal is not None
-    missing = [channel for channel in CHANNELS if near and channel not in present]
+    missing = [channel for channel in channels() if near and channel not in present]
     more = {c: _length(_distances(first, best[2], alive, [*present, c])[closest]) for c in missing}
     wanted = max(more, key=lambda c: more[c], default=None)
     helps = wanted is not None and more[wanted] ** 2 > 2.0 * separation**2
@@ -80,7 +76,7 @@ def up_and_down(history: History, why: str) -> NextExperiment:
     return NextExperiment(why, steps, (), np.nan, np.nan, None)
 
 
-def _length(by_channel: Mapping[Channel, float]) -> float:
+def _length(by_channel: Mapping[str, float]) -> float:
     return float(np.sqrt(sum(by_channel.values())))
 
 
@@ -112,8 +108,8 @@ def _steps(creepages: Sequence[float], counts: Sequence[int]) -> list[dict[str, 
 
 
 def _distances(
-    case: Case, steps: Sequence[Mapping[str, float]], alive: Sequence[tuple[Fit, float]], channels: Sequence[Channel]
-) -> dict[tuple[int, int], dict[Channel, float]]:
+    case: Case, steps: Sequence[Mapping[str, float]], alive: Sequence[tuple[Fit, float]], channels: Sequence[str]
+) -> dict[tuple[int, int], dict[str, float]]:
     """Squared distance of each pair of models by recorded channel, the parameters of the rival refitted."""
     model = ForwardModel(_planned(case.test, steps, alive[0][0]))
     rows, slopes = zip(*[_rows(model, case, fitted) for fitted, _ in alive], strict=True)
@@ -127,11 +123,11 @@ def _distances(
     return found
 
 
-def _rows(model: ForwardModel, case: Case, fitted: Fit) -> tuple[dict[Channel, Floats], dict[Channel, Floats]]:
+def _rows(model: ForwardModel, case: Case, fitted: Fit) -> tuple[dict[str, Floats], dict[str, Floats]]:
     """Predicted channels in noise units, and their slopes over the parameters (sample, parameter)."""
     problem = fitted.problem
-    start = case.held | fitted.base(0)
-    shaped = [i for i, p in enumerate(problem.parameters) if p.effect is not None]
+    start = {key: value for key, value in (case.held | fitted.base(0)).items() if np.isfinite(value)}
+    shaped = [i for i, p in enumerate(problem.parameters) if p.term is not None]
     sets = 1 + len(start) + len(shaped)
     base = {key: np.full(sets, value) for key, value in start.items()}
     for place, key in enumerate(start, start=1):
@@ -139,11 +135,11 @@ def _rows(model: ForwardModel, case: Case, fitted: Fit) -> tuple[dict[Channel, F
     theta = np.tile(fitted.theta, (sets, 1))
     for place, i in enumerate(shaped, start=1 + len(start)):
         theta[place, i] += SLIGHTLY if theta[place, i] + SLIGHTLY <= problem.bounds[1][i] else -SLIGHTLY
-    predicted = model.predict(base, problem.effects_of(theta))
+    predicted = model.predict(base, problem.terms_of(theta), problem.trial)
     rows, slopes = {}, {}
-    for channel in CHANNELS:
-        noise = case.noise[channel].std if channel in case.noise else ASSUMED_NOISE[channel]
-        white = np.nan_to_num(getattr(predicted, channel)) / noise
+    for channel in channels():
+        noise = case.noise[channel].std if channel in case.noise else channels()[channel].assumed_noise
+        white = np.nan_to_num(channels()[channel].predicted(predicted)) / noise
         rows[channel], slopes[channel] = white[0], (white[1:] - white[0]).T / SLIGHTLY
     return rows, slopes
 
@@ -155,20 +151,11 @@ def _planned(test: Experiment, steps: Sequence[Mapping[str, float]], fitted: Fit
     duration, revolutions = float(np.median(test.history.duration)), float(np.median(test.history.revolutions))
     ones = np.ones(len(number))
     history = History(number, creepage, duration * ones, revolutions * ones, np.nan * ones)
+    planned = replace(test, history=history)
     times = duration * (np.arange(SAMPLES * len(number)) + 1.0) / SAMPLES
-    at = np.repeat(np.arange(len(number)), SAMPLES)
     half = 3.0 * float(fitted.problem.cases[0].model.path(test.options.contact, 0.0).b[-1])
-    y = np.linspace(-half, half, 201)
-    stops = np.unique(np.linspace(1, len(number), 4).astype(np.int64))
-    measured = Measured(
-        traction=TractionSamples(times, number[at], creepage[at], np.zeros_like(times), np.full_like(times, np.nan)),
-        profile=ProfileSamples(
-            np.tile(y, len(stops)),
-            np.zeros(len(y) * len(stops)),
-            np.full(len(y) * len(stops), 2, dtype=np.int64),
-            np.repeat(stops, len(y)),
-        ),
-        temperature=TemperatureSamples(times, np.full_like(times, 293.0)) if test.thermal is not None else None,
-    )
-    wear = fitted.problem.cases[0].first_wear or test.options.wear_coefficient
-    return replace(test, history=history, measured=measured, options=replace(test.options, wear_coefficient=wear))
+    measured = Measured()
+    for name, channel in channels().items():
+        measured = measured.with_samples(name, channel.planned(planned, times, half))
+    wear = fitted.problem.cases[0].held["K"]
+    return replace(planned, measured=measured, options=replace(test.options, wear_coefficient=wear))

@@ -1,4 +1,4 @@
-"""The closed loop from measured tests to a diagnosis: search, joint refit, errors on held-out data, next experiment."""
+"""The closed loop from measured tests to a diagnosis: search, judgement on held-out data, probabilities, next test."""
 
 from __future__ import annotations
 
@@ -9,151 +9,292 @@ from time import monotonic
 import numpy as np
 
 from twindisc_cli.effects import catalogue
-from twindisc_cli.effects._effect import Channel
+from twindisc_cli.laws.law import Law, formula_text
+from twindisc_cli.laws.trial import Trial
+from twindisc_cli.loop.channels import channels, measured_channels
+from twindisc_cli.loop.channels.profile import recorded_stops
+from twindisc_cli.loop.channels.traction import friction_is_given
 from twindisc_cli.loop.design import next_experiment, up_and_down
 from twindisc_cli.loop.diagnosis import (
-    UNITS,
     ChannelError,
     Curve,
     Diagnosis,
     Estimate,
     FoundEffect,
+    FoundLaw,
+    LawCurve,
     NextExperiment,
+    Strength,
     Tried,
     Unexplained,
     Validation,
     Verdict,
 )
-from twindisc_cli.loop.explain import Explanation, Progress, explain
+from twindisc_cli.loop.explain import Outcome, Progress, explain
 from twindisc_cli.loop.fit import Fit
-from twindisc_cli.loop.holdout import steps_withheld, withheld, without
-from twindisc_cli.loop.noise import Mask
-from twindisc_cli.loop.problem import Case, case_of, channels_of, friction_is_given, stated
+from twindisc_cli.loop.holdout import steps_withheld
 from twindisc_cli.loop.screen import Leftover, leftover
-from twindisc_cli.loop.search import REFUSAL, SHORT, Candidate, Finding, recorded_stops
-from twindisc_cli.model.experiment import Experiment, Floats, Ints
-from twindisc_cli.model.forward import Prediction
-from twindisc_cli.model.points import sample_times
+from twindisc_cli.loop.search import Explanation
+from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.validate import Foretold, foretell, warnings
+from twindisc_cli.model.experiment import Experiment, Floats
 
-COVARIATES = 2
-CLOSED = 1.15
-"""A channel is closed where its error is within so much of the noise."""
-SPARE_STOPS = 3
-"""Fewer profiles beyond the parameters than this hardly test the form of a law of wear."""
 INTERVAL = 2.706
 """Growth of chi2 at the ends of a 90 % interval."""
+PLACES = 60
+DRAWS = 400
 
 
-def diagnose(tests: Sequence[Experiment], *, validate: Experiment | None, progress: Progress) -> Diagnosis:
+def diagnose(
+    tests: Sequence[Experiment], *, validate: Experiment | None, progress: Progress, quick: bool = False
+) -> Diagnosis:
     """Find what the model lacks in these tests.
-
-    The answer rests on all samples. How well the answer predicts is judged by a second one, found in the same way as if
-    the samples held out had never been measured.
 
     Raises ValueError where the tests cannot be diagnosed: nothing measured, or nothing that fixes the friction.
     """
     started = monotonic()
     _refuse(tests)
-    masks = [withheld(test) for test in tests]
-    found = explain(tests, lambda stage, part: progress(stage, 0.05 + 0.45 * part))
-    blind = found
-    if any(mask.any() for test in masks for mask in test.values()):
-        seen = [without(test, mask) for test, mask in zip(tests, masks, strict=True)]
-        blind = explain(seen, lambda stage, part: progress(f"{stage}, without what is held out", 0.5 + 0.4 * part))
-    progress("errors and intervals", 0.9)
+    found = explain(tests, validate=validate, quick=quick, progress=progress)
+    progress("intervals", 0.9)
     left = _left(found)
-    effects = [effect for finding in found.findings if finding.chosen for effect in _found(finding, found.sure)]
-    verdict: Verdict = "effects_found" if effects else "unexplained" if left else "no_missing_effect"
-    channels = found.before.problem.channels
-    curves = _curves(found, blind, masks)
+    effects, laws = _found(found)
     progress("next experiment", 0.95)
+    told = _told(found, validate)
     return Diagnosis(
-        verdict=verdict,
+        verdict=_verdict(effects, laws, left),
         effects=effects,
+        laws=laws,
         unexplained=left,
-        errors={channel: _error(channel, found, curves) for channel in channels},
-        base=_base(found.after[channels[-1]], found.sure) | _base(found.after[channels[0]], found.sure),
-        tried=[_tried(finding.channel, c) for finding in found.findings if finding.missing for c in finding.candidates],
-        curves=curves,
-        p_values={finding.channel: finding.p_value for finding in found.findings},
+        errors={channel: _error(channel, found) for channel in found.problem.channels},
+        base=_base(found),
+        tried=_tried(found),
+        curves=_curves(found),
+        p_values={c: leftover(found.search.base.fit, c).p_value for c in found.problem.channels},
         held_out_steps={test.name: steps_withheld(test) for test in tests},
-        notes=_notes(found, blind),
+        notes=[*_differences(found), *_notes(found), *(_warned(laws, told, validate) if validate else [])],
         next_experiment=_next(found, left),
-        validation=_validated(validate, found.before, found.after[channels[0]]) if validate is not None else None,
+        validation=_validation(told, validate) if validate is not None and told else None,
         seconds=monotonic() - started,
     )
 
 
 def _refuse(tests: Sequence[Experiment]) -> None:
     """Tests that cannot be diagnosed."""
-    if not any(channels_of(test) for test in tests):
+    if not any(measured_channels(test) for test in tests):
         raise ValueError("nothing is measured: a closed loop needs traction, a profile or a temperature")
-    if any("traction" not in channels_of(test) and not friction_is_given(test) for test in tests):
+    if any("traction" not in measured_channels(test) and not friction_is_given(test) for test in tests):
         raise ValueError("nothing fixes the friction: a closed loop needs the traction measured or mu given")
 
 
-def _left(found: Explanation) -> list[Unexplained]:
+def _verdict(effects: Sequence[FoundEffect], laws: Sequence[FoundLaw], left: Sequence[Unexplained]) -> Verdict:
+    if effects:
+        return "effects_found"
+    return "law_learned" if laws else "unexplained" if left else "no_missing_effect"
+
+
+# ------------------------------------------------------------------------------------------------- what is left
+
+
+def _left(found: Outcome) -> list[Unexplained]:
     """What stays unexplained, with the covariates that say most."""
     left: list[Unexplained] = []
-    for finding in found.findings:
-        if finding.missing and finding.chosen is None:
-            left += _listed(finding.before, finding.base)
-        elif finding.channel in found.joint.problem.channels:
-            rest = leftover(found.joint, finding.channel)
-            explained = np.sqrt(max(finding.chosen.gain, 0.0)) if finding.chosen else 0.0
-            open_ = rest.length > SHORT * explained or _power(found.joint, finding.channel) > CLOSED**2
-            if rest.significant(REFUSAL) and open_:
-                left += _listed(rest, found.joint)
+    fitted, base = found.answer.fit, found.search.base.fit
+    for channel in found.problem.channels:
+        rest = leftover(fitted, channel)
+        level = THRESHOLDS.alarm if not fitted.terms else THRESHOLDS.refusal
+        explained = np.sqrt(max(_power(base, channel) - _power(fitted, channel), 0.0))
+        open_ = not fitted.terms or rest.length > THRESHOLDS.short * explained or _mean(fitted, channel) > 1.3
+        if rest.significant(level) and open_:
+            left += _listed(rest)
     return left
 
 
-def _power(fitted: Fit, channel: Channel) -> float:
-    """Mean square of a channel's white residual: one where only noise is left."""
-    return float(np.mean(np.concatenate([fitted.residual[part] for part in fitted.problem.slices[channel]]) ** 2))
-
-
-def _listed(rest: Leftover, fitted: Fit) -> list[Unexplained]:
-    scores = rest.covariates[:COVARIATES] or list(rest.scores[:1])
+def _listed(rest: Leftover) -> list[Unexplained]:
+    scores = rest.covariates[: THRESHOLDS.covariates] or list(rest.scores[:1])
     return [Unexplained(rest.channel, s.group.covariate, s.group.kind, s.share, s.p_value) for s in scores]
 
 
-def _found(finding: Finding, joint: Fit) -> list[FoundEffect]:
-    """Every effect of the chosen explanation, with what stands in its place in the others that are left."""
-    chosen = finding.chosen
-    assert chosen is not None
-    found = []
-    for name in chosen.names:
-        without = [c.names for c in finding.alternatives if name not in c.names]
-        others = tuple(dict.fromkeys(other for names in without for other in names if other not in chosen.names))
-        found.append(
-            FoundEffect(
-                name=name,
-                channel=catalogue()[name].channel,
-                parameters={
-                    p.key: _estimate(joint, i) for i, p in enumerate(joint.problem.parameters) if p.effect == name
-                },
-                alternatives=others,
-                probability=sum(c.probability for c in finding.candidates if name in c.names),
+def _power(fitted: Fit, channel: str) -> float:
+    """Squared length of a channel's white residual."""
+    return float(sum(np.sum(fitted.residual[part] ** 2) for part in fitted.problem.slices[channel]))
+
+
+def _mean(fitted: Fit, channel: str) -> float:
+    """Mean square of a channel's white residual: one where only noise is left."""
+    return _power(fitted, channel) / max(sum(part.stop - part.start for part in fitted.problem.slices[channel]), 1)
+
+
+def _remains(found: Outcome, channel: str) -> float:
+    """Share of a channel's misfit beyond the noise that the answer leaves."""
+    count = sum(part.stop - part.start for part in found.answer.fit.problem.slices[channel])
+    spread = count + 2.0 * np.sqrt(2.0 * count)
+    before, after = (_power(fitted, channel) for fitted in (found.search.base.fit, found.answer.fit))
+    return float(np.clip((after - spread) / max(before - count, 1.0), 0.0, 1.0))
+
+
+# ------------------------------------------------------------------------------------------------- what was found
+
+
+def _found(found: Outcome) -> tuple[list[FoundEffect], list[FoundLaw]]:
+    """Effects and laws of the answer, each with what cannot be told from it."""
+    effects, laws = [], []
+    for name in found.answer.terms:
+        effect = found.answer.effect(name)
+        remains = _remains(found, effect.channel)
+        probability, rivals = _weighed(found, name)
+        probability *= 1.0 - remains
+        strength = _strength(found, probability, rivals)
+        if isinstance(effect, Trial):
+            laws.append(_law(found, name, effect, probability, rivals, strength, remains))
+        else:
+            labels = tuple(_text(label) for label, _ in rivals)
+            effects.append(
+                FoundEffect(
+                    name, effect.channel, _parameters(found.sure, name), labels, probability, strength, remains
+                )
             )
-        )
-    return found
+    return effects, laws
+
+
+def _text(label: tuple[str, ...]) -> str:
+    return " over ".join(label)
+
+
+def _strength(found: Outcome, probability: float, rivals: Sequence[object]) -> Strength:
+    """In a word: established where it comes back in nine of ten resamples and nothing stands against it."""
+    same = found.blind.labels == found.answer.labels
+    if probability >= THRESHOLDS.established and not rivals and same:
+        return "established"
+    return "probable" if probability >= THRESHOLDS.probable else "possible"
+
+
+def _rivals(found: Outcome, name: str) -> list[tuple[int, Explanation, tuple[str, ...]]]:
+    """Members that differ from the answer in one term only: number, explanation, label of what stands for it."""
+    own = found.answer.label(name)
+    others = found.answer.labels - {own}
+    return [
+        (i, member, next(iter(member.labels - others)))
+        for i, member in enumerate(found.members)
+        if others <= member.labels and len(member.labels) == len(others) + 1 and own not in member.labels
+    ]
+
+
+def _weighed(found: Outcome, name: str) -> tuple[float, list[tuple[tuple[str, ...], float]]]:
+    """Probability of a term, and the terms that cannot be told from it with theirs.
+
+    A law whose response is the effect's own counts for the effect: it is the same mechanism in other words.
+    """
+    own, shares = found.answer.label(name), found.shares
+    if not np.isfinite(shares).all():
+        shares = np.array([np.exp((m.evidence - found.answer.evidence) / found.answer.heat) for m in found.members])
+        shares = np.minimum(shares, 1e6) / np.sum(np.minimum(shares, 1e6))
+    probability = float(sum(share for m, share in zip(found.members, shares, strict=True) if own in m.labels))
+    rivals = []
+    for i, member, label in _rivals(found, name):
+        if len(own) == 1 and len(label) == 2 and alike(found, name, member) > THRESHOLDS.alike:
+            probability += float(shares[i])
+        elif shares[i] > THRESHOLDS.rival_share:
+            rivals.append((label, float(shares[i])))
+    rivals.sort(key=lambda pair: -pair[1])
+    return probability if np.isfinite(found.shares).all() else np.nan, rivals
+
+
+def alike(found: Outcome, name: str, member: Explanation) -> float:
+    """Share of what a term does to all channels that another explanation does in its place: squared cosine."""
+    others = found.answer.labels - {found.answer.label(name)}
+    short = next((m for m in found.members if m.labels == others), found.search.base)
+    if len(short.fit.residual) != len(member.fit.residual):
+        return 0.0
+    one, two = short.fit.residual - found.answer.fit.residual, short.fit.residual - member.fit.residual
+    return float((one @ two) ** 2 / max(float(one @ one) * float(two @ two), 1e-300))
+
+
+def _law(
+    found: Outcome,
+    name: str,
+    trial: Trial,
+    probability: float,
+    rivals: Sequence[tuple[tuple[str, ...], float]],
+    strength: Strength,
+    remains: float,
+) -> FoundLaw:
+    law = _with_range(found, trial.law(found.judged.explanation.fit.values(name)), rivals)
+    resembles = [
+        (label[0], share)
+        for _, member, label in _rivals(found, name)
+        if len(label) == 1 and (share := alike(found, name, member)) > THRESHOLDS.resembles
+    ]
+    return FoundLaw(
+        name=name,
+        channel=trial.channel,
+        law=law,
+        formula=formula_text(law),
+        parameters={} if trial.is_curve else _parameters(found.sure, name),
+        curve=_band(found.sure, name, trial, law),
+        resembles=tuple(sorted(resembles, key=lambda pair: -pair[1])),
+        alternatives=tuple((label[0], label[1] if len(label) == 2 else "", share) for label, share in rivals),
+        probability=probability,
+        strength=strength,
+        remains=remains,
+    )
+
+
+def _with_range(found: Outcome, law: Law, rivals: Sequence[tuple[tuple[str, ...], float]]) -> Law:
+    """The law with the range of its covariate, and whether it can be carried over to another history."""
+    if law.covariate == "y_over_edge":
+        return replace(law, valid=(-law.over.reach, law.over.reach))
+    values = []
+    for prediction in found.judged.predictions["after"]:
+        values.append(np.broadcast_to(law.over.of(prediction.state), prediction.section.shape)[0])
+    every = np.concatenate(values)
+    mixed = any(len(label) == 2 and label[0] == law.quantity and label[1] != law.covariate for label, _ in rivals)
+    same = mixed or law.covariate in ("time", "cycles")
+    return replace(
+        law, valid=(float(every.min()), float(every.max())), transfer="same_history" if same else "inside"
+    )
+
+
+def _band(fitted: Fit, name: str, trial: Trial, law: Law) -> LawCurve:
+    """The law over its range with the band that its parameters' uncertainty leaves: factor, or shift in its unit."""
+    low, high = law.valid or (0.0, 1.0)
+    at = np.linspace(low, high, PLACES)
+    own = [i for i, p in enumerate(fitted.problem.parameters) if p.term == name]
+    generator = np.random.default_rng(0)
+    lower, upper = fitted.problem.bounds
+    drawn = generator.multivariate_normal(fitted.theta[own], fitted.covariance[np.ix_(own, own)], DRAWS, method="eigh")
+    drawn = np.clip(drawn, lower[own], upper[own])
+    parameters = [fitted.problem.parameters[i] for i in own]
+    one = 1.0 if law.of.kind == "factor" else 0.0
+    curves = np.array(
+        [
+            one + trial.law({p.key: float(p.outer(v)) for p, v in zip(parameters, row, strict=True)}).change(at)
+            for row in drawn
+        ]
+    )
+    low_band, high_band = np.quantile(curves, [0.05, 0.95], axis=0)
+    return LawCurve(at, one + law.change(at), low_band, high_band)
+
+
+def _parameters(fitted: Fit, name: str) -> dict[str, Estimate]:
+    return {p.key: _estimate(fitted, i) for i, p in enumerate(fitted.problem.parameters) if p.term == name}
 
 
 def _estimate(fitted: Fit, number: int) -> Estimate:
-    """Value, standard deviation and 90 % interval of a parameter by its profile likelihood."""
+    """Value, standard deviation and 90 % interval of a parameter by its profile likelihood, widened by what remains."""
     parameter = fitted.problem.parameters[number]
+    wide = np.sqrt(max(fitted.chi2 / max(len(fitted.residual) - len(fitted.theta), 1), 1.0))
     value, std = fitted.value(parameter)
-    low, high = (_end(fitted, number, side) for side in (-1.0, 1.0))
-    return Estimate(value, std, low, high, parameter.unit)
+    low, high = (_end(fitted, number, side, wide) for side in (-1.0, 1.0))
+    return Estimate(value, std * wide, low, high, parameter.unit)
 
 
-def _end(fitted: Fit, number: int, side: float) -> float:
-    """Where chi2, minimised over the other parameters to second order, has grown by 2.706."""
+def _end(fitted: Fit, number: int, side: float, wide: float) -> float:
+    """Where chi2, minimised over the other parameters to second order, has grown by 2.706 of its mean."""
     problem, theta = fitted.problem, fitted.theta
     lower, upper = problem.bounds
     covariance = fitted.covariance
     direction = covariance[:, number] / covariance[number, number]
-    reach = side * np.sqrt(INTERVAL * covariance[number, number])
+    reach = side * wide * np.sqrt(INTERVAL * covariance[number, number])
     for _ in range(4):
         at = np.clip(theta + reach * direction, lower, upper)
         row = problem.discount(problem.white(problem.predict(at[None])) - problem.measured)[0]
@@ -161,144 +302,125 @@ def _end(fitted: Fit, number: int, side: float) -> float:
         moved = at[number] - theta[number]
         if growth <= 0.0 or abs(moved) < 1e-12 or not np.isfinite(growth):
             break
-        reach = float(np.clip(moved * np.sqrt(INTERVAL / growth), -4.0 * abs(reach), 4.0 * abs(reach)))
+        reach = float(np.clip(moved * wide * np.sqrt(INTERVAL / growth), -4.0 * abs(reach), 4.0 * abs(reach)))
     end = np.clip(theta[number] + reach, lower[number], upper[number])
     return float(problem.parameters[number].outer(end))
 
 
-def _base(after: Fit, joint: Fit) -> dict[str, Estimate]:
+def _base(found: Outcome) -> dict[str, Estimate]:
     """Base parameters of the revised model with the spread of the joint fit; several tests add their names."""
+    after, joint = found.judged.after, found.sure
     cases = after.problem.cases
-    found: dict[str, Estimate] = {}
+    told: dict[str, Estimate] = {}
     for number, p in enumerate(after.problem.parameters):
         own = len(cases) > 1 and p.case is not None
         name = f"{p.name} ({cases[p.case].test.name})" if own and p.case is not None else p.name
         same = [i for i, q in enumerate(joint.problem.parameters) if (q.name, q.case) == (p.name, p.case)]
         spread = _estimate(joint, same[0]) if same else _estimate(after, number)
         value = float(p.outer(after.theta[number]))
-        found[name] = replace(
+        told[name] = replace(
             spread, value=value, low=value + spread.low - spread.value, high=value + spread.high - spread.value
         )
-    return found
+    return told
 
 
-def _error(channel: Channel, found: Explanation, curves: Sequence[Curve]) -> ChannelError:
+# ------------------------------------------------------------------------------------------------- errors and curves
+
+
+def _error(channel: str, found: Outcome) -> ChannelError:
     """Errors of one channel: fitted where all samples were seen, held out where these were not."""
-    unit, factor = UNITS[channel]
-    noises = [case.noise[channel] for case in found.before.problem.cases if channel in case.noise]
-    own = [curve for curve in curves if curve.channel == channel]
-
-    def rms(kind: str, *, held_out: bool) -> float:
-        misses = [(c.measured - getattr(c, kind))[c.kept & (c.held_out == held_out)] for c in own]
-        return factor * _rms(np.concatenate(misses))
-
+    of, judged = channels()[channel], found.judged
+    noises = [case.noise[channel] for case in found.problem.cases if channel in case.noise]
     return ChannelError(
-        unit=unit,
-        noise=factor * float(np.sqrt(np.mean([n.std**2 for n in noises]))),
+        unit=of.unit,
+        noise=of.factor * float(np.sqrt(np.mean([n.std**2 for n in noises]))),
         correlation=float(np.mean([n.correlation for n in noises])),
-        before=rms("before", held_out=False),
-        after=rms("after", held_out=False),
-        held_out_before=rms("unseen_before", held_out=True),
-        held_out_after=rms("unseen_after", held_out=True),
+        before=of.factor * judged.error(channel, "before", held_out=False),
+        after=of.factor * judged.error(channel, "after", held_out=False),
+        held_out_before=of.factor * judged.error(channel, "unseen_before", held_out=True),
+        held_out_after=of.factor * judged.error(channel, "unseen_after", held_out=True),
     )
 
 
-def _rms(misses: Floats) -> float:
-    """Root mean square; NaN without samples."""
-    return float(np.sqrt(np.mean(misses**2))) if len(misses) else float("nan")
-
-
-def _tried(channel: Channel, candidate: Candidate) -> Tried:
-    return Tried(
-        channel=channel,
-        effects=candidate.names,
-        gain=candidate.gain,
-        evidence=candidate.evidence,
-        probability=candidate.probability,
-        left_p_value=candidate.left.p_value,
-        left_length=candidate.left.length,
-        at_bound=candidate.fit.at_bound,
-        passed=candidate.passed,
-    )
-
-
-def _curves(found: Explanation, blind: Explanation, masks: Sequence[Mapping[Channel, Mask]]) -> list[Curve]:
-    """Every channel of every test, by the answer that saw all samples and by the one that did not."""
-    cases = found.before.problem.cases
-    first, unseen_first = (_predicted(answer.before, cases) for answer in (found, blind))
+def _curves(found: Outcome) -> list[Curve]:
+    """Every channel of every test, by the answer fitted to all samples and by the one fitted without those held out."""
     curves = []
-    for channel in found.after:
-        last, unseen_last = (_predicted(answer.after[channel], cases) for answer in (found, blind))
-        for number, case in enumerate(cases):
-            if channel not in case.noise:
-                continue
-            before, after, unseen_before, unseen_after = (
-                getattr(predictions[number], channel)[0] for predictions in (first, last, unseen_first, unseen_last)
+    predictions = found.judged.predictions
+    for number, channel in found.problem.parts:
+        case, of = found.problem.cases[number], channels()[channel]
+        rows = {kind: of.predicted(every[number])[0] for kind, every in predictions.items()}
+        curves.append(
+            Curve(
+                test=case.test.name,
+                channel=channel,
+                measured=case.values(channel),
+                held_out=found.judged.masks[number][channel],
+                kept=case.noise[channel].kept,
+                covariates=of.covariates(case.model, predictions["before"][number]),
+                provenance=case.test.measured.provenance,
+                **rows,
             )
-            curves.append(
-                Curve(
-                    test=case.test.name,
-                    channel=channel,
-                    measured=case.values(channel),
-                    before=before,
-                    after=after,
-                    unseen_before=unseen_before,
-                    unseen_after=unseen_after,
-                    held_out=masks[number][channel],
-                    kept=case.noise[channel].kept,
-                    covariates=_covariates(case, channel, first[number]),
-                    provenance=case.test.measured.provenance,
-                )
-            )
+        )
     return curves
 
 
-def _predicted(fitted: Fit, cases: Sequence[Case]) -> list[Prediction]:
-    """Predictions at all samples of these tests by a fit that may have seen fewer of them."""
-    whole = [
-        replace(
-            case,
-            model=replace(case.model, experiment=replace(case.test, measured=other.test.measured)),
-            known={"K": case.first_wear, "convection_W_K": case.first_convection},
-        )
-        for case, other in zip(fitted.problem.cases, cases, strict=True)
+def _tried(found: Outcome) -> list[Tried]:
+    """What was tried in the place of each term, the answer's own term among it."""
+    told = []
+    for name in found.answer.terms:
+        others = found.answer.labels - {found.answer.label(name)}
+        short = next((m for m in found.members if m.labels == others), found.search.base)
+        own = next(i for i, m in enumerate(found.members) if m.labels == found.answer.labels)
+        places = [(own, found.answer, found.answer.label(name)), *_rivals(found, name)]
+        told += [
+            _place(found, name, short, member, label, float(found.shares[i])) for i, member, label in places
+        ]
+    if not found.answer.terms:
+        told = [
+            _place(found, "", found.search.base, member, next(iter(member.labels)), float(found.shares[i]))
+            for i, member in enumerate(found.members)
+            if len(member.labels) == 1
+        ]
+    return sorted(told, key=lambda t: (t.replaces, -t.evidence))
+
+
+def _place(
+    found: Outcome, name: str, short: Explanation, member: Explanation, label: tuple[str, ...], share: float
+) -> Tried:
+    chosen = member.labels == found.answer.labels
+    effect = next(member.effect(term) for term in member.terms if member.label(term) == label)
+    behind = (found.answer.evidence - member.evidence) / found.answer.heat
+    refused = found.refused.get(member.labels, "")
+    if not refused and not chosen:
+        if member.fit.at_bound:
+            refused = f"{' and '.join(n.rpartition('.')[2] for n in member.fit.at_bound)} at a bound"
+        elif not found.answer.terms or behind > THRESHOLDS.within:
+            refused = "explains less"
+    gain = short.fit.chi2 - member.fit.chi2
+    return Tried(
+        effect.channel, name, _text(label), len(label) == 2, gain, member.evidence - found.answer.evidence,
+        share, member.fit.at_bound, refused, chosen and bool(name),
+    )  # fmt: skip
+
+
+# ------------------------------------------------------------------------------------------------- notes
+
+
+def _differences(found: Outcome) -> list[str]:
+    """Where the answer and what the samples not held out say alone are not the same; what was refused."""
+    notes = [
+        f"{' and '.join(sorted(_text(label) for label in labels))} is not given as the answer: it {why}"
+        for labels, why in found.refused.items()
     ]
-    return replace(fitted.problem, cases=whole).predict(fitted.theta[None])
+    if found.blind.labels != found.answer.labels:
+        other = " and ".join(sorted(_text(label) for label in found.blind.labels)) or "nothing"
+        notes.insert(0, f"without the samples held out the evidence is for {other}; the held-out errors are the answer's")
+    return notes
 
 
-def _covariates(case: Case, channel: Channel, prediction: Prediction) -> dict[str, Floats | Ints]:
-    """What a residual may be drawn over, in SI units (sample,)."""
-    measured, points, state = case.test.measured, case.model.points, prediction.state
-    if channel == "profile" and measured.profile is not None:
-        profile = measured.profile
-        return {"y": profile.y, "disc": profile.disc, "iteration": profile.iteration}
-    if channel == "traction" and measured.traction is not None:
-        at = points.of_traction
-        own: dict[str, Floats | Ints] = {
-            "time": sample_times(case.test.history, measured.traction),
-            "creepage": measured.traction.creepage,
-        }
-    else:
-        assert measured.temperature is not None
-        at = points.of_temperature
-        own = {"time": measured.temperature.time, "creepage": points.creepage[at]}
-    return {
-        **own,
-        "cycles": points.cycles[at],
-        "energy": state.energy[0, at],
-        "temperature": state.temperature[0, at],
-    }
-
-
-def _notes(found: Explanation, blind: Explanation) -> list[str]:
+def _notes(found: Outcome) -> list[str]:
     """What the reader must know to weigh the verdict."""
-    cases, findings = found.before.problem.cases, found.findings
-    notes = []
-    if set(blind.effects) != set(found.effects):
-        notes.append(
-            f"without the samples held out the search finds {' and '.join(blind.effects) or 'no effect'}: the held-out "
-            f"errors are of that answer"
-        )
+    cases, notes = found.problem.cases, []
     for case in cases:
         name = case.test.name
         for channel, noise in case.noise.items():
@@ -312,7 +434,7 @@ def _notes(found: Explanation, blind: Explanation) -> list[str]:
                 f"{name}: {' and '.join(case.test.effects)} declared: the parameters stay as given; taken out of the "
                 f"definition, an effect is looked for and fitted"
             )
-        missing = [c for c in UNITS if c not in channels_of(case.test)]
+        missing = [c for c in channels() if c not in measured_channels(case.test)]
         if missing:
             notes.append(f"{name}: {' and '.join(missing)} not measured; effects seen only there stay unseen")
         if len(recorded_stops(case.test)) == 1:
@@ -322,69 +444,65 @@ def _notes(found: Explanation, blind: Explanation) -> list[str]:
             )
         if len(np.unique(case.test.history.step_creepage)) < 3:
             notes.append(f"{name}: fewer than three creepages; what depends on creepage cannot be told from the rest")
+        if case.test.thermal is not None and not np.isfinite(case.held["convection_W_K"]):
+            notes.append(
+                f"{name}: the convection is neither given nor identified, so that the temperature is not known; "
+                f"effects and laws of the temperature are left out"
+            )
     stops = max((len(recorded_stops(case.test)) for case in cases), default=0)
-    for finding in findings:
-        for name in finding.chosen.names if finding.chosen else ():
-            effect = catalogue()[name]
-            if effect.needs_stops and stops - len(effect.params) - 1 < SPARE_STOPS:
-                notes.append(
-                    f"{stops} profiles fix K and the parameters of {name} and leave little to refuse it: a wear "
-                    f"coefficient that changed in another way could look the same"
-                )
+    for name in found.answer.terms:
+        effect = found.answer.effect(name)
+        if effect.needs_stops and stops - len(effect.params) - 1 < THRESHOLDS.spare_stops:
+            notes.append(
+                f"{stops} profiles fix K and the parameters of {name} and leave little to refuse it: a wear "
+                f"coefficient that changed in another way could look the same"
+            )
     if len({replace(case.test.rig, normal_load=0.0, rolling_speed=0.0) for case in cases}) > 1:
-        notes.append(
-            "the tests are of different rigs or materials; K and the effects are shared between them all the same"
-        )
-    if any(f.channel == "traction" and f.missing and f.chosen is None for f in findings) and len(findings) > 1:
-        notes.append("the unexplained friction was replaced by the measured one to judge the other channels")
+        notes.append("the tests are of different rigs or materials; K, effects and laws are shared between them all the same")
     return notes
 
 
-def _next(found: Explanation, left: Sequence[Unexplained]) -> NextExperiment | None:
-    """Separate the models alive; else a history that tells the covariates of the leftover apart."""
-    history = found.joint.problem.cases[0].test.history
-    for finding in found.findings:
-        if finding.chosen is not None:
-            rivals = [finding.chosen, *finding.alternatives]
-            if len(rivals) == 1:
-                rivals += [c for c in finding.candidates if c.names != finding.chosen.names][:1]
-            if len(rivals) > 1:
-                weights = [max(c.probability, 0.05) for c in rivals]
-                alive = [(c.fit, w / sum(weights)) for c, w in zip(rivals, weights, strict=True)]
-                return next_experiment(alive, [" + ".join(c.names) for c in rivals])
+# ------------------------------------------------------------------------------------------------- next, validation
+
+
+def _next(found: Outcome, left: Sequence[Unexplained]) -> NextExperiment | None:
+    """Separate the explanations that cannot be told apart; else a history that tells the leftover's covariates apart."""
+    order = np.argsort(-np.nan_to_num(found.shares)) if np.isfinite(found.shares).all() else np.arange(len(found.members))
+    rivals = [found.members[i] for i in order if found.members[i].terms][:4]
+    if found.answer.terms and len(rivals) > 1:
+        weights = np.array([max(float(np.nan_to_num(found.shares[i])), 0.05) for i in order[: len(rivals)]])
+        names = [" + ".join(sorted(_text(label) for label in e.labels)) for e in rivals]
+        return next_experiment([(e.fit, float(w)) for e, w in zip(rivals, weights / weights.sum(), strict=True)], names)
     if left:
-        names = " and ".join(dict.fromkeys(u.covariate for u in left))
-        return up_and_down(history, f"the leftover depends on {names}; a history up and down tells time from creepage")
+        names = list(dict.fromkeys(u.covariate for u in left))
+        history = found.problem.cases[0].test.history
+        return up_and_down(
+            history, f"the leftover depends on {' and '.join(names)}; a history up and down tells time from creepage"
+        )
     return None
 
 
-NEEDED: Mapping[Channel, str] = {"traction": "mu", "profile": "K", "temperature": "convection_W_K"}
-"""The base parameter without which a channel of a test that was not fitted cannot be predicted."""
+def _told(found: Outcome, test: Experiment | None) -> tuple[Foretold, Foretold] | None:
+    """The test that was not fitted, by the base and by the revised model."""
+    if test is None:
+        return None
+    return foretell(test, found.judged.before), foretell(test, found.judged.after)
 
 
-def _validated(test: Experiment, before: Fit, after: Fit) -> Validation:
-    """Predict a test that was not fitted, with the base parameters of the first and the effects found."""
-    case = case_of(test)
-    known = _known_elsewhere(case, after)
-    predictions = [_predict_other(case, fitted) for fitted in (before, after)]
+def _validation(told: tuple[Foretold, Foretold], test: Experiment) -> Validation:
     errors = {}
-    for channel, noise in case.noise.items():
-        if NEEDED[channel] in known:
-            unit, factor = UNITS[channel]
-            misses = [(case.values(channel) - getattr(p, channel)[0])[noise.kept] for p in predictions]
-            first, last = (factor * _rms(miss) for miss in misses)
-            errors[channel] = ChannelError(unit, factor * noise.std, noise.correlation, np.nan, np.nan, first, last)
+    for channel, noise in told[0].case.noise.items():
+        of = channels()[channel]
+        first, last = (of.factor * side.error(channel) for side in told)
+        if np.isfinite(first):
+            errors[channel] = ChannelError(of.unit, of.factor * noise.std, noise.correlation, np.nan, np.nan, first, last)
     return Validation(test.name, errors)
 
 
-def _known_elsewhere(case: Case, fitted: Fit) -> dict[str, float]:
-    """Base parameters for another test: as fitted, those of a single test from the first, else as either test says."""
-    said = stated(fitted.problem.cases[0].test) | stated(case.test)
-    return said | {p.key: fitted.value(p)[0] for p in reversed(fitted.problem.parameters) if p.effect is None}
+def _warned(
+    laws: Sequence[FoundLaw], told: tuple[Foretold, Foretold] | None, test: Experiment
+) -> list[str]:
+    assert told is not None
+    return warnings({law.name: law.law for law in laws}, told[1].prediction, test.name)
 
 
-def _predict_other(case: Case, fitted: Fit) -> Prediction:
-    base = {"mu": np.nan, "K": 0.0, "convection_W_K": 1.0, **_known_elsewhere(case, fitted)}
-    declared = fitted.problem.cases[0].test.effects
-    effects = {name: {key: np.array([v]) for key, v in table.items()} for name, table in declared.items()}
-    return case.model.predict({key: np.array([value]) for key, value in base.items()}, effects)

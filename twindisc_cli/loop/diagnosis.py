@@ -9,12 +9,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from twindisc_cli.effects._effect import Channel
+from twindisc_cli.laws.law import Law
 from twindisc_cli.model.experiment import Floats, Ints
 
-Verdict = Literal["effects_found", "no_missing_effect", "unexplained"]
-UNITS: Mapping[Channel, tuple[str, float]] = {"traction": ("1", 1.0), "profile": ("um", 1e6), "temperature": ("K", 1.0)}
-"""Unit of each channel's error, and the factor from SI to it."""
+Verdict = Literal["effects_found", "law_learned", "no_missing_effect", "unexplained"]
+Strength = Literal["established", "probable", "possible"]
 
 
 @dataclass(frozen=True)
@@ -30,20 +29,59 @@ class Estimate:
 
 @dataclass(frozen=True)
 class FoundEffect:
-    """An effect that was added: parameters by key, the effects it cannot be told from, its probability in that set."""
+    """An effect that was added: parameters by key, what it cannot be told from, and how sure it is.
+
+    alternatives: names of effects, or `quantity over covariate` of laws. probability: share of resamples of the data in
+    which it is chosen, weighed by evidence; NaN where it was not computed. remains: what is left of the misfit it takes
+    away, 0 to 1.
+    """
 
     name: str
-    channel: Channel
+    channel: str
     parameters: Mapping[str, Estimate]
     alternatives: tuple[str, ...]
     probability: float
+    strength: Strength
+    remains: float = 0.0
+
+
+@dataclass(frozen=True)
+class LawCurve:
+    """A law over the places of its covariate where data were, with its 90 % band, each (place,)."""
+
+    at: Floats
+    value: Floats
+    low: Floats
+    high: Floats
+
+
+@dataclass(frozen=True)
+class FoundLaw:
+    """A law that was learnt and added: the law, its formula as text, parameters by key (none of a curve), and its curve.
+
+    resembles: effects of the catalogue that do nearly the same to all channels, with the share of it that they do.
+    alternatives: quantity, covariate and probability of laws that these data cannot tell from it, and names of effects
+    with theirs, quantity left empty. apart: what would tell them apart.
+    """
+
+    name: str
+    channel: str
+    law: Law
+    formula: str
+    parameters: Mapping[str, Estimate]
+    curve: LawCurve
+    resembles: tuple[tuple[str, float], ...]
+    alternatives: tuple[tuple[str, str, float], ...]
+    probability: float
+    strength: Strength
+    remains: float = 0.0
 
 
 @dataclass(frozen=True)
 class Unexplained:
     """Something left in a channel, and a covariate it depends on."""
 
-    channel: Channel
+    channel: str
     covariate: str
     kind: str
     share_of_variance: float
@@ -65,17 +103,23 @@ class ChannelError:
 
 @dataclass(frozen=True)
 class Tried:
-    """One explanation that was tried for a channel."""
+    """One term that was tried in the place of another: what it is, and what it says beside the other terms.
 
-    channel: Channel
-    effects: tuple[str, ...]
+    replaces: the term in whose place it stands; label: an effect's name or `quantity over covariate`; gain: fall of
+    chi2 over no term in this place; evidence relative to the answer's; probability as in the answer; refused: why it is
+    not the answer, empty for the answer itself and for what cannot be told from it.
+    """
+
+    channel: str
+    replaces: str
+    label: str
+    is_law: bool
     gain: float
     evidence: float
     probability: float
-    left_p_value: float
-    left_length: float
     at_bound: tuple[str, ...]
-    passed: bool
+    refused: str
+    chosen: bool
 
 
 @dataclass(frozen=True)
@@ -87,7 +131,7 @@ class Curve:
     """
 
     test: str
-    channel: Channel
+    channel: str
     measured: Floats
     before: Floats
     after: Floats
@@ -116,7 +160,7 @@ class Validation:
     """A test that was only predicted: its name, and the error of each channel before and after."""
 
     test: str
-    errors: Mapping[Channel, ChannelError]
+    errors: Mapping[str, ChannelError]
 
 
 @dataclass(frozen=True)
@@ -125,12 +169,13 @@ class Diagnosis:
 
     verdict: Verdict
     effects: Sequence[FoundEffect]
+    laws: Sequence[FoundLaw]
     unexplained: Sequence[Unexplained]
-    errors: Mapping[Channel, ChannelError]
+    errors: Mapping[str, ChannelError]
     base: Mapping[str, Estimate]
     tried: Sequence[Tried]
     curves: Sequence[Curve]
-    p_values: Mapping[Channel, float]
+    p_values: Mapping[str, float]
     held_out_steps: Mapping[str, tuple[int, ...]]
     notes: Sequence[str]
     next_experiment: NextExperiment | None

@@ -1,58 +1,179 @@
-"""What a set of tests says by itself: the base model, what it lacks in each channel, and the revised model."""
+"""What a set of tests says: the base model, the answer to what it lacks, and how far each is from what was measured."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import count
+from functools import cached_property
 
 import numpy as np
 
-from twindisc_cli.effects._effect import CHANNELS, Channel
-from twindisc_cli.loop.fit import Fit, at, fit, settled
-from twindisc_cli.loop.problem import DRIVEN, Case, Problem, case_of
-from twindisc_cli.loop.search import Candidate, Finding, akaike, free_friction, refit, search, weigh
+from twindisc_cli.laws.trial import Trial
+from twindisc_cli.loop.channels import channels
+from twindisc_cli.loop.fit import Fit, at, carried, fit, refit, remembered
+from twindisc_cli.loop.holdout import withheld, without
+from twindisc_cli.loop.noise import Mask
+from twindisc_cli.loop.problem import Case, Problem, case_of
+from twindisc_cli.loop.resample import unseen, weights
+from twindisc_cli.loop.search import Explanation, Search, ranked, search
+from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.validate import foretell
 from twindisc_cli.model.experiment import Experiment, Floats
+from twindisc_cli.model.forward import Prediction
 
-RIVALS = 5
-NEGLIGIBLE = 1e-4
 Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
-class Explanation:
-    """An answer to all samples of some tests.
+class Judged:
+    """An explanation with the revised model, on all samples and on those that were not held out.
 
-    before: the base model; findings: what is missing in each channel; joint: all explained channels fitted together,
-    sure: the same under the noise as estimated; after: the revised model, for each channel.
+    before, after: the base and the revised model fitted to all samples; unseen_before, unseen_after: to the samples
+    that are not held out. Errors are over a channel of all tests, (fitted, held out), each in SI units.
     """
 
+    explanation: Explanation
     before: Fit
-    findings: Sequence[Finding]
-    joint: Fit
-    sure: Fit
-    after: Mapping[Channel, Fit]
+    after: Fit
+    unseen_before: Fit
+    unseen_after: Fit
+    masks: Sequence[Mapping[str, Mask]]
+
+    @cached_property
+    def predictions(self) -> dict[str, list[Prediction]]:
+        """Predictions of all tests at all samples by each of the four fits."""
+        cases = self.before.problem.cases
+        return {
+            kind: predicted(getattr(self, kind), cases) for kind in ("before", "after", "unseen_before", "unseen_after")
+        }
+
+    def error(self, channel: str, kind: str, *, held_out: bool) -> float:
+        """Root mean square of measured minus predicted; NaN without samples."""
+        misses = [
+            (case.values(channel) - channels()[channel].predicted(self.predictions[kind][i])[0])[
+                case.noise[channel].kept & (self.masks[i][channel] == held_out)
+            ]
+            for i, case in enumerate(self.before.problem.cases)
+            if channel in case.noise
+        ]
+        every = np.concatenate(misses)
+        return float(np.sqrt(np.mean(every**2))) if len(every) else float("nan")
 
     @property
-    def effects(self) -> tuple[str, ...]:
-        """The effects that are added."""
-        return tuple(name for finding in self.findings if finding.chosen for name in finding.chosen.names)
+    def rises(self) -> list[str]:
+        """Channels in which the error after is above the error before, fitted or held out, beyond chance."""
+        found = []
+        for channel in self.before.problem.channels:
+            count = sum(int(case.noise[channel].kept.sum()) for case in self.before.problem.cases if channel in case.noise)
+            for held_out, first, last in ((False, "before", "after"), (True, "unseen_before", "unseen_after")):
+                before, after = (self.error(channel, kind, held_out=held_out) for kind in (first, last))
+                slack = 1.0 + THRESHOLDS.rise / np.sqrt(max(count if not held_out else 0.2 * count, 1.0))
+                if np.isfinite(before) and after > before * slack:
+                    found.append(channel)
+        return list(dict.fromkeys(found))
 
 
-def explain(tests: Sequence[Experiment], progress: Progress) -> Explanation:
-    """Fit the base model, search every channel, and fit all that was found together."""
-    progress("base model", 0.0)
-    cases = [case_of(test) for test in tests]
-    whole = Problem(cases, tuple(c for c in CHANNELS if any(c in case.noise for case in cases)))
+@dataclass(frozen=True)
+class Outcome:
+    """The search, its answer as judged, and the explanations that were weighed against it.
+
+    members: complete explanations; shares: their mean weight over the resamples (member,), NaN where not resampled;
+    blind: the member that would be chosen without the samples held out; refused: answers whose error rises.
+    """
+
+    search: Search
+    judged: Judged
+    members: Sequence[Explanation]
+    shares: Floats
+    blind: Explanation
+    refused: Mapping[frozenset[tuple[str, ...]], str]
+    sure: Fit
+
+    @property
+    def problem(self) -> Problem:
+        """The tests, their channels and noise."""
+        return self.judged.before.problem
+
+    @property
+    def answer(self) -> Explanation:
+        """The explanation that is given."""
+        return self.judged.explanation
+
+
+def explain(
+    tests: Sequence[Experiment], *, validate: Experiment | None, quick: bool, progress: Progress
+) -> Outcome:
+    """Search the tests, choose the best answer that raises no error, and weigh it against the others."""
+    whole = problem_of(tests)
     before = plain_fit(whole)
     whole = replace(whole, cases=remembered(whole.cases, before))
-    stages = count(1)
-    findings = search(
-        whole, lambda channel: progress(f"effects seen in the {channel}", next(stages) / (len(whole.channels) + 2))
+    masks = [withheld(test) for test in tests]
+    found = search(whole, lambda stage: progress(stage, 0.3))
+    progress("judging on held-out samples", 0.75)
+    members = ranked([found.answer, *(e for rivals in found.rivals.values() for e in rivals), found.base])
+    judged, refused = _first_honest(found.answer, members, tests, validate, before, masks)
+    progress("resampling", 0.85)
+    shares = np.full(len(members), np.nan) if quick else np.mean(weights(members), axis=0)
+    held = np.concatenate([_white_mask(whole, i, c, masks) for i, c in whole.parts])
+    return Outcome(
+        found, judged, members, shares, members[unseen(members, held)], refused, as_estimated(judged.explanation.fit)
     )
-    findings, joint = _together(whole, findings)
-    sure = as_estimated(joint)
-    return Explanation(before, findings, joint, sure, _afterwards(whole, sure, findings))
+
+
+def problem_of(tests: Sequence[Experiment]) -> Problem:
+    """All channels of the tests, with their noise."""
+    cases = [case_of(test) for test in tests]
+    return Problem(cases, tuple(c for c in channels() if any(c in case.noise for case in cases)))
+
+
+def _white_mask(problem: Problem, number: int, channel: str, masks: Sequence[Mapping[str, Mask]]) -> Floats:
+    """Which white samples of a channel are held out, as numbers (sample,)."""
+    noise = problem.cases[number].noise[channel]
+    return masks[number][channel][noise.order].astype(float)
+
+
+def _first_honest(
+    answer: Explanation,
+    members: Sequence[Explanation],
+    tests: Sequence[Experiment],
+    validate: Experiment | None,
+    before: Fit,
+    masks: Sequence[Mapping[str, Mask]],
+) -> tuple[Judged, dict[frozenset[tuple[str, ...]], str]]:
+    """The first explanation, by evidence, whose error rises nowhere; the base model raises none."""
+    seen = [without(test, mask) for test, mask in zip(tests, masks, strict=True)]
+    apart = any(mask.any() for test in masks for mask in test.values())
+    seen_before = plain_fit(problem_of(seen), before) if apart else before
+    refused = {}
+    for member in [answer, *(m for m in members if m.labels != answer.labels)]:
+        judged = judge(member, before, seen_before, masks)
+        raised = judged.rises or (_raised_elsewhere(judged, validate) if validate is not None else [])
+        if not member.terms or not raised:
+            break
+        refused[member.labels] = f"raises the error of the {' and the '.join(channels()[c].label for c in raised)}"
+        if len(refused) >= THRESHOLDS.most_refused:
+            judged = judge(next(m for m in members if not m.terms), before, seen_before, masks)
+            break
+    return judged, refused
+
+
+def _raised_elsewhere(judged: Judged, test: Experiment) -> list[str]:
+    """Channels of a test that was not fitted in which the revised model is worse than the base."""
+    first, last = foretell(test, judged.before), foretell(test, judged.after)
+    return [c for c in first.case.noise if last.error(c) > first.error(c) * (1.0 + THRESHOLDS.rise_elsewhere)]
+
+
+def judge(member: Explanation, before: Fit, seen_before: Fit, masks: Sequence[Mapping[str, Mask]]) -> Judged:
+    """An explanation's errors, where all samples were seen and where those held out were not."""
+    after = revised_fit(member.fit, before)
+    if not member.terms:
+        return Judged(member, before, before, seen_before, seen_before, masks)
+    blind = after
+    if seen_before is not before:
+        problem = seen_before.problem.with_terms(*member.terms, trial=member.fit.problem.trial)
+        refitted = fit(problem, carried(problem, member.fit, seen_before))
+        blind = revised_fit(refitted, seen_before)
+    return Judged(member, before, after, seen_before, blind, masks)
 
 
 def plain_fit(problem: Problem, *known: Fit) -> Fit:
@@ -60,64 +181,43 @@ def plain_fit(problem: Problem, *known: Fit) -> Fit:
 
     A channel that misses an effect then does not pull at the parameters of the others. `known` fits give start values.
     """
-    theta, cases = _carried(problem, *known), remembered(problem.cases, *known)
+    theta, cases = carried(problem, *known), remembered(problem.cases, *known)
     names = [(p.name, p.case) for p in problem.parameters]
-    for channel in problem.in_order:
+    for channel in problem.channels:
         part = replace(problem, channels=(channel,), nuisance=None, cases=cases)
-        alone = fit(part, _carried(part, *known))
-        cases = settled(cases, alone)
+        alone = fit(part, carried(part, *known))
+        cases = remembered(cases, alone)
         for p, inner in zip(alone.problem.parameters, alone.theta, strict=True):
             theta[names.index((p.name, p.case))] = inner
-    return at(problem, theta)
+    return at(replace(problem, nuisance=None), theta)
 
 
-def remembered(cases: Sequence[Case], *fits: Fit) -> list[Case]:
-    """The cases with K and convection as fitted earlier, for where these are not fitted."""
-    return [
-        replace(case, known=dict(case.known) | {key: value for f in fits for key, value in f.base(number).items()})
-        for number, case in enumerate(cases)
+def revised_fit(fitted: Fit, before: Fit) -> Fit:
+    """The revised model: what was found is declared, as the revised definition will say, the base fitted anew."""
+    cases = [revised_case(case, fitted) for case in before.problem.cases]
+    return plain_fit(replace(before.problem, cases=cases), fitted, before)
+
+
+def revised_case(case: Case, fitted: Fit) -> Case:
+    """A test with the effects and the laws of a fit declared."""
+    effects, laws = dict(case.test.effects), dict(case.test.laws)
+    for name in fitted.terms:
+        effect = fitted.problem.effect(name)
+        if isinstance(effect, Trial):
+            laws[name] = effect.law(fitted.values(name))
+        else:
+            effects[name] = fitted.values(name)
+    return replace(case, model=replace(case.model, experiment=replace(case.test, effects=effects, laws=laws)))
+
+
+def predicted(fitted: Fit, cases: Sequence[Case]) -> list[Prediction]:
+    """Predictions at all samples of these tests by a fit that may have seen fewer of them."""
+    whole = [
+        replace(case, model=replace(case.model, experiment=replace(case.test, measured=other.test.measured)))
+        for case, other in zip(fitted.problem.cases, cases, strict=True)
     ]
-
-
-def _carried(problem: Problem, *fits: Fit) -> Floats:
-    """Inner start values of a problem, taken from earlier fits where these had the parameter."""
-    known = {
-        (p.name, p.case): float(value)
-        for fitted in fits
-        for p, value in zip(fitted.problem.parameters, fitted.theta, strict=True)
-    }
-    return np.array([known.get((p.name, p.case), p.inner(p.start)) for p in problem.parameters])
-
-
-def _together(whole: Problem, findings: list[Finding]) -> tuple[list[Finding], Fit]:
-    """Refit all explained channels jointly; rivals are weighed by all of them."""
-    explained = [f for f in findings if f.chosen is not None or not f.missing]
-    if not explained:
-        return findings, findings[0].base
-    names = [name for f in explained if f.chosen for name in f.chosen.names]
-    problem = replace(whole, channels=tuple(f.channel for f in explained), effects=tuple(names))
-    if not any(f.channel == "traction" for f in explained):
-        last = max(findings, key=lambda f: DRIVEN.index(f.channel)).base.problem
-        problem = replace(problem, cases=last.cases, settled=last.settled)
-    joint = refit(problem, _carried(problem, *(f.chosen.fit if f.chosen else f.base for f in explained)))
-    for number, finding in enumerate(findings):
-        rivals = [c for c in finding.candidates if c.passed and c.probability > NEGLIGIBLE][:RIVALS]
-        if finding.chosen is None or len(rivals) < 2:
-            continue
-        others = [name for name in joint.effects if name not in finding.chosen.names]
-        weighed = weigh([_jointly(joint, others, rival) for rival in rivals])
-        best = max(weighed, key=lambda c: c.probability)
-        rest = [c for c in finding.candidates if c.names not in {w.names for w in weighed}]
-        findings[number] = replace(finding, candidates=[*weighed, *rest], chosen=best)
-        joint = best.fit
-    return findings, joint
-
-
-def _jointly(joint: Fit, others: Sequence[str], rival: Candidate) -> Candidate:
-    """A rival explanation fitted to all explained channels, beside the effects of the other channels."""
-    problem = joint.problem.with_effects(*others, *rival.names)
-    fitted = fit(problem, _carried(problem, rival.fit, joint))
-    return replace(rival, fit=fitted, evidence=akaike(fitted) - akaike(joint))
+    whole = [replace(case, known=first.held) for case, first in zip(whole, fitted.problem.cases, strict=True)]
+    return replace(fitted.problem, cases=whole).predict(fitted.theta[None])
 
 
 def as_estimated(fitted: Fit) -> Fit:
@@ -126,22 +226,4 @@ def as_estimated(fitted: Fit) -> Fit:
         replace(case, noise={channel: replace(noise, cautious=None) for channel, noise in case.noise.items()})
         for case in fitted.problem.cases
     ]
-    return refit(replace(fitted.problem, cases=cases), fitted.theta)
-
-
-def _afterwards(whole: Problem, joint: Fit, findings: Sequence[Finding]) -> dict[Channel, Fit]:
-    """The revised model of each channel: the effects found are declared, as the revised definition will say.
-
-    Where the friction stays unexplained, the other channels are judged with friction as it was measured.
-    """
-    cases = [
-        replace(case, model=replace(case.model, experiment=replace(case.test, effects=other.test.effects)))
-        for case, other in zip(whole.cases, settled(whole.cases, joint), strict=True)
-    ]
-    revised = plain_fit(replace(whole, cases=cases), joint)
-    after = dict.fromkeys(whole.channels, revised)
-    if any(f.channel == "traction" and f.missing and f.chosen is None for f in findings):
-        freed = replace(whole, cases=[free_friction(case) for case in cases], channels=whole.channels[1:])
-        if freed.channels:
-            after.update(dict.fromkeys(freed.channels, plain_fit(freed, joint)))
-    return after
+    return refit(replace(fitted.problem, cases=cases, nuisance=None), fitted.theta)

@@ -57,10 +57,15 @@ class Noise:
         """The same noise for other samples."""
         return replace(self, kept=kept, position=position, series=series)
 
+    @property
+    def order(self) -> Ints:
+        """The samples that are kept, in order of their series and position (kept sample,)."""
+        order = np.flatnonzero(self.kept)
+        return np.asarray(order[np.lexsort((self.position[order], self.series[order]))])
+
     def whiten(self, values: Floats) -> Floats:
         """White noise of unit variance from values (..., sample), without the outliers: (..., kept sample)."""
-        order = np.flatnonzero(self.kept)
-        order = order[np.lexsort((self.position[order], self.series[order]))]
+        order = self.order
         std, correlation = self.cautious or (self.std, self.correlation)
         part = values[..., order] / std
         if correlation == 0.0:

@@ -152,8 +152,11 @@ def _trial(proposal: Proposal) -> dict[str, Effect]:
 
 
 def chosen(before: Explanation, tried: Sequence[Explanation]) -> Explanation | None:
-    """The best of the explanations, an effect of the catalogue before a law; None where none says enough."""
-    enough = [e for e in tried if e.evidence - before.evidence > _enough(e, before)]
+    """The best of the explanations, an effect of the catalogue before a law; None where none says enough.
+
+    A parameter that ran into a bound carries no explanation.
+    """
+    enough = [e for e in tried if e.evidence - before.evidence > _enough(e, before) and not e.fit.at_bound]
     if not enough:
         return None
     best = max(enough, key=lambda e: e.evidence)

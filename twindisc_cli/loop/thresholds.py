@@ -39,6 +39,19 @@ class Thresholds:
     scan: int = 17
     rivals: int = 10
     draws: int = 100
+    rise: float = 1.0
+    rise_elsewhere: float = 0.02
+    alarm: float = 0.002
+    refusal: float = 0.002
+    short: float = 0.2
+    covariates: int = 2
+    spare_stops: int = 3
+    alike: float = 0.9
+    resembles: float = 0.5
+    rival_share: float = 0.05
+    established: float = 0.9
+    probable: float = 0.6
+    most_refused: int = 4
     blocks: int = 30
     block_samples: int = 8
 
