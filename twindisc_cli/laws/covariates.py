@@ -50,7 +50,7 @@ COVARIATES: Mapping[str, Covariate] = {
     "greatest_creepage": Covariate(
         "%", "percent", "greatest creepage so far", "v_max", lambda s: 100.0 * s.greatest_creepage
     ),
-    "y_over_edge": Covariate("1", "", "place across the track over its half-width", "y/b", _over_edge, 1.15),
+    "y_over_edge": Covariate("1", "", "place across the track over its half-width", "y/b", _over_edge, 1.5),
 }
 TWINS: Mapping[str, str] = {"sliding_speed": "creepage", "cycles": "time"}
 """At one rolling speed the first is proportional to the second."""

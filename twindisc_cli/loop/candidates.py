@@ -18,7 +18,7 @@ from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.experiment import Floats
 
-SIZES = (1.0, 0.3, 3.0)
+SIZES = (1.0, 0.25)
 
 
 @dataclass(frozen=True)

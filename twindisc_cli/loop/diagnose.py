@@ -467,12 +467,14 @@ def _notes(found: Outcome) -> list[str]:
 
 def _next(found: Outcome, left: Sequence[Unexplained]) -> NextExperiment | None:
     """Separate the explanations that cannot be told apart; else a history that tells the leftover's covariates apart."""
-    order = np.argsort(-np.nan_to_num(found.shares)) if np.isfinite(found.shares).all() else np.arange(len(found.members))
-    rivals = [found.members[i] for i in order if found.members[i].terms][:4]
-    if found.answer.terms and len(rivals) > 1:
-        weights = np.array([max(float(np.nan_to_num(found.shares[i])), 0.05) for i in order[: len(rivals)]])
-        names = [" + ".join(sorted(_text(label) for label in e.labels)) for e in rivals]
-        return next_experiment([(e.fit, float(w)) for e, w in zip(rivals, weights / weights.sum(), strict=True)], names)
+    labels = {label for name in found.answer.terms for label, _ in _weighed(found, name)[1]}
+    rivals = [m for name in found.answer.terms for _, m, label in _rivals(found, name) if label in labels]
+    if rivals:
+        alive = [found.answer, *rivals[: THRESHOLDS.separated - 1]]
+        evidence = np.array([(e.evidence - found.answer.evidence) / found.answer.heat for e in alive])
+        weight = np.maximum(np.exp(evidence - evidence.max()), 0.05)
+        names = [" + ".join(sorted(_text(label) for label in e.labels)) for e in alive]
+        return next_experiment([(e.fit, float(w)) for e, w in zip(alive, weight / weight.sum(), strict=True)], names)
     if left:
         names = list(dict.fromkeys(u.covariate for u in left))
         history = found.problem.cases[0].test.history

@@ -47,30 +47,48 @@ class Judged:
             kind: predicted(getattr(self, kind), cases) for kind in ("before", "after", "unseen_before", "unseen_after")
         }
 
+    def misses(self, channel: str, kind: str, *, held_out: bool) -> Floats:
+        """Measured minus predicted of a channel, in the order of the record (sample,)."""
+        misses = []
+        for i, case in enumerate(self.before.problem.cases):
+            if channel in case.noise:
+                order = case.noise[channel].order
+                order = order[self.masks[i][channel][order] == held_out]
+                predicted = channels()[channel].predicted(self.predictions[kind][i])[0]
+                misses.append((case.values(channel) - predicted)[order])
+        return np.concatenate(misses)
+
     def error(self, channel: str, kind: str, *, held_out: bool) -> float:
         """Root mean square of measured minus predicted; NaN without samples."""
-        misses = [
-            (case.values(channel) - channels()[channel].predicted(self.predictions[kind][i])[0])[
-                case.noise[channel].kept & (self.masks[i][channel] == held_out)
-            ]
-            for i, case in enumerate(self.before.problem.cases)
-            if channel in case.noise
-        ]
-        every = np.concatenate(misses)
-        return float(np.sqrt(np.mean(every**2))) if len(every) else float("nan")
+        return rms(self.misses(channel, kind, held_out=held_out))
 
     @property
     def rises(self) -> list[str]:
         """Channels in which the error after is above the error before, fitted or held out, beyond chance."""
         found = []
         for channel in self.before.problem.channels:
-            count = sum(int(case.noise[channel].kept.sum()) for case in self.before.problem.cases if channel in case.noise)
             for held_out, first, last in ((False, "before", "after"), (True, "unseen_before", "unseen_after")):
-                before, after = (self.error(channel, kind, held_out=held_out) for kind in (first, last))
-                slack = 1.0 + THRESHOLDS.rise / np.sqrt(max(count if not held_out else 0.2 * count, 1.0))
-                if np.isfinite(before) and after > before * slack:
+                before, after = (self.misses(channel, kind, held_out=held_out) for kind in (first, last))
+                if rises(before, after):
                     found.append(channel)
         return list(dict.fromkeys(found))
+
+
+def rms(misses: Floats) -> float:
+    """Root mean square; NaN without samples."""
+    return float(np.sqrt(np.mean(misses**2))) if len(misses) else float("nan")
+
+
+def rises(before: Floats, after: Floats) -> bool:
+    """Whether misses (sample,) grew from before to after: by more than blocks of neighbours scatter, or by far."""
+    if len(before) < THRESHOLDS.fewest_judged:
+        return False
+    growth = rms(after) / max(rms(before), 1e-300) - 1.0
+    parts = np.array_split(after**2 - before**2, min(THRESHOLDS.judged_blocks, len(before) // 2))
+    means = np.array([part.mean() for part in parts])
+    chance = float(means.std(ddof=1)) / np.sqrt(len(means))
+    sure = float(means.mean()) > THRESHOLDS.rise_errors * chance
+    return bool(growth > THRESHOLDS.rise_at_most or (growth > THRESHOLDS.rise and sure))
 
 
 @dataclass(frozen=True)
@@ -140,12 +158,14 @@ def _first_honest(
     before: Fit,
     masks: Sequence[Mapping[str, Mask]],
 ) -> tuple[Judged, dict[frozenset[tuple[str, ...]], str]]:
-    """The first explanation, by evidence, whose error rises nowhere; the base model raises none."""
+    """The first explanation whose error rises nowhere: the answer, parts of it, others; the base model raises none."""
     seen = [without(test, mask) for test, mask in zip(tests, masks, strict=True)]
     apart = any(mask.any() for test in masks for mask in test.values())
     seen_before = plain_fit(problem_of(seen), before) if apart else before
     refused = {}
-    for member in [answer, *(m for m in members if m.labels != answer.labels)]:
+    shorter = [m for m in members if m.labels < answer.labels and m.terms]
+    others = [m for m in members if m.labels != answer.labels and m not in shorter]
+    for member in [answer, *shorter, *others]:
         judged = judge(member, before, seen_before, masks)
         raised = judged.rises or (_raised_elsewhere(judged, validate) if validate is not None else [])
         if not member.terms or not raised:
@@ -160,7 +180,7 @@ def _first_honest(
 def _raised_elsewhere(judged: Judged, test: Experiment) -> list[str]:
     """Channels of a test that was not fitted in which the revised model is worse than the base."""
     first, last = foretell(test, judged.before), foretell(test, judged.after)
-    return [c for c in first.case.noise if last.error(c) > first.error(c) * (1.0 + THRESHOLDS.rise_elsewhere)]
+    return [c for c in first.case.noise if rises(first.misses(c), last.misses(c))]
 
 
 def judge(member: Explanation, before: Fit, seen_before: Fit, masks: Sequence[Mapping[str, Mask]]) -> Judged:

@@ -31,7 +31,9 @@ from twindisc_cli.model.forward import Prediction
 
 MOST_BINS = 28
 TIME_BINS = 60
+ACROSS_BINS = 40
 KNOTS = 15
+ACROSS_KNOTS = 27
 LEVELS = np.array([0.1, 0.3, 1.0, 3.0])
 LENGTHS = np.array([0.08, 0.15, 0.3, 0.6, 1.2])
 UNTIMED = ("creepage", "y_over_edge")
@@ -134,8 +136,9 @@ class Pair:
 
     def _curve(self, length: float, level: float) -> Trial:
         """A smooth curve through at most so many of the places."""
-        at = self.places if len(self.places) <= KNOTS else np.interp(
-            np.linspace(0.0, len(self.places) - 1.0, KNOTS), np.arange(len(self.places)), self.places
+        most = ACROSS_KNOTS if self.covariate == "y_over_edge" else KNOTS
+        at = self.places if len(self.places) <= most else np.interp(
+            np.linspace(0.0, len(self.places) - 1.0, most), np.arange(len(self.places)), self.places
         )  # fmt: skip
         span = self.places[-1] - self.places[0]
         mix = level * np.linalg.cholesky(_matern(at, length, span) + 1e-9 * np.eye(len(at)))
@@ -267,7 +270,7 @@ def _edges(fitted: Fit, predictions: list[Prediction], covariate: str) -> Floats
     """Bins of a covariate over all tests (bin + 1,); None where it does not vary or is not known."""
     over = COVARIATES[covariate]
     if covariate == "y_over_edge":
-        return np.linspace(-over.reach, over.reach, MOST_BINS + 1) if "profile" in fitted.problem.channels else None
+        return np.linspace(-over.reach, over.reach, ACROSS_BINS + 1) if "profile" in fitted.problem.channels else None
     if covariate not in UNTIMED and not any(is_timed(case) for case in fitted.problem.cases):
         return None
     values = np.concatenate([np.broadcast_to(over.of(p.state), (1, len(p.state.time)))[0] for p in predictions])

@@ -25,10 +25,14 @@ class Foretold:
     case: Case
     prediction: Prediction
 
+    def misses(self, channel: str) -> Floats:
+        """Measured minus predicted in the order of the record (sample,); NaN where it cannot be predicted."""
+        miss = self.case.values(channel) - channels()[channel].predicted(self.prediction)[0]
+        return np.asarray(miss[self.case.noise[channel].order])
+
     def error(self, channel: str) -> float:
         """Root mean square of measured minus predicted; NaN where the channel cannot be predicted."""
-        miss = self.case.values(channel) - channels()[channel].predicted(self.prediction)[0]
-        return float(np.sqrt(np.mean(miss[self.case.noise[channel].kept] ** 2)))
+        return float(np.sqrt(np.mean(self.misses(channel) ** 2)))
 
 
 def foretell(test: Experiment, fitted: Fit) -> Foretold:
