@@ -105,6 +105,7 @@ def close_loop(
     validate: Annotated[
         Path | None, typer.Option("--validate", metavar="OTHER.toml", help="A test that is only predicted.")
     ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="No resampling, and so no probabilities.")] = False,
     output: Folder = RESULTS,
     as_json: AsJson = False,
     force: Force = False,
@@ -112,7 +113,7 @@ def close_loop(
     """Find what the model lacks, add it, and report the error before and after on held-out data."""
     from twindisc_cli.commands import _runner
 
-    raise typer.Exit(_runner.run_close_loop(tests, validate, _runner.Output(output, as_json, force)))
+    raise typer.Exit(_runner.run_close_loop(tests, validate, _runner.Output(output, as_json, force), quick=quick))
 
 
 @app.command("campaign")

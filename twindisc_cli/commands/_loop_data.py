@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from twindisc_cli.loop.diagnosis import ChannelError, Curve, Diagnosis, Estimate, Tried
+from twindisc_cli.loop.channels import channels
+from twindisc_cli.loop.diagnosis import ChannelError, Curve, Diagnosis, Estimate, FoundEffect, FoundLaw, Tried
 from twindisc_cli.results import Array, Axis, Dataset
 
-SI = {"traction": "1", "profile": "m", "temperature": "K"}
 COVARIATES: Mapping[str, tuple[str, str]] = {
     "time": ("s", "time since the start of the test"),
     "creepage": ("1", "longitudinal creepage"),
@@ -37,9 +37,13 @@ def dataset_of(diagnosis: Diagnosis) -> Dataset:
     if diagnosis.validation is not None:
         arrays += [_error(f"validation_{channel}", e) for channel, e in diagnosis.validation.errors.items()]
     arrays += [_estimate(f"base_{name}", e, f"base parameter {name}") for name, e in diagnosis.base.items()]
-    for effect in diagnosis.effects:
-        for key, estimate in effect.parameters.items():
-            arrays.append(_estimate(f"{effect.name}_{key}", estimate, f"parameter {key} of {effect.name}"))
+    terms: list[FoundEffect | FoundLaw] = [*diagnosis.effects, *diagnosis.laws]
+    for term in terms:
+        for key, estimate in term.parameters.items():
+            arrays.append(_estimate(f"{term.name}_{key}", estimate, f"parameter {key} of {term.name}"))
+    for found in diagnosis.laws:
+        axes.append(Axis(f"{found.name}_at", found.curve.at, found.law.over.unit, found.law.over.label))
+        arrays += _law(found)
     arrays += _candidates(diagnosis.tried)
     numbers: dict[str, int] = {}
     for curve in diagnosis.curves:
@@ -61,20 +65,30 @@ def _estimate(name: str, estimate: Estimate, what: str) -> Array:
     return Array(re.sub(r"\W+", "_", name).strip("_"), ("estimate_kind",), values, estimate.unit, what, True)
 
 
+def _law(found: FoundLaw) -> list[Array]:
+    """A law over its covariate with its 90 % band."""
+    act = "factor on" if found.law.of.kind == "factor" else "shift of"
+    return [
+        Array(f"{found.name}_{key}", (f"{found.name}_at",), getattr(found.curve, key), found.law.of.unit,
+              f"{act} {found.law.of.label}, {what}")
+        for key, what in (("value", "learnt"), ("low", "5 % quantile"), ("high", "95 % quantile"))
+    ]  # fmt: skip
+
+
 def _candidates(tried: Sequence[Tried]) -> list[Array]:
-    """One entry for each explanation; names as text, joined by +."""
+    """One entry for each term tried in the place of another."""
     texts = {
-        "channel": ("channel it was tried for", [t.channel for t in tried]),
-        "effects": ("effects of the explanation", [" + ".join(t.effects) for t in tried]),
+        "channel": ("channel it shows in first", [t.channel for t in tried]),
+        "label": ("effect, or quantity over covariate", [t.label for t in tried]),
+        "replaces": ("the term in whose place it was tried", [t.replaces for t in tried]),
         "at_bound": ("parameters that ran into a bound", [" ".join(t.at_bound) for t in tried]),
+        "refused": ("why it is not the answer", [t.refused for t in tried]),
     }
     numbers = {
-        "gain": "fall of chi squared",
-        "evidence": "log evidence",
-        "probability": "probability among the explanations that hold",
-        "left_p_value": "significance of what is left",
-        "left_length": "length of what is left, in noise units",
-        "passed": "whether it holds",
+        "gain": "fall of chi squared over no term in this place",
+        "evidence": "log evidence relative to the answer",
+        "probability": "share of resamples in which it is chosen, weighed by evidence",
+        "chosen": "whether it is in the answer",
     }
     return [
         *(
@@ -92,7 +106,7 @@ def _candidates(tried: Sequence[Tried]) -> list[Array]:
 
 def _curve(curve: Curve, prefix: str) -> list[Array]:
     """Measured, before and after, what was held out or kept, and the covariates of one channel of one test."""
-    dims, unit = (f"{prefix}_sample",), SI[curve.channel]
+    dims, unit = (f"{prefix}_sample",), channels()[curve.channel].si
     what = {
         "measured": "measured",
         "before": "model before",

@@ -58,7 +58,7 @@ def single_origin(command: str, test: Test) -> Origin:
     return origin_of([test], {"validate": False, "fitted": 1} if command == "close-loop" else {})
 
 
-def run_close_loop(paths: Sequence[Path], validate: Path | None, output: Output) -> int:
+def run_close_loop(paths: Sequence[Path], validate: Path | None, output: Output, *, quick: bool = False) -> int:
     """Run close-loop on several tests, and predict one that is not fitted. The exit code."""
     *tests, last = load_all([*paths, *([validate] if validate else [])])
     unseen = last if validate else None
@@ -67,10 +67,10 @@ def run_close_loop(paths: Sequence[Path], validate: Path | None, output: Output)
 
     def compute() -> Result:
         with progress_bar() as progress:
-            result: Result = _module("close-loop").run(fitted, unseen, progress)
+            result: Result = _module("close-loop").run(fitted, unseen, progress, quick=quick)
             return result
 
-    options = {"validate": validate is not None, "fitted": len(fitted)}
+    options = {"validate": validate is not None, "fitted": len(fitted), **({"quick": True} if quick else {})}
     return _deliver("close-loop", [*tests, last], options, output, compute)
 
 

@@ -9,31 +9,35 @@ from typing import Any
 import numpy as np
 
 from twindisc_cli import __version__
-from twindisc_cli.commands import _loop_told as told
 from twindisc_cli.commands._loop_data import dataset_of
-from twindisc_cli.commands._loop_page import page_of
-from twindisc_cli.commands._loop_rows import rows_of
-from twindisc_cli.definition import Test, dump
+from twindisc_cli.definition import Test, dump, law_table
 from twindisc_cli.effects import catalogue
-from twindisc_cli.effects._effect import CHANNELS, Param
+from twindisc_cli.effects._effect import Param
 from twindisc_cli.errors import NEGATIVE_FINDING, DefinitionError, Problem
+from twindisc_cli.loop.channels import channels, measured_channels
+from twindisc_cli.loop.channels.traction import friction_is_given
 from twindisc_cli.loop.diagnose import diagnose
-from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis, Estimate, FoundEffect, NextExperiment
-from twindisc_cli.loop.problem import channels_of, friction_is_given
+from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis, Estimate, FoundEffect, FoundLaw, NextExperiment
+from twindisc_cli.report import told
 from twindisc_cli.report.close_loop import render
-from twindisc_cli.report.words import CHANNEL, listed, number, p_value, percent, plain_name, unit, with_error
+from twindisc_cli.report.words import channel_name, listed, number, p_value, plain_name, unit, with_error
 from twindisc_cli.results import Result, or_null
 
 LINES = 10
 DIGITS = 7
 
 
-def run(tests: Sequence[Test], validate: Test | None, progress: Callable[[str, float], None]) -> Result:
-    """Diagnose the tests together; `validate` is only predicted. Exit code 5 where the cause is in no catalogue."""
+def run(
+    tests: Sequence[Test], validate: Test | None, progress: Callable[[str, float], None], *, quick: bool = False
+) -> Result:
+    """Diagnose the tests together; `validate` is only predicted. Exit code 5 where the cause is in no catalogue.
+
+    quick: no resampling, and so no probabilities.
+    """
     _refuse_nothing_measured(tests)
     experiments = [test.experiment for test in tests]
     unseen = validate.experiment if validate else None
-    return result_of(diagnose(experiments, validate=unseen, progress=progress), tests, validate)
+    return result_of(diagnose(experiments, validate=unseen, progress=progress, quick=quick), tests, validate)
 
 
 def result_of(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None) -> Result:
@@ -43,8 +47,8 @@ def result_of(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None
 
     title = f"{listed([t.experiment.name for t in tests])}: {told.sentences(diagnosis)[0]}"
     kinds = [test.experiment.measured.provenance for test in tests]
-    rows = rows_of(diagnosis, [test.experiment for test in tests])
-    drawn = figure(rows, title=title, provenance=told.provenance(kinds))
+    experiments = [test.experiment for test in tests]
+    drawn = figure(diagnosis, experiments, title=title, provenance=told.provenance(kinds))
     return Result(
         command="close-loop",
         summary=tuple(summary(diagnosis)),
@@ -53,7 +57,7 @@ def result_of(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None
         figure=lambda: drawn,
         exit_code=NEGATIVE_FINDING if diagnosis.verdict == "unexplained" else 0,
         extra_files={
-            "close-loop.html": render(page_of(diagnosis, tests, validate), figure=png(drawn)),
+            "close-loop.html": render(diagnosis, tests, validate, figure=png(drawn)),
             "revised.toml": revised(diagnosis, tests[0]),
         },
     )
@@ -62,7 +66,7 @@ def result_of(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None
 def _refuse_nothing_measured(tests: Sequence[Test]) -> None:
     """Every test must bring something to compare with."""
     what = "names no data that can be compared: give a traction, a profile, or a temperature with [thermal]"
-    problems = [Problem(what, test.path, key="measured") for test in tests if not channels_of(test.experiment)]
+    problems = [Problem(what, test.path, key="measured") for test in tests if not measured_channels(test.experiment)]
     problems += [
         Problem(
             "neither measured nor given: measure the traction, or give mu in the model or in every step",
@@ -76,22 +80,25 @@ def _refuse_nothing_measured(tests: Sequence[Test]) -> None:
         raise DefinitionError(problems)
 
 
+# ------------------------------------------------------------------------------------------------- for the terminal
+
+
 def summary(diagnosis: Diagnosis) -> list[str]:
-    """At most ten lines: the verdict, errors, effects, leftovers, base parameters, the next experiment, notes."""
-    lines = [f"{diagnosis.verdict}: {told.sentences(diagnosis)[0]}"]
-    lines += [_error_line(CHANNEL[channel], error) for channel, error in diagnosis.errors.items()]
-    lines += [_effects_line(effects) for effects in told.together(diagnosis).values()]
-    if diagnosis.unexplained and diagnosis.verdict == "effects_found":
+    """At most ten lines: verdict, errors, what was added, leftovers, base parameters, the next experiment, notes."""
+    lines = [f"{diagnosis.verdict}: {told.sentences(diagnosis)[0]}", *told.difference(diagnosis)]
+    lines += [_error_line(channel_name(channel), error) for channel, error in diagnosis.errors.items()]
+    lines += [_term_line(term) for terms in told.together(diagnosis).values() for term in terms]
+    if diagnosis.unexplained and diagnosis.verdict != "unexplained":
         lines.append(f"unexplained: {listed(told.leftovers(diagnosis))} ({_significance(diagnosis)})")
     base = [f"{name} = {with_error(e.value, e.std, e.unit)}" for name, e in diagnosis.base.items()]
     lines += [f"base: {', '.join(base)}"] if base else []
     if diagnosis.validation is not None:
-        parts = [f"{CHANNEL[c]} {_before_after(e)}" for c, e in diagnosis.validation.errors.items()]
+        parts = [f"{channel_name(c)} {_before_after(e)}" for c, e in diagnosis.validation.errors.items()]
         lines.append(f"predicted, never fitted: {diagnosis.validation.test}: {', '.join(parts)}")
     if diagnosis.next_experiment is not None:
         lines.append(f"next: {diagnosis.next_experiment.why}")
     room = LINES - len(lines)
-    notes = [f"note: {note}" for note in diagnosis.notes]
+    notes = [f"note: {note}" for note in told.further_notes(diagnosis)]
     if len(notes) > room:
         kept = notes[: max(room - 1, 0)]
         notes = [*kept, f"{len(notes) - len(kept)} {'more ' if kept else ''}notes in close-loop.html"]
@@ -111,35 +118,35 @@ def _error_line(channel: str, error: ChannelError) -> str:
     return f"{channel}: {fitted}, held out {_before_after(error)}, noise {number(error.noise)}"
 
 
-def _effects_line(effects: Sequence[FoundEffect]) -> str:
-    parts = []
-    for effect in effects:
-        values = [f"{key} = {with_error(e.value, e.std, e.unit)}" for key, e in effect.parameters.items()]
-        parts.append(f"{effect.name} ({', '.join(values)})")
-    others = f"; cannot be told from {listed(effects[0].alternatives, 'or')}" if effects[0].alternatives else ""
-    return f"{' with '.join(parts)}, probability {percent(effects[0].probability)}{others}"
+def _term_line(term: told.Term) -> str:
+    """An effect with its parameters, or a law with its formula; how sure, how much, and what else it may be."""
+    if isinstance(term, FoundEffect):
+        values = [f"{key} = {with_error(e.value, e.std, e.unit)}" for key, e in term.parameters.items()]
+        parts = [f"{term.name} ({', '.join(values)}): {told.sureness(term)}"]
+    else:
+        parts = [f"{term.name}: {told.law_text(term)}: {told.sureness(term)}", told.transfer_text(term.law)]
+        parts += [f"resembles {told.resembles_text(term)}"] if term.resembles else []
+    parts += [told.taken(term)] if told.taken(term) else []
+    others = told.rivals(term)
+    return "; ".join(parts + ([f"cannot be told from {listed(others, 'or')}"] if others else []))
+
+
+# ------------------------------------------------------------------------------------------------- for scripts
 
 
 def _json(diagnosis: Diagnosis) -> dict[str, Any]:
     """The outcome for scripts."""
     return {
         "verdict": diagnosis.verdict,
-        "effects": [
-            {
-                "effect": effect.name,
-                "channel": effect.channel,
-                "parameters": {key: _estimate(e) for key, e in effect.parameters.items()},
-                "alternatives": list(effect.alternatives),
-                "probability": effect.probability,
-            }
-            for effect in diagnosis.effects
-        ],
+        "effects": [_effect(effect) for effect in diagnosis.effects],
+        "laws": [_law(found) for found in diagnosis.laws],
         "unexplained": [
             {key: getattr(left, key) for key in ("channel", "covariate", "kind", "share_of_variance", "p_value")}
             for left in diagnosis.unexplained
         ],
         "error": _errors(diagnosis.errors),
         "base": {name: _estimate(e) for name, e in diagnosis.base.items()},
+        "explanations": {c: _explanations(diagnosis, c) for c in diagnosis.errors},
         "next_experiment": _next(diagnosis.next_experiment),
         "revised": "revised.toml",
         "validation": None
@@ -151,14 +158,73 @@ def _json(diagnosis: Diagnosis) -> dict[str, Any]:
     }
 
 
+def _effect(found: FoundEffect) -> dict[str, Any]:
+    return {
+        "effect": found.name,
+        "channel": found.channel,
+        "parameters": {key: _estimate(e) for key, e in found.parameters.items()},
+        "alternatives": list(found.alternatives),
+        **_sure(found),
+    }
+
+
+def _law(found: FoundLaw) -> dict[str, Any]:
+    law, curve = found.law, found.curve
+    return {
+        "law": found.name,
+        "channel": found.channel,
+        "quantity": law.quantity,
+        "covariate": law.covariate,
+        "form": law.shape or "curve",
+        "formula": found.formula,
+        "curve": {key: getattr(curve, key).tolist() for key in ("at", "value", "low", "high")},
+        "parameters": {key: _estimate(e) for key, e in found.parameters.items()},
+        "resembles": [{"effect": name, "share": share} for name, share in found.resembles],
+        "alternatives": [
+            {**({"quantity": q, "covariate": covariate} if q else {"effect": covariate}), **_probability(p)}
+            for q, covariate, p in told.alternatives(found)
+        ],
+        **_sure(found),
+        "transfer": law.transfer,
+        "valid": list(law.valid) if law.valid else None,
+    }
+
+
+def _sure(found: told.Term) -> dict[str, Any]:
+    """How sure, and what is left of the misfit it takes away."""
+    return {**_probability(found.probability), "strength": found.strength, "remains": found.remains}
+
+
+def _probability(value: float) -> dict[str, float]:
+    """The probability; absent where it was not computed."""
+    return {"probability": float(value)} if np.isfinite(value) else {}
+
+
+def _explanations(diagnosis: Diagnosis, channel: str) -> list[dict[str, Any]]:
+    """Every explanation within reach of the best, the one given first."""
+    return [
+        {
+            "label": tried.label,
+            "in_place_of": tried.replaces,
+            "gain": float(tried.gain),
+            "evidence": float(tried.evidence),
+            **_probability(tried.probability),
+            "at_bound": list(tried.at_bound),
+            "refused": tried.refused,
+            "chosen": tried.chosen,
+        }
+        for tried in told.ranked(diagnosis, channel)
+    ]
+
+
 def _estimate(estimate: Estimate) -> dict[str, Any]:
     return {key: getattr(estimate, key) for key in ("value", "std", "low", "high", "unit")}
 
 
-def _errors(errors: Mapping[Any, ChannelError]) -> dict[str, Any]:
+def _errors(errors: Mapping[str, ChannelError]) -> dict[str, Any]:
     """Every channel; an empty object for one that was not measured."""
     keys = ("unit", "noise", "before", "after", "held_out_before", "held_out_after")
-    return {c: {key: getattr(errors[c], key) for key in keys} if c in errors else {} for c in CHANNELS}
+    return {c: {key: getattr(errors[c], key) for key in keys} if c in errors else {} for c in channels()}
 
 
 def _next(planned: NextExperiment | None) -> dict[str, Any]:
@@ -174,8 +240,11 @@ def _next(planned: NextExperiment | None) -> dict[str, Any]:
     }
 
 
+# ------------------------------------------------------------------------------------------------- revised.toml
+
+
 def revised(diagnosis: Diagnosis, test: Test) -> str:
-    """The definition with the effects that were added and the base parameters that were identified."""
+    """The definition with the effects and laws that were added and the base parameters that were identified."""
     document: dict[str, Any] = copy.deepcopy(dict(test.resolved))
     for name, estimate in diagnosis.base.items():
         key, _, other = name.partition(" ")
@@ -187,11 +256,13 @@ def revised(diagnosis: Diagnosis, test: Test) -> str:
         effect.name: {key: _inside(params[effect.name][key], e.value) for key, e in effect.parameters.items()}
         for effect in diagnosis.effects
     }
-    return f"{_heading(diagnosis, test)}\n{dump(document, effects)}"
+    laws = {found.name: law_table(found.law, digits=DIGITS) for found in diagnosis.laws}
+    return f"{_heading(diagnosis, test)}\n{dump(document, effects, laws)}"
 
 
 def _heading(diagnosis: Diagnosis, test: Test) -> str:
-    found = listed([plain_name(effect.name) for effect in diagnosis.effects])
+    names = [plain_name(effect.name) for effect in diagnosis.effects]
+    found = listed([*names, *(told.name_of(law) for law in diagnosis.laws)])
     what = f"with {found} added" if found else "with no effect added"
     return f"# {test.experiment.name}, {what} by twindisc close-loop {__version__} ({diagnosis.verdict})"
 

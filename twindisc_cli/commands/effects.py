@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from twindisc_cli.effects import catalogue
-from twindisc_cli.effects._effect import CHANNELS, Effect, Param
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.errors import DefinitionError, Problem, did_you_mean
+from twindisc_cli.loop.channels import channels
 from twindisc_cli.report.words import explanation
 from twindisc_cli.results import Dataset, Result
 
@@ -38,7 +39,7 @@ def _listed() -> list[str]:
     """One line an effect, channel by channel."""
     width = max(map(len, catalogue()))
     lines = []
-    for channel in CHANNELS:
+    for channel in channels():
         lines.append(f"seen first in the {channel}")
         chosen = ((n, e) for n, e in catalogue().items() if e.channel == channel)
         lines += [f"{_INDENT}{n:<{width}}  {_summary(e)}" for n, e in chosen]
@@ -47,7 +48,7 @@ def _listed() -> list[str]:
 
 def _explained(name: str, effect: Effect) -> list[str]:
     """Formula and symbols, the parameters as a definition takes them, channels and source."""
-    seen = ", ".join(channel for channel in CHANNELS if channel in effect.seen_in)
+    seen = ", ".join(channel for channel in channels() if channel in effect.seen_in)
     return [
         name,
         "",
@@ -82,7 +83,7 @@ def _full(name: str, effect: Effect) -> dict[str, Any]:
     return {
         **_brief(name, effect),
         "stage": effect.stage,
-        "seen_in": [channel for channel in CHANNELS if channel in effect.seen_in],
+        "seen_in": [channel for channel in channels() if channel in effect.seen_in],
         "explanation": explanation(name),
         "parameters": [
             {

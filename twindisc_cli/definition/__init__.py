@@ -2,6 +2,6 @@
 
 from twindisc_cli.definition.load import load, load_text
 from twindisc_cli.definition.record import Test
-from twindisc_cli.definition.write import dump, relocate
+from twindisc_cli.definition.write import dump, law_table, relocate
 
-__all__ = ["Test", "dump", "load", "load_text", "relocate"]
+__all__ = ["Test", "dump", "law_table", "load", "load_text", "relocate"]

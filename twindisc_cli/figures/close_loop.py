@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from textwrap import fill
 
@@ -11,8 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
-from numpy.typing import NDArray
 
+from twindisc_cli.figures._loop_view import View, samples_over, views_of
 from twindisc_cli.figures.style import (
     BLACK,
     BLUE,
@@ -28,95 +27,55 @@ from twindisc_cli.figures.style import (
     name_axes,
     page,
 )
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from twindisc_cli.loop.channels import channels
+from twindisc_cli.loop.diagnosis import Diagnosis, FoundLaw, Tried
+from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.model.experiment import Experiment, Floats
+from twindisc_cli.report import told
+from twindisc_cli.report.words import p_value, percent, plain_name, unit
 
 WIDE = 11.0
 ROW = 2.75
 LINE = 125
+COLUMNS = 3
 PARTS = (1.35, 1.0, 1.05)
 BINS = 20
 FEWEST = 5
 """Places in a ranking, so that two bars do not fill it."""
+SHOWN, LONGEST, TITLE = 9, 44, 60
+ROOM = 1.42
+"""Width of a ranking over its longest bar, so that the remarks find room."""
 SHADE, BAND, REMARK = "#F1F1F1", "#E3E3E3", "#444444"
 CHOSEN, HOLDS = "#8FC1E3", "#A5D8C6"
 
 
-@dataclass(frozen=True)
-class Trace:
-    """Samples of one test, or of one recorded profile, in the units of the panels; each (sample,).
-
-    x is the abscissa of the left panel, over that of the middle one. kept is False for outliers.
-    """
-
-    label: str
-    x: Floats
-    over: Floats
-    measured: Floats
-    before: Floats
-    after: Floats
-    held_out: Mask
-    kept: Mask
-
-
-@dataclass(frozen=True)
-class Span:
-    """A step of the history along x, with its creepage [%]."""
-
-    begin: float
-    end: float
-    creepage: float
-
-
-@dataclass(frozen=True)
-class Ranked:
-    """One explanation that was tried: how much of the misfit it takes away [noise units], and what came of it."""
-
-    label: str
-    gain: float
-    note: str
-    passed: bool
-    chosen: bool
-
-
-@dataclass(frozen=True)
-class Row:
-    """One channel: axis labels, traces, steps of the history (none where x is no time), noise, and what was tried."""
-
-    what: str
-    x: str
-    y: str
-    over: str
-    rest: str
-    noise: float
-    traces: Sequence[Trace]
-    spans: Sequence[Span]
-    ranking: Sequence[Ranked]
-    outcome: str
-    x_log: bool = False
-    over_log: bool = False
-
-
-def figure(rows: Sequence[Row], *, title: str, provenance: str) -> Figure:
-    """Draw all channels. provenance: what kind of data these are, printed on the figure."""
-    drawn, panels = page(len(rows), 3, height=0.6 + ROW * len(rows), title=fill(title, LINE), provenance=provenance)
+def figure(diagnosis: Diagnosis, tests: Sequence[Experiment], *, title: str, provenance: str) -> Figure:
+    """Draw all channels and the laws that were learnt. provenance: of the data, printed on the figure."""
+    views, laws = views_of(diagnosis, tests), diagnosis.laws
+    rows = len(views) + -(-len(laws) // COLUMNS)
+    drawn, panels = page(rows, COLUMNS, height=0.6 + ROW * rows, title=fill(title, LINE), provenance=provenance)
     drawn.set_figwidth(WIDE)
     grid = panels[0].get_gridspec()
     assert grid is not None
     grid.set_width_ratios(PARTS)
-    for row, left, middle, right in zip(rows, panels[0::3], panels[1::3], panels[2::3], strict=True):
-        _course(left, row)
-        _leftover(middle, row)
-        _ranking(right, row)
+    for number, view in enumerate(views):
+        left, middle, right = panels[COLUMNS * number : COLUMNS * (number + 1)]
+        _course(left, view)
+        _leftover(middle, view)
+        _ranking(right, view)
+    below = panels[COLUMNS * len(views) :]
+    for axes, found in zip(below, laws, strict=False):
+        _law(axes, found, diagnosis)
+    for axes in below[len(laws) :]:
+        axes.remove()
     return drawn
 
 
-def _course(axes: Axes, row: Row) -> None:
+def _course(axes: Axes, view: View) -> None:
     """Measured samples with the model before and after, over the history or across the track."""
-    _history(axes, row)
-    several = len(row.traces) > 1
-    for trace, colour in zip(row.traces, family(len(row.traces)), strict=True):
+    _history(axes, view)
+    several = len(view.traces) > 1
+    for trace, colour in zip(view.traces, family(len(view.traces)), strict=True):
         for chosen, what, shade in (
             (trace.kept & ~trace.held_out, "measured, fitted", colour if several else GREY),
             (trace.kept & trace.held_out, "measured, held out", PURPLE),
@@ -132,9 +91,9 @@ def _course(axes: Axes, row: Row) -> None:
             axes.plot(trace.x[order], values[order], linestyle=style_of, color=shade, linewidth=width, label=what)
         if several and trace.label:
             axes.plot([], [], color=colour, linewidth=3.0, label=trace.label)
-    if row.x_log:
+    if view.is_wide(view.along):
         _logarithmic(axes)
-    name_axes(axes, row.x, row.y, f"{row.what}: measured and model")
+    name_axes(axes, view.scale(view.along).label, view.drawn.label, f"{view.channel}: measured and model")
     _distinct(axes)
 
 
@@ -164,42 +123,42 @@ def _distinct(axes: Axes) -> None:
     )  # fmt: skip
 
 
-def _history(axes: Axes, row: Row) -> None:
+def _history(axes: Axes, view: View) -> None:
     """The steps shaded in turn, their creepage on an axis of its own at the right."""
-    if not row.spans:
+    if not view.spans:
         return
     beside = axes.twinx()
-    for span in row.spans[1::2]:
+    for span in view.spans[1::2]:
         beside.axvspan(span.begin, span.end, color=SHADE, linewidth=0.0, zorder=0)
-    gaps = [before.end < span.begin for before, span in pairwise(row.spans)]
+    gaps = [before.end < span.begin for before, span in pairwise(view.spans)]
     pause = np.flatnonzero(gaps) * 2 + 2
-    edges = np.insert(np.array([[span.begin, span.end] for span in row.spans]).ravel(), pause, np.nan)
-    levels = np.insert(np.repeat([span.creepage for span in row.spans], 2), pause, np.nan)
+    edges = np.insert(np.array([[span.begin, span.end] for span in view.spans]).ravel(), pause, np.nan)
+    levels = np.insert(np.repeat([span.creepage for span in view.spans], 2), pause, np.nan)
     beside.plot(edges, levels, color=GREEN, linewidth=0.8, alpha=0.7)
     beside.set_ylabel("creepage [%]", fontsize=TEXT, color=GREEN)
     beside.tick_params(labelsize=SMALL, length=2.0, width=0.5, colors=GREEN)
-    beside.set_ylim(0.0, 1.15 * max(max(span.creepage for span in row.spans), 1e-9))
+    beside.set_ylim(0.0, 1.15 * max(max(span.creepage for span in view.spans), 1e-9))
     for side in ("top", "left", "bottom"):
         beside.spines[side].set_visible(False)
     beside.spines["right"].set_color(GREEN)
     beside.set_zorder(axes.get_zorder() - 1)
     axes.patch.set_visible(False)
-    axes.set_xlim(row.spans[0].begin, row.spans[-1].end)
+    axes.set_xlim(view.spans[0].begin, view.spans[-1].end)
 
 
-def _leftover(axes: Axes, row: Row) -> None:
+def _leftover(axes: Axes, view: View) -> None:
     """Measured minus model, before and after, with the band of the noise and the mean course."""
-    axes.axhspan(-2.0 * row.noise, 2.0 * row.noise, color=BAND, linewidth=0.0, zorder=0, label="noise, ±2 std")
-    over = np.concatenate([trace.over[trace.kept] for trace in row.traces])
-    measured = np.concatenate([trace.measured[trace.kept] for trace in row.traces])
+    axes.axhspan(-2.0 * view.noise, 2.0 * view.noise, color=BAND, linewidth=0.0, zorder=0, label="noise, ±2 std")
+    over = np.concatenate([trace.over[trace.kept] for trace in view.traces])
+    measured = np.concatenate([trace.measured[trace.kept] for trace in view.traces])
     for name, colour, width in (("before", ORANGE, 2.4), ("after", BLUE, 1.2)):
-        model = np.concatenate([getattr(trace, name)[trace.kept] for trace in row.traces])
+        model = np.concatenate([getattr(trace, name)[trace.kept] for trace in view.traces])
         _dots(axes, over, measured - model, colour, "", among=2 * len(over))
         axes.plot(*_mean_course(over, measured - model), color=colour, linewidth=width, label=name)
-    if row.over_log:
+    if view.is_wide(view.over):
         _logarithmic(axes)
     axes.axhline(0.0, color=BLACK, linewidth=0.5)
-    name_axes(axes, row.over, row.rest, "what the model leaves")
+    name_axes(axes, view.scale(view.over).label, channels()[view.channel].rest, "what the model leaves")
     legend(axes)
 
 
@@ -215,23 +174,66 @@ def _mean_course(over: Floats, values: Floats) -> tuple[Floats, Floats]:
     return means[0], means[1]
 
 
-def _ranking(axes: Axes, row: Row) -> None:
+def _ranking(axes: Axes, view: View) -> None:
     """How much of the misfit each explanation takes away, and why it was refused."""
+    ranked = told.ranked(view.diagnosis, view.channel)[:SHOWN]
+    title = _outcome(view.diagnosis, view.channel)
     axes.set_yticks([])
     axes.spines["left"].set_visible(False)
-    if not row.ranking:
+    if not ranked:
         axes.set_axis_off()
-        axes.text(0.5, 0.5, row.outcome, transform=axes.transAxes, ha="center", va="center", fontsize=TEXT)
+        axes.text(0.5, 0.5, title, transform=axes.transAxes, ha="center", va="center", fontsize=TEXT)
         return
-    places = [float(place) for place in range(len(row.ranking))]
-    colours = [CHOSEN if r.chosen else HOLDS if r.passed else BAND for r in row.ranking]
-    axes.barh(places, [r.gain for r in row.ranking], color=colours, height=0.78)
-    longest = max(max(r.gain for r in row.ranking), 1e-9)
-    for place, ranked in zip(places, row.ranking, strict=True):
-        weight = "bold" if ranked.chosen else "normal"
-        size = SMALL - 1.5 * ranked.label.count("\n")
-        axes.text(0.012 * longest, place, ranked.label, va="center", fontsize=size, fontweight=weight, linespacing=0.95)
-        axes.text(1.42 * longest, place, ranked.note, va="center", ha="right", fontsize=SMALL - 0.5, color=REMARK)
-    axes.set_xlim(0.0, 1.42 * longest)
-    axes.set_ylim(max(len(row.ranking), FEWEST) - 0.4, -0.6)
-    name_axes(axes, "misfit taken away [noise units]", "", row.outcome)
+    gains = [told.length(tried.gain) for tried in ranked]
+    colours = [CHOSEN if t.chosen else BAND if t.refused else HOLDS for t in ranked]
+    axes.barh(range(len(ranked)), gains, color=colours, height=0.78)
+    longest = max(*gains, 1e-9)
+    for place, tried in enumerate(ranked):
+        label = fill(plain_name(tried.label), LONGEST)
+        weight = "bold" if tried.chosen else "normal"
+        size = SMALL - 1.5 * min(label.count("\n"), 1)
+        axes.text(0.012 * longest, place, label, va="center", fontsize=size, fontweight=weight, linespacing=0.95)
+        axes.text(ROOM * longest, place, _remark(tried), va="center", ha="right", fontsize=SMALL - 0.5, color=REMARK)
+    axes.set_xlim(0.0, ROOM * longest)
+    axes.set_ylim(max(len(ranked), FEWEST) - 0.4, -0.6)
+    name_axes(axes, "misfit taken away [noise units]", "", title)
+
+
+def _remark(tried: Tried) -> str:
+    """What came of an explanation, in a word."""
+    if tried.refused:
+        return "at a bound" if tried.at_bound else tried.refused.partition(" of ")[0]
+    return percent(tried.probability)
+
+
+def _outcome(diagnosis: Diagnosis, channel: str) -> str:
+    """What came of the search in this channel, as the title of its panel."""
+    if channel in told.together(diagnosis):
+        return "what was tried: explained"
+    if channel in [left.channel for left in diagnosis.unexplained]:
+        return "what was tried: unexplained"
+    p = diagnosis.p_values.get(channel, float("nan"))
+    if not np.isfinite(p):
+        return "not searched"
+    return f"nothing is missing here\n({p_value(p)}; alarm below {THRESHOLDS.alarm:g})"
+
+
+def _law(axes: Axes, found: FoundLaw, diagnosis: Diagnosis) -> None:
+    """A law that was learnt: its curve with the 90 % band, its formula, and where data were."""
+    law, curve = found.law, found.curve
+    axes.fill_between(curve.at, curve.low, curve.high, color=BLUE, alpha=0.2, linewidth=0.0, label="90 %")
+    axes.plot(curve.at, curve.value, color=BLUE, linewidth=1.4, label="learnt")
+    if law.shape is None:
+        axes.plot(law.at, law.value, linestyle="none", marker="o", markersize=2.5, color=BLUE)
+    one = 1.0 if law.of.kind == "factor" else 0.0
+    axes.axhline(one, color=BLACK, linewidth=0.5)
+    data = samples_over(diagnosis, found)
+    if len(data):
+        axes.plot(data, np.full(len(data), 0.015), linestyle="none", marker="|", markersize=5.0, markeredgewidth=0.4,
+                  color=GREY, alpha=0.6, transform=axes.get_xaxis_transform(), label="data")  # fmt: skip
+    low, high = axes.get_ylim()
+    axes.set_ylim(low - 0.08 * (high - low), high + 0.12 * (high - low))
+    across = f"{law.over.label} {law.over.symbol} [{unit(law.over.unit) or '1'}]"
+    what = f"{'factor on' if one else 'shift of'} {law.of.label} [{unit(law.of.unit) or '1'}]"
+    name_axes(axes, across, fill(what, 34), fill(f"{found.formula} ({told.sureness(found)})", TITLE))
+    legend(axes)

@@ -4,124 +4,19 @@ from __future__ import annotations
 
 from base64 import b64encode
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+import numpy as np
 
 from twindisc_cli import __version__
+from twindisc_cli.definition import Test
+from twindisc_cli.effects import catalogue
+from twindisc_cli.loop.channels import channels, measured_channels
+from twindisc_cli.loop.channels._held_out import BANDS, EVERY
+from twindisc_cli.loop.diagnosis import Curve, Diagnosis, FoundEffect, NextExperiment
+from twindisc_cli.report import told, words
 
 
-@dataclass(frozen=True)
-class ErrorRow:
-    """Error of one channel, as text with its unit: noise, before and after, fitted and held out; the comment on it."""
-
-    channel: str
-    unit: str
-    noise: str
-    before: str
-    after: str
-    held_out_before: str
-    held_out_after: str
-    comment: str
-
-
-@dataclass(frozen=True)
-class Value:
-    """A parameter: key in the definition, meaning, value ± standard deviation, 90 % interval."""
-
-    name: str
-    meaning: str
-    value: str
-    interval: str
-
-
-@dataclass(frozen=True)
-class Effect:
-    """An effect: key in the definition, what it is called, its explanation and source."""
-
-    key: str
-    name: str
-    explanation: str
-    source: str
-
-
-@dataclass(frozen=True)
-class Found:
-    """What was added for one channel: the effects with their parameters, and what these data cannot tell from them."""
-
-    channel: str
-    probability: str
-    effects: Sequence[tuple[Effect, Sequence[Value]]]
-    alternatives: Sequence[Effect]
-
-
-@dataclass(frozen=True)
-class Left:
-    """Something unexplained: channel, covariate, its shape, share of variance, significance, and where to look."""
-
-    channel: str
-    covariate: str
-    kind: str
-    share: str
-    significance: str
-    look_at: str
-
-
-@dataclass(frozen=True)
-class TriedRow:
-    """One explanation that was tried, and what came of it."""
-
-    channel: str
-    names: str
-    gain: str
-    probability: str
-    left: str
-    outcome: str
-    passed: bool
-
-
-@dataclass(frozen=True)
-class Next:
-    """The next experiment: why, the history to copy, and the channel that would settle it."""
-
-    why: str
-    history: str
-    channel_wanted: str
-
-
-@dataclass(frozen=True)
-class Source:
-    """A test: name, description, where its data are from, what was measured, declared and held out, and its files."""
-
-    name: str
-    description: str
-    role: str
-    provenance: str
-    measured: str
-    declared: str
-    held_out: str
-    files: Sequence[tuple[str, str]]
-
-
-@dataclass(frozen=True)
-class Page:
-    """Everything the page tells, as text."""
-
-    title: str
-    verdict: str
-    sentences: Sequence[str]
-    errors: Sequence[ErrorRow]
-    found: Sequence[Found]
-    left: Sequence[Left]
-    next: Next | None
-    base: Sequence[Value]
-    tried: Sequence[TriedRow]
-    validation: str
-    validation_errors: Sequence[ErrorRow]
-    notes: Sequence[str]
-    sources: Sequence[Source]
-    provenance: str
-
-
-def render(page: Page, *, figure: bytes) -> str:
+def render(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None, *, figure: bytes) -> str:
     """The page as HTML, the figure (a PNG) inside."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -132,5 +27,52 @@ def render(page: Page, *, figure: bytes) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.globals |= {"told": told, "words": words, "channels": channels(), "catalogue": catalogue()}
+    environment.globals |= {"meaning": meaning, "measured": _measured, "held_out": held_out, "history": history_toml}
+    environment.tests["effect"] = lambda term: isinstance(term, FoundEffect)
     template = environment.get_template("close_loop.html")
-    return template.render(page=page, figure=b64encode(figure).decode("ascii"), version=__version__)
+    return template.render(
+        diagnosis=diagnosis,
+        tests=tests,
+        validate=validate,
+        title=words.listed([test.experiment.name for test in tests]),
+        provenance=told.provenance([test.experiment.measured.provenance for test in tests]),
+        figure=b64encode(figure).decode("ascii"),
+        version=__version__,
+    )
+
+
+def meaning(effect: str, key: str) -> str:
+    """What a parameter of an effect is."""
+    return next(p.meaning for p in catalogue()[effect].params if p.name == key)
+
+
+def history_toml(planned: NextExperiment, test: Test) -> str:
+    """The planned history as a [history] table ready for a definition."""
+    revolutions = test.resolved["history"]["revolutions_per_iteration"]
+    lines = [
+        f"  {{ creepage_percent = {float(step['creepage_percent']):.6g}, iterations = {int(step['iterations'])} }},"
+        for step in planned.steps
+    ]
+    return "\n".join(["[history]", f"revolutions_per_iteration = {revolutions:.10g}", "steps = [", *lines, "]"])
+
+
+def _measured(test: Test) -> str:
+    return words.listed([words.channel_name(channel) for channel in measured_channels(test.experiment)]) or "nothing"
+
+
+def held_out(test: Test, diagnosis: Diagnosis) -> str:
+    """Steps held out, from 1 as the user counts them, and how many samples of each channel."""
+    creepage = test.experiment.history.step_creepage
+    steps = diagnosis.held_out_steps.get(test.experiment.name, ())
+    named = [f"{step + 1} ({100.0 * creepage[step]:g} %)" for step in steps]
+    parts = [f"step{'s' if len(named) > 1 else ''} {words.listed(named)}"] if named else []
+    parts.append("the last iteration of every second other step where it is long enough")
+    curves = [curve for curve in diagnosis.curves if curve.test == test.experiment.name]
+    if any("y" in curve.covariates for curve in curves):
+        parts.append(f"every {EVERY}th of {BANDS} bands across the track")
+    return f"{words.listed(parts)}; in samples, {words.listed([_share(curve) for curve in curves])}"
+
+
+def _share(curve: Curve) -> str:
+    return f"{int(np.sum(curve.held_out))} of {len(curve.held_out)} of the {words.channel_name(curve.channel)}"

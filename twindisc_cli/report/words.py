@@ -7,16 +7,10 @@ import re
 from collections.abc import Mapping, Sequence
 
 from twindisc_cli.effects import catalogue
+from twindisc_cli.laws.covariates import COVARIATES
+from twindisc_cli.laws.quantities import QUANTITIES
+from twindisc_cli.loop.channels import channels
 
-CHANNEL: Mapping[str, str] = {"traction": "traction", "profile": "worn profile", "temperature": "disc temperature"}
-COVARIATE: Mapping[str, str] = {
-    "creepage": "creepage",
-    "time": "time",
-    "cycles": "revolutions",
-    "energy": "dissipated energy",
-    "temperature": "disc temperature",
-    "y": "position across the track",
-}
 KIND: Mapping[str, str] = {
     "smooth": "a smooth trend",
     "levels": "another level at each creepage",
@@ -32,30 +26,36 @@ KIND: Mapping[str, str] = {
     "line": "a straight line under the profile",
     "stops": "another size at each recorded profile",
 }
-LOOK_AT: Mapping[tuple[str, str], str] = {
-    ("traction", "creepage"): "what changes with sliding: the friction law, films and third bodies, compliant layers",
-    ("traction", "time"): "what changes as the test goes on: running-in, contamination, the zero of the torque meter",
-    ("traction", "cycles"): "what changes from revolution to revolution: running-in, transfer layers",
-    ("traction", "energy"): "what the dissipated energy changes: roughness, oxides, hardened or softened surfaces",
-    ("traction", "temperature"): "what warms up: the surfaces, a lubricant, the torque meter",
-    ("profile", "y"): "how wear spreads across the track: patch shape, alignment, play, both discs, the profilometer",
-    ("profile", "time"): "a wear coefficient that changed over the history",
-    ("temperature", "time"): "heat sources and cooling that change with time, and the environment",
-    ("temperature", "temperature"): "how the cooling depends on the temperature itself: radiation, boiling",
-    ("temperature", "energy"): "where the dissipated heat goes: debris, the other disc, the shaft",
-    ("temperature", "creepage"): "heat that depends on speed or power: drag, partition, the contact of the sensor",
-}
-"""What a tribologist would look at where a channel's leftover depends on a covariate."""
-
 MOST_DECIMALS = 6
 _UNITS = {"um": "µm", "degC": "°C", "1": ""}
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def plain_name(effect: str) -> str:
-    """The name of an effect as its explanation begins: `Falling friction` becomes `falling friction`."""
-    title = catalogue()[effect].explanation.partition(":")[0] if effect in catalogue() else effect.replace("_", " ")
+def channel_name(channel: str) -> str:
+    """What a channel is called."""
+    return channels()[channel].label
+
+
+def covariate_name(covariate: str) -> str:
+    """What a covariate is called."""
+    return "position across the track" if covariate == "y" else COVARIATES[covariate].label
+
+
+def plain_name(label: str) -> str:
+    """What an effect is called, as its explanation begins, or a law: `falling friction`, `mu over time` in words."""
+    quantity_, over, covariate = label.partition(" over ")
+    if over:
+        return law_name(quantity_, covariate)
+    title = catalogue()[label].explanation.partition(":")[0] if label in catalogue() else label.replace("_", " ")
     return title[:1].lower() + title[1:]
+
+
+def law_name(quantity_: str, covariate: str) -> str:
+    """What a law is called: `a change of the coefficient of friction with time`."""
+    label = QUANTITIES[quantity_].label
+    if covariate == "y_over_edge":
+        return f"a change of {label.removesuffix(' across the track')} across the track"
+    return f"a change of {label} with {COVARIATES[covariate].label}"
 
 
 def explanation(effect: str) -> str:
@@ -111,6 +111,11 @@ def p_value(value: float) -> str:
     return "p < 0.001" if value < 1e-3 else f"p = {value:.2g}"
 
 
+def sentence(text: str) -> str:
+    """The text with a capital letter."""
+    return text[:1].upper() + text[1:]
+
+
 def listed(items: Sequence[str], last: str = "and") -> str:
     """`a, b and c`."""
     several = list(items)
@@ -121,4 +126,4 @@ def listed(items: Sequence[str], last: str = "and") -> str:
 
 def look_at(channel: str, covariate: str) -> str:
     """Where to look for the cause of a leftover."""
-    return LOOK_AT.get((channel, covariate), f"what changes with the {COVARIATE.get(covariate, covariate)}")
+    return channels()[channel].look_at.get(covariate, f"what changes with the {covariate_name(covariate)}")

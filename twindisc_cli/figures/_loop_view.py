@@ -1,0 +1,216 @@
+"""What the figure of close-loop draws of a channel: the samples of all tests over one axis, the steps, the noise."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twindisc_cli.loop.channels import channels
+from twindisc_cli.loop.channels._channel import Scale
+from twindisc_cli.loop.diagnosis import Curve, Diagnosis, FoundLaw
+from twindisc_cli.model.experiment import Experiment, Floats
+
+Mask = NDArray[np.bool_]
+
+GAP = 0.03
+"""Pause drawn between tests that follow each other, over the length of all of them."""
+BINS = 12
+DECADES = 15.0
+"""Creepages that span more than this factor are drawn on a logarithmic axis."""
+OVER: Mapping[str, Scale] = {
+    "creepage": Scale("creepage [%]", 100.0),
+    "time": Scale("time [min]", 1.0 / 60.0),
+    "cycles": Scale("revolutions [thousands]", 1e-3),
+    "energy": Scale("dissipated energy [kJ]", 1e-3),
+    "temperature": Scale("disc temperature of the model [°C]", 1.0, -273.15),
+    "y": Scale("across the track, y [mm]", 1e3),
+}
+IN_UNITS: Mapping[str, tuple[float, float]] = {"%": (100.0, 0.0), "kJ": (1e-3, 0.0), "degC": (1.0, -273.15)}
+"""From SI to the units of the covariates of laws: factor and offset."""
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Samples of one test, or of one recorded profile, in the units of the panels; each (sample,).
+
+    x is the abscissa of the left panel, over that of the middle one. kept is False for outliers.
+    """
+
+    label: str
+    x: Floats
+    over: Floats
+    measured: Floats
+    before: Floats
+    after: Floats
+    held_out: Mask
+    kept: Mask
+
+
+@dataclass(frozen=True)
+class Span:
+    """A step of the history along x, with its creepage [%]."""
+
+    begin: float
+    end: float
+    creepage: float
+
+
+def views_of(diagnosis: Diagnosis, tests: Sequence[Experiment]) -> list[View]:
+    """One view for every measured channel."""
+    by_name = {test.name: test for test in tests}
+    return [
+        View(diagnosis, channel, [(c, by_name[c.test]) for c in diagnosis.curves if c.channel == channel])
+        for channel in channels()
+        if channel in diagnosis.errors
+    ]
+
+
+@dataclass(frozen=True)
+class View:
+    """One channel of a diagnosis with the curves of all tests, and what they are drawn over."""
+
+    diagnosis: Diagnosis
+    channel: str
+    curves: Sequence[tuple[Curve, Experiment]]
+
+    @cached_property
+    def along(self) -> str:
+        """Abscissa of the left panel: y; time; creepage where samples were recorded without time."""
+        if all("y" in curve.covariates for curve, _ in self.curves):
+            return "y"
+        recorded = [getattr(channels()[self.channel].samples(test), "time", np.zeros(1)) for _, test in self.curves]
+        return "time" if all(np.isfinite(times).all() for times in recorded) else "creepage"
+
+    @property
+    def clock(self) -> Scale:
+        """Seconds, minutes or hours, as fits the tests."""
+        longest = sum(self.lengths)
+        name, seconds = ("s", 1.0) if longest < 600.0 else ("min", 60.0) if longest < 21600.0 else ("h", 3600.0)
+        return Scale(f"time [{name}]", 1.0 / seconds)
+
+    @property
+    def lengths(self) -> list[float]:
+        """Duration of each test [s]."""
+        return [float(test.history.end_time[-1]) for _, test in self.curves]
+
+    @property
+    def starts(self) -> list[float]:
+        """Where each test begins on a common time axis [s]."""
+        pause = GAP * sum(self.lengths)
+        return [float(sum(self.lengths[:i]) + i * pause) for i in range(len(self.curves))]
+
+    @property
+    def drawn(self) -> Scale:
+        """How the channel is drawn."""
+        return channels()[self.channel].drawn
+
+    @property
+    def noise(self) -> float:
+        """Noise of the channel as drawn."""
+        return self.diagnosis.errors[self.channel].noise / channels()[self.channel].factor * self.drawn.factor
+
+    @cached_property
+    def over(self) -> str:
+        """Abscissa of what the model leaves."""
+        return strongest(self.diagnosis, self.channel)
+
+    def scale(self, covariate: str) -> Scale:
+        """How a covariate is drawn."""
+        return self.clock if covariate == "time" else OVER[covariate]
+
+    def is_wide(self, covariate: str) -> bool:
+        """Whether a covariate is drawn on a logarithmic axis."""
+        if covariate != "creepage":
+            return False
+        creepages = [np.abs(curve.covariates["creepage"]) for curve, _ in self.curves]
+        every = np.concatenate([*creepages, np.empty(0)])
+        return bool(len(every) and every.min() > 0.0 and every.max() > DECADES * every.min())
+
+    @cached_property
+    def traces(self) -> list[Trace]:
+        """The samples of every test, those of every recorded profile apart."""
+        placed = zip((curve for curve, _ in self.curves), self.starts, strict=True)
+        return [trace for curve, start in placed for trace in self._traces(curve, start)]
+
+    def _traces(self, curve: Curve, start: float) -> Iterator[Trace]:
+        along, over = self.along, self.over
+        name = curve.test if len(self.curves) > 1 else ""
+        x = np.asarray(curve.covariates[along], dtype=float) + (start if along == "time" else 0.0)
+        for label, part in _parts(curve):
+            yield Trace(
+                label=" ".join(text for text in (name, label) if text),
+                x=self.scale(along)(x[part]),
+                over=self.scale(over)(curve.covariates[over][part]),
+                measured=self.drawn(curve.measured[part]),
+                before=self.drawn(curve.before[part]),
+                after=self.drawn(curve.after[part]),
+                held_out=curve.held_out[part],
+                kept=curve.kept[part],
+            )
+
+    @cached_property
+    def spans(self) -> list[Span]:
+        """The steps of every test on the common time axis; none where the samples are not drawn over time."""
+        return list(self._spans()) if self.along == "time" else []
+
+    def _spans(self) -> Iterator[Span]:
+        """The steps of every test on the common time axis."""
+        for (_, test), start in zip(self.curves, self.starts, strict=True):
+            history = test.history
+            for step in np.unique(history.step):
+                here = np.flatnonzero(history.step == step)
+                end = start + history.end_time[here[-1]]
+                begin = start + history.end_time[here[0]] - history.duration[here[0]]
+                yield Span(
+                    begin=float(begin) * self.clock.factor,
+                    end=float(end) * self.clock.factor,
+                    creepage=100.0 * float(history.creepage[here[0]]),
+                )
+
+
+def _parts(curve: Curve) -> list[tuple[str, Mask]]:
+    """Every recorded profile of a curve with its label; all samples of a channel over time."""
+    everything = np.ones(len(curve.measured), dtype=bool)
+    if "disc" not in curve.covariates:
+        return [("", everything)]
+    disc, iteration = curve.covariates["disc"], curve.covariates["iteration"]
+    stops = np.unique(np.stack([disc, iteration]), axis=1).T
+    if len(stops) == 1:
+        return [("", everything)]
+    return [(f"disc {d}, iteration {i}", np.asarray((disc == d) & (iteration == i))) for d, i in stops]
+
+
+def strongest(diagnosis: Diagnosis, channel: str) -> str:
+    """The covariate on which the leftover depends most: the one named for it, else that of the model before."""
+    curves = [curve for curve in diagnosis.curves if curve.channel == channel]
+    known = [name for name in OVER if all(np.isfinite(curve.covariates.get(name, np.nan)).all() for curve in curves)]
+    named = [left.covariate for left in diagnosis.unexplained if left.channel == channel]
+    for name in named:
+        if name in known:
+            return name
+    return max(known, key=lambda name: sum(_explained(curve, name) for curve in curves))
+
+
+def _explained(curve: Curve, name: str) -> float:
+    """Sum of squares of the residual before that lies between the bins of a covariate, paid for the bins."""
+    kept = curve.kept
+    residual, covariate = (curve.measured - curve.before)[kept], np.asarray(curve.covariates[name])[kept]
+    levels, bins = np.unique(np.round(covariate, 12), return_inverse=True)
+    if len(levels) > BINS:
+        bins = np.searchsorted(np.quantile(covariate, np.linspace(0.0, 1.0, BINS + 1)[1:-1]), covariate)
+    count = np.maximum(np.bincount(bins), 1)
+    means = np.bincount(bins, weights=residual) / count
+    within = float(np.sum((residual - means[bins]) ** 2)) / max(len(residual) - len(count), 1)
+    between = float(np.sum(count * (means - residual.mean()) ** 2))
+    return between - (len(count) - 1) * within
+
+
+def samples_over(diagnosis: Diagnosis, found: FoundLaw) -> Floats:
+    """Where the samples of a law's channel lie along its covariate, in the covariate's unit; none where unknown."""
+    factor, offset = IN_UNITS.get(found.law.over.unit, (1.0, 0.0))
+    every = [np.asarray(c.covariates.get(found.law.covariate, []), dtype=float) for c in diagnosis.curves]
+    return np.unique(np.concatenate([*every, np.empty(0)])) * factor + offset

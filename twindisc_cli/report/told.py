@@ -1,0 +1,242 @@
+"""What a diagnosis says, in words: shared by the terminal, the figure and the page of close-loop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from twindisc_cli.laws.law import Law
+from twindisc_cli.loop.channels import channels
+from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis, Estimate, FoundEffect, FoundLaw, Tried
+from twindisc_cli.model.experiment import Experiment
+from twindisc_cli.report.words import (
+    channel_name,
+    covariate_name,
+    law_name,
+    listed,
+    number,
+    percent,
+    plain_name,
+    sentence,
+    unit,
+)
+
+Term = FoundEffect | FoundLaw
+AT_FLOOR = 1.15
+TOLD = 0.05
+"""Share of its misfit from which on a term is told to leave some."""
+DIFFERENCE = "without the samples held out"
+"""How a note begins that what is printed and what was judged on held-out samples differ."""
+BASE: Mapping[str, tuple[str, str]] = {
+    "mu": ("friction_coefficient", "coefficient of friction of the base model"),
+    "K": ("wear_coefficient", "wear coefficient of the base model"),
+    "convection_W_K": ("convection_W_K", "convection h S of the disc"),
+}
+"""Base parameters: their key in the definition, and what they are."""
+
+
+def provenance(kinds: Sequence[str]) -> str:
+    """Where the data are from; several kinds are named together."""
+    return listed(list(dict.fromkeys(kinds)))
+
+
+# ------------------------------------------------------------------------------------------------- what was added
+
+
+def together(diagnosis: Diagnosis) -> dict[str, list[Term]]:
+    """The effects and laws that were added, by the channel they were added for."""
+    every: list[Term] = [*diagnosis.effects, *diagnosis.laws]
+    return {c: found for c in channels() if (found := [term for term in every if term.channel == c])}
+
+
+def name_of(term: Term) -> str:
+    """What an effect or a law is called."""
+    return plain_name(term.name) if isinstance(term, FoundEffect) else law_name(term.law.quantity, term.law.covariate)
+
+
+def rivals(term: Term) -> list[str]:
+    """Labels of what these data cannot tell from it: an effect's name, or `quantity over covariate`."""
+    if isinstance(term, FoundEffect):
+        return list(term.alternatives)
+    return [f"{q} over {covariate}" if q else covariate for q, covariate, _ in alternatives(term)]
+
+
+def alternatives(law: FoundLaw) -> list[tuple[str, str, float]]:
+    """Quantity (empty: an effect), covariate or name, and probability of what cannot be told from a law."""
+    return [(q, covariate, p) if covariate else ("", q, p) for q, covariate, p in law.alternatives]
+
+
+def weighed(diagnosis: Diagnosis, term: Term) -> list[tuple[str, str]]:
+    """What these data cannot tell from a term, each with its probability, empty where none was computed."""
+    known = {t.label: t.probability for t in diagnosis.tried if t.replaces == term.name}
+    likely = {label: known.get(label, np.nan) for label in rivals(term)}
+    return [(label, percent(p) if np.isfinite(p) else "") for label, p in likely.items()]
+
+
+def declared(test: Experiment) -> str:
+    """The effects and laws that a definition declares."""
+    laws = [law_name(law.quantity, law.covariate) for law in test.laws.values()]
+    return listed([*(plain_name(name) for name in test.effects), *laws])
+
+
+def named(term: Term) -> str:
+    """An effect or a law with how sure it is; where the data cannot tell it from others, all of them."""
+    others = [plain_name(label) for label in rivals(term)]
+    return f"{listed([name_of(term), *others], 'or')} ({sureness(term)})"
+
+
+def sureness(term: Term) -> str:
+    """`established, 97 %`; the word alone where no probability was computed."""
+    return f"{term.strength}, {percent(term.probability)}" if np.isfinite(term.probability) else term.strength
+
+
+def taken(term: Term) -> str:
+    """How much of the misfit it takes away, where that is not all of it."""
+    return f"takes away {percent(1.0 - term.remains)} of the misfit" if term.remains > TOLD else ""
+
+
+def law_text(found: FoundLaw) -> str:
+    """The law in words: what is changed, by what formula, and over what range of what."""
+    law, low, high = found.law, float(np.min(found.curve.value)), float(np.max(found.curve.value))
+    act = "times" if law.of.kind == "factor" else "shifted by"
+    own = "" if law.of.kind == "factor" else f" {unit(law.of.unit)}"
+    form = found.formula if law.shape else f"a curve from {number(low)} to {number(high)}{own}".rstrip()
+    return f"{law.of.label} {act} {form}, with {law.over.symbol} the {law.over.label} {range_of(law)}".rstrip()
+
+
+def range_of(law: Law) -> str:
+    """Where data were: `from 0 to 420 s`."""
+    if law.valid is None:
+        return ""
+    return f"from {number(law.valid[0])} to {number(law.valid[1])} {unit(law.over.unit)}".rstrip()
+
+
+def transfer_text(law: Law) -> str:
+    """Whether the law can be carried over to another history."""
+    if law.transfer == "inside":
+        return "it holds inside its range on any history"
+    return f"on this history {law.over.label} cannot be told from what changed with it: on another the law may not hold"
+
+
+def resembles_text(found: FoundLaw) -> str:
+    """What of the catalogue does nearly the same."""
+    return listed([f"{plain_name(name)} ({percent(share)} of it)" for name, share in found.resembles])
+
+
+# ------------------------------------------------------------------------------------------------- the verdict
+
+
+def sentences(diagnosis: Diagnosis) -> list[str]:
+    """The verdict in plain sentences, the most important first."""
+    if diagnosis.verdict == "no_missing_effect":
+        return _nothing_missing(diagnosis)
+    if diagnosis.verdict == "unexplained":
+        return _what_is_unexplained(diagnosis)
+    groups = together(diagnosis)
+    told = [_what_was_found(diagnosis, groups), *difference(diagnosis), *_laws(diagnosis.laws)]
+    doubtful = [channel_name(c) for c, terms in groups.items() if any(rivals(term) for term in terms)]
+    if doubtful:
+        told.append(f"These data cannot tell the ones named for the {listed(doubtful)} from each other.")
+    told += [f"{sentence(name_of(t))} {taken(t)}." for terms in groups.values() for t in terms if taken(t)]
+    told += [_fall(c, diagnosis.errors[c]) for c in groups if c in diagnosis.errors]
+    return told + [f"Part of the disagreement stays unexplained: {rest}." for rest in leftovers(diagnosis)]
+
+
+def difference(diagnosis: Diagnosis) -> list[str]:
+    """Where what is printed is not what was judged on held-out samples."""
+    return [f"{sentence(note)}." for note in diagnosis.notes if note.startswith(DIFFERENCE)]
+
+
+def further_notes(diagnosis: Diagnosis) -> list[str]:
+    """The notes that are not told with the verdict."""
+    return [note for note in diagnosis.notes if not note.startswith(DIFFERENCE)]
+
+
+def _what_was_found(diagnosis: Diagnosis, groups: Mapping[str, Sequence[Term]]) -> str:
+    parts = {channel: ", with ".join(named(term) for term in terms) for channel, terms in groups.items()}
+    open_ = list(dict.fromkeys(channel_name(u.channel) for u in diagnosis.unexplained))
+    rest = f"; something in the {listed(open_)} stays unexplained" if open_ else ""
+    if len(parts) == 1:
+        return f"The model lacks {listed(list(parts.values()))}{rest}."
+    return f"The model lacks {'; '.join(f'in the {channel_name(c)} {text}' for c, text in parts.items())}{rest}."
+
+
+def _laws(laws: Sequence[FoundLaw]) -> list[str]:
+    return [f"Learnt from the data: {law_text(found)}; {transfer_text(found.law)}." for found in laws]
+
+
+def _what_is_unexplained(diagnosis: Diagnosis) -> list[str]:
+    open_ = list(dict.fromkeys(channel_name(u.channel) for u in diagnosis.unexplained))
+    told = f"Something is missing in the {listed(open_)} that no effect of the catalogue and no learnt law explains"
+    return [f"{told}: {'; '.join(leftovers(diagnosis))}.", *difference(diagnosis)]
+
+
+def _nothing_missing(diagnosis: Diagnosis) -> list[str]:
+    seen = listed([channel_name(c) for c in channels() if c in diagnosis.errors])
+    return [f"Nothing is missing: model and measured {seen} agree within the noise.", *difference(diagnosis)]
+
+
+def leftovers(diagnosis: Diagnosis) -> list[str]:
+    """One phrase a channel: what its leftover depends on."""
+    phrases = []
+    for channel in channels():
+        here = [u for u in diagnosis.unexplained if u.channel == channel]
+        if here:
+            shares = [f"{covariate_name(u.covariate)} ({percent(u.share_of_variance)} of the variance)" for u in here]
+            phrases.append(f"what is left of the {channel_name(channel)} depends on {listed(shares, 'or')}")
+    return phrases
+
+
+def _fall(channel: str, error: ChannelError) -> str:
+    """How far the error fell, on data held out where there are any."""
+    held = np.isfinite(error.held_out_before)
+    before, after = (error.held_out_before, error.held_out_after) if held else (error.before, error.after)
+    where = "on data held out of the fit" if held else "on the data fitted, for none could be held out"
+    fall = f"falls from {number(before)} to {number(after)} {unit(error.unit)}".rstrip()
+    return f"The error of the {channel_name(channel)} {fall} {where}; the noise is {number(error.noise)}."
+
+
+def against_noise(error: ChannelError) -> str:
+    """What the error after says beside the noise."""
+    after = error.held_out_after if np.isfinite(error.held_out_after) else error.after
+    if not (np.isfinite(after) and error.noise > 0.0):
+        return ""
+    ratio = after / error.noise
+    return "at the noise" if ratio <= AT_FLOOR else f"{number(ratio, 2)} times the noise"
+
+
+# ------------------------------------------------------------------------------------------------- what was tried
+
+
+def outcome(tried: Tried) -> str:
+    """What came of an explanation."""
+    if tried.refused:
+        return f"refused: {tried.refused}"
+    return "added to the model" if tried.chosen else "cannot be told from what was added"
+
+
+def length(gain: float) -> float:
+    """The misfit an explanation takes away [noise units], from the fall of chi2."""
+    return float(np.sqrt(max(gain, 0.0)))
+
+
+def ranked(diagnosis: Diagnosis, channel: str) -> list[Tried]:
+    """What was tried for a channel, in the place of one term after the other: what holds first, then by its gain."""
+    place = {term.name: c for c, terms in together(diagnosis).items() for term in terms}
+    here = [t for t in diagnosis.tried if place.get(t.replaces, t.channel) == channel]
+    return sorted(
+        here, key=lambda t: (t.replaces, not t.chosen, bool(t.refused), -np.nan_to_num(t.probability), -t.gain)
+    )
+
+
+def base_meaning(name: str) -> str:
+    """What a base parameter is; several tests have one each, which carries the test's name."""
+    key, _, test = name.partition(" ")
+    meaning = BASE.get(key, ("", key))[1]
+    return f"{meaning} {test}".strip()
+
+
+def interval(estimate: Estimate) -> str:
+    """The 90 % interval as text."""
+    return f"{number(estimate.low)} to {number(estimate.high)}"
