@@ -22,6 +22,7 @@ from twindisc_cli.loop.candidates import Proposal, proposals
 from twindisc_cli.loop.fit import MOST_STEPS, Fit, carried, fit, refit
 from twindisc_cli.loop.learn import Pair
 from twindisc_cli.loop.problem import Problem
+from twindisc_cli.loop.screen import leftover
 from twindisc_cli.loop.thresholds import THRESHOLDS
 
 Progress = Callable[[str], None]
@@ -156,7 +157,7 @@ def chosen(before: Explanation, tried: Sequence[Explanation]) -> Explanation | N
 
     A parameter that ran into a bound carries no explanation.
     """
-    enough = [e for e in tried if e.evidence - before.evidence > _enough(e, before) and not e.fit.at_bound]
+    enough = [e for e in tried if _says_enough(e, before) and not e.fit.at_bound]
     if not enough:
         return None
     best = max(enough, key=lambda e: e.evidence)
@@ -164,10 +165,18 @@ def chosen(before: Explanation, tried: Sequence[Explanation]) -> Explanation | N
     return max(close, key=lambda e: (-len(e.laws), e.evidence))
 
 
-def _enough(explanation: Explanation, before: Explanation) -> float:
-    """What one more term must say: more for a law, and more where much was explained before by formulas."""
-    law = len(explanation.laws) > len(before.laws)
-    return (THRESHOLDS.law_enough if law else THRESHOLDS.enough) * before.heat
+def _says_enough(explanation: Explanation, before: Explanation) -> bool:
+    """Whether one more term says enough: more is asked of a law, and where much was explained before by formulas.
+
+    A law may say less where the generic functions of its channel see that something is missing, too.
+    """
+    said = (explanation.evidence - before.evidence) / before.heat
+    new = [explanation.effect(name) for name in explanation.terms if name not in before.terms]
+    if not any(isinstance(effect, Trial) for effect in new):
+        return said > THRESHOLDS.enough
+    if said > THRESHOLDS.law_enough:
+        return True
+    return said > THRESHOLDS.law_seen and leftover(before.fit, new[0].channel).significant(THRESHOLDS.alarm)
 
 
 def polished(

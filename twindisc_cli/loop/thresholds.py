@@ -29,6 +29,7 @@ class Thresholds:
     forms: int = 2
     enough: float = 5.0
     law_enough: float = 6.0
+    law_seen: float = 1.5
     within: float = 3.0
     cooling: float = 0.02
     most_terms: int = 4
