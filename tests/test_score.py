@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+from itertools import product
 
 import numpy as np
 import pytest
@@ -11,14 +12,16 @@ from score.effects import CATALOGUE
 from score.heat import Plant, thermocouple
 from score.hidden import NOTHING, Hidden
 from score.hiding import channel_of, draw
+from score.histories import GEOMETRIES, draw_rig, off_by_tolerance
 from score.judging import judge
-from score.making import APART, Case, _setting, make, make_test
+from score.making import APART, Case, _attempt, _setting, make, make_test, truth
 from score.rig import VICKERS, March, Rig
 from score.scoring import is_right, table
 from score.sensors import CHANNELS, covariates, draw_plan, noise, read, whiten
 from score.sizing import Bench, Ruler
 from score.traction import saturation
 from score.unknowns import STAGES, equivalent, is_separable, parts
+from score.writing import definition
 
 from twindisc_cli.effects import catalogue
 
@@ -100,6 +103,21 @@ def test_worn_volume_is_the_dissipated_energy_times_k_over_hardness(rig, hidden)
     assert run.profiles[13][0].sum() == pytest.approx(
         hidden.other_disc / (1 - hidden.other_disc) * run.profiles[13][1].sum()
     )
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+def test_rigs_of_every_geometry_slide_all_over_and_wear_their_volume(geometry):
+    drawn = draw_rig(
+        np.random.default_rng(3), geometry=geometry, kind="rising", contact="half_space", law="fastsim",
+        declared_law="fastsim",
+    )  # fmt: skip
+    run = March(drawn).run()
+    section = sum(depth.sum() for depth in run.profiles[sum(drawn.iterations)]) * (run.y[1] - run.y[0])
+    removed = section * 2 * np.pi * drawn.radius * drawn.hardness * VICKERS
+    assert removed == pytest.approx(drawn.wear * run.energy, rel=1e-6)
+    assert run.ratio[-1] == pytest.approx(drawn.mu * drawn.load_tolerance, rel=1e-3)
+    assert run.ratio[0] < 0.99 * run.ratio[-1]
+    assert 0.5e-6 < run.profiles[sum(drawn.iterations)][1].max() < 12e-6
 
 
 def test_a_deep_track_is_the_segment_that_its_width_cuts(rig):
@@ -241,26 +259,45 @@ def test_a_test_is_written_the_same_for_the_same_seed_and_its_truth_elsewhere(tm
     for path in folder.iterdir():
         assert path.read_bytes() == (tmp_path / "two" / "tests" / "t" / path.name).read_bytes()
         assert b"thermocouple_lag" not in path.read_bytes()
-    truth = json.loads((tmp_path / "one" / "truth" / "t.json").read_text())
-    assert truth["truth"] == ["thermocouple_lag"]
-    assert truth["sizes"][0] == pytest.approx(12.0, rel=0.05)
+    told = json.loads((tmp_path / "one" / "truth" / "t.json").read_text())
+    assert told["truth"] == ["thermocouple_lag"]
+    assert told["sizes"][0] == pytest.approx(12.0, rel=0.05)
 
 
-def test_nothing_hidden_is_nothing_but_noise():
-    made = make(Case(11))
-    for record in (made.own, made.other):
-        for name in CHANNELS:
-            rest = record.measured[name] - record.clean[name]
-            assert np.median(np.abs(rest)) / 0.6745 == pytest.approx(record.plan.sigma[name], rel=0.25)
+@pytest.fixture(scope="module")
+def nothing_hidden():
+    return make(Case(11))
 
 
-def test_the_other_history_is_the_same_rig_within_the_range_of_its_creepages():
-    made = make(Case(12))
-    own, other = made.own.rig, made.other.rig
+def test_nothing_hidden_is_nothing_but_noise(nothing_hidden):
+    for record, name in product((nothing_hidden.own, nothing_hidden.other), CHANNELS):
+        rest = record.measured[name] - record.clean[name]
+        assert np.median(np.abs(rest)) / 0.6745 == pytest.approx(record.plan.sigma[name], rel=0.25)
+
+
+def test_the_other_history_is_the_same_rig_within_the_range_of_its_creepages(nothing_hidden):
+    own, other = nothing_hidden.own.rig, nothing_hidden.other.rig
     assert other.creepage != own.creepage
     assert min(own.creepage) <= min(other.creepage) <= max(other.creepage) <= max(own.creepage)
     given = dict.fromkeys(("creepage", "iterations", "creepage_error"), ())
     assert dataclasses.replace(other, **given) == dataclasses.replace(own, **given)
+
+
+def test_what_is_off_by_its_tolerance_is_not_in_the_definition(nothing_hidden):
+    rig = nothing_hidden.own.rig
+    off = off_by_tolerance(np.random.default_rng(1), rig)
+    assert off.curvature_y != rig.curvature_y and off.shear_modulus != rig.shear_modulus
+    assert off.curvature_y == pytest.approx(rig.curvature_y, rel=0.02)
+    assert definition(off, "a", "") == definition(rig, "a", "")
+
+
+def test_a_fault_of_a_sensor_is_nothing_hidden_and_has_no_size(bench, nothing_hidden):
+    shift = Hidden(read_traction=lambda t, r: r + 0.05, read_profile=lambda y, h: h + 1e-7 + 1e-4 * y)
+    assert Ruler(bench, ("torque_offset", "profile_tilt")).size(bench.readings([shift]), bench.plan) < 1e-6
+    draft = nothing_hidden.draft
+    faulty = dataclasses.replace(draft, setting=dataclasses.replace(draft.setting, faults=("profile_tilt",)))
+    told = truth(dataclasses.replace(nothing_hidden, draft=faulty))
+    assert (told["truth"], told["tolerated"][0]) == ([], "profile_tilt")
 
 
 # ---------------------------------------------------------------------------------------------- judging
@@ -394,7 +431,7 @@ def test_pairs_share_a_channel_in_some_cases_and_both_can_be_told():
     pairs = [case.effects for case in plan(400, 1, ("pairs",))]
     shared = np.mean([channel_of(one) == channel_of(other) for one, other in pairs])
     assert 0.3 < shared < 0.5
-    draft = make(Case(8, ("torque_offset", "sensor_drift"), 15.0)).draft
+    draft = _attempt(np.random.default_rng(8), Case(8, ("torque_offset", "sensor_drift"), 15.0))
     assert min(draft.apart) >= APART
     assert max(draft.apart) <= 1.05 * max(draft.sizes)
 
@@ -419,7 +456,7 @@ def test_figure_has_a_point_for_every_size():
 def test_the_traction_law_is_no_second_effect_beside_a_hidden_one():
     """With nothing of the catalogue hidden the true law may be the exact one where FASTSIM is declared."""
     laws = {
-        effects: [_setting(np.random.default_rng(seed), effects)[0] for seed in range(60)]
+        effects: [_setting(np.random.default_rng(seed), effects).rig for seed in range(60)]
         for effects in ((), ("falling_friction",))
     }
     assert all(rig.law == rig.declared_law for rig in laws[("falling_friction",)])
