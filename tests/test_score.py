@@ -16,7 +16,7 @@ from score.histories import GEOMETRIES, draw_rig, off_by_tolerance
 from score.judging import judge
 from score.making import APART, Case, _attempt, _setting, make, make_test, truth
 from score.rig import VICKERS, March, Rig
-from score.scoring import is_right, table
+from score.scoring import calibration_error, is_right, reliability, table
 from score.sensors import CHANNELS, covariates, draw_plan, noise, read, whiten
 from score.sizing import Bench, Ruler
 from score.traction import saturation
@@ -417,6 +417,28 @@ def test_table_counts():
     assert table(rows)[0][1:3] == (1, 3)
 
 
+def test_probabilities_told_are_compared_with_how_often_they_are_right():
+    told = [(0.9, True)] * 8 + [(0.9, False)] * 2 + [(0.3, True)] * 5 + [(0.3, False)] * 5
+    assert reliability(told) == [(pytest.approx(0.3), 0.5, 10), (pytest.approx(0.9), 0.8, 10)]
+    assert calibration_error(told) == pytest.approx(0.5 * 0.2 + 0.5 * 0.1)
+    given = answer(("running_in_friction",), laws=[("mu_over_energy", "mu_over_creepage", "mu_over_time")])
+    given["effects"][0]["probability"] = 0.2
+    given["laws"][0]["probability"] = 0.5
+    given["laws"][0]["alternatives"][1]["probability"] = 0.3
+    assert judge(BURST, given)["told"] == [(0.2, False), (0.5, False), (0.3, True)]
+
+
+def test_intervals_of_what_nothing_hidden_shows_in_are_held_against_the_truth():
+    given = answer(("thermocouple_lag",))
+    given["base"] = {
+        "mu": {"low": 0.59, "high": 0.61},
+        "K": {"low": 1e-5, "high": 2e-5},
+        "convection_W_K": {"low": 1.0, "high": 2.0},
+    }
+    values = {"mu": 0.6, "K": 3e-5, "hS": 5.0, "channels": ["temperature"]}
+    assert judge(LAG | values, given)["covered"] == [True, False]
+
+
 def test_plan_has_every_group_and_at_least_two_hundred_tests():
     cases = plan(260, 1)
     assert len(cases) >= 200
@@ -445,10 +467,11 @@ def test_figure_has_a_point_for_every_size():
         for group, truth in (("single", LAG), ("sizes", LAG), ("unknown", BURST), ("null", NOTHING_HIDDEN))
         for size in (6.0, 12.0)
     ]
-    left, right = draw(rows).axes
+    left, right, told = draw(rows).axes
     named_first = next(c for c in left.containers if c.get_label() == "true effect named first")
     assert named_first.lines[0].get_xdata().tolist() == [6.0, 12.0]
     assert named_first.lines[0].get_ydata().tolist() == [1.0, 1.0]
+    assert told.get_xlabel() == "probability told"
     falsely = next(c for c in right.containers if c.get_label() == "a wrong name")
     assert falsely.lines[0].get_ydata().tolist() == [1.0, 1.0]
 

@@ -96,9 +96,12 @@ def _summary(row: Row) -> str:
 
 
 def _print_table(lines: Sequence[Line]) -> None:
-    for what, count, of, target in lines:
-        share = f"{100.0 * count / of:5.1f} %" if of else "    -  "
-        print(f"{what:58s} {count:4d} of {of:4d}  {share}  {target}")
+    for line in lines:
+        share = f"{100.0 * line.count / line.of:5.1f} %" if line.of else "    -  "
+        counted = f"{line.count:4d} of {line.of:4d}  {share}"
+        if line.value is not None:
+            counted = f"{line.value:9.3f} of {line.of:4d}  "
+        print(f"{line.what:58s} {counted:22s}  {line.target}".rstrip())
 
 
 if __name__ == "__main__":

@@ -22,7 +22,8 @@ _WORSE = 1.05  # from which an error is worse than another
 _LARGEST_SET = 3
 _WARNING = re.compile(r"range|transfer|extrapolat|histor", re.IGNORECASE)
 _LAW_NAME = re.compile(f"({'|'.join(sorted(STAGES, key=len, reverse=True))})_over_([a-z_]+)")
-_BASE = {"traction": ("mu", "mu0"), "profile": ("K", "K"), "temperature": ("convection_W_K", "hS")}
+# key in the answer and in the truth; mu is the traction over the load that was set
+_BASE = {"traction": ("mu", "mu"), "profile": ("K", "K"), "temperature": ("convection_W_K", "hS")}
 
 
 def judge(truth: Row, answer: Row) -> Row:

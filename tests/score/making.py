@@ -222,7 +222,7 @@ def truth(made: Made) -> dict[str, object]:
         "modulus": own.rig.modulus_tolerance,
         "history": draft.setting.kind,
         "seed": draft.case.seed,
-        "mu0": own.rig.mu,
+        "mu": own.rig.mu * own.rig.load_tolerance,
         "K": own.rig.wear,
         "hS": own.rig.convection,
         "sigma": own.plan.sigma,
