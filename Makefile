@@ -77,7 +77,7 @@ run: $(RESULTS) $(FIGURES)
 	@printf '%s\n' $(sort $(FIGURES))
 
 test: $(DEVELOPMENT)
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 lint: $(DEVELOPMENT)
 	$(BIN)/ruff check .
