@@ -20,13 +20,15 @@ from .histories import ELONGATED, KINDS, draw_geometry, draw_rig, off_by_toleran
 from .rig import March, Rig, Trace
 from .sensors import CHANNELS, Channels, Plan, covariates, draw_plan, noise, read
 from .sizing import Bench, Ruler
-from .unknowns import equivalent, is_separable, same_quantities
+from .unknowns import equivalent, imitations, is_separable, rivals
 from .writing import definition, write_tables
 
 BANDS = 40
 """Equal parts of a profile's range for which the true noise is told."""
 APART = 7.0
 """Thresholds that must be left of each of two effects beside the other, so that both can be found."""
+TOLD_APART = 2.0
+"""Thresholds that must be left of a law beside any curve of another quantity, so that its stage can be told."""
 OFF_BY_TOLERANCE = 0.4
 """Share of the tests whose crown and modulus are not quite what the definition says."""
 FAULTS = {"torque_offset": 0.2, "profile_tilt": 0.2}
@@ -72,7 +74,7 @@ class Drafted:
     """What is hidden, in which rig, before it is marched finely.
 
     Sizes in thresholds, firm sizes beyond the input tolerances, apart what is left of each beside the other effect;
-    amounts in the effects' own units.
+    amounts in the effects' own units. `alike`: quantities that show a law as its own does.
     """
 
     case: Case
@@ -83,6 +85,7 @@ class Drafted:
     apart: tuple[float, ...]
     amounts: tuple[float, ...]
     hidden: tuple[Hidden, ...]
+    alike: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -161,8 +164,22 @@ def _attempt(rng: Generator, case: Case) -> Drafted:
         plan = _rescaled(plan, hiding.channel_of(name), ruler.size(readings, plan) / case.size)
     sizes = tuple(ruler.size(readings, plan) for readings in shown)
     firm = tuple(min(ruler.beyond_tolerances(s, plan), size) for s, size in zip(shown, sizes, strict=True))
-    apart = tuple(ruler.beside(shown[i], shown[1 - i], plan) for i in (0, 1)) if len(shown) == 2 else ()
-    return Drafted(case, setting, plan, sizes, firm, apart, amounts, hidden + faults)
+    apart = tuple(ruler.beside(shown[i], [shown[1 - i]], plan) for i in (0, 1)) if len(shown) == 2 else ()
+    same = _alike(case.effects[0], bench, ruler, shown[0], plan) if len(shown) == 1 else ()
+    return Drafted(case, setting, plan, sizes, firm, apart, amounts, hidden + faults, same)
+
+
+def _alike(name: str, bench: Bench, ruler: Ruler, shown: Channels, plan: Plan) -> tuple[str, ...]:
+    """Other quantities of which a curve over the same covariate shows the same to less than the noise can tell."""
+    law = hiding.law_of(name)
+    if law is None:
+        return ()
+    found = []
+    for other in {rival for quantity in law.quantities for rival in rivals(quantity)}.difference(law.quantities):
+        columns = [bench.readings([one]) for one in imitations(other, law.covariate, bench.trace)]
+        if ruler.beside(shown, columns, plan) < TOLD_APART:
+            found.append(other)
+    return tuple(sorted(found))
 
 
 def _fault(name: str, rng: Generator, bench: Bench) -> Hidden:
@@ -242,13 +259,12 @@ def _law(made: Made) -> dict[str, object] | None:
     law = hiding.law_of(effects[0]) if effects else None
     if law is None:
         return None
-    stops = len(made.own.plan.stops)
     return {
         "quantity": law.quantities[0],
         "covariate": law.covariate,
         "shape": law.shape,
         "equivalent": equivalent(law.covariate, _seen(made.own)),
-        "quantities": sorted({same for quantity in law.quantities for same in same_quantities(quantity, stops)}),
+        "quantities": [*law.quantities, *made.draft.alike],
     }
 
 
@@ -258,7 +274,7 @@ def _is_separable(name: str, made: Made) -> bool:
     if covariate is None:
         return True
     if law and covariate == "y_over_edge":
-        return same_quantities(law.quantities[0], len(made.own.plan.stops)) == [law.quantities[0]]
+        return not made.draft.alike
     return is_separable(covariate, _seen(made.own), _seen(made.other))
 
 

@@ -93,10 +93,10 @@ class Ruler:
         system = np.vstack([columns, prior])
         return float(np.linalg.norm(rest - system @ np.linalg.lstsq(system, rest, rcond=None)[0]))
 
-    def beside(self, readings: Channels, others: Channels, plan: Plan) -> float:
-        """The size that is left when another effect, of any size, is fitted beside it; by slopes only."""
+    def beside(self, readings: Channels, others: Sequence[Channels], plan: Plan) -> float:
+        """The size that is left when other effects, of any size, are fitted beside the base; by slopes only."""
         base = [self._seen(plan, column) / _STEP for column in self._base]
-        columns = np.column_stack([*base, self._seen(plan, _minus(others, self._start))])
+        columns = np.column_stack([*base, *(self._seen(plan, _minus(other, self._start)) for other in others)])
         rest = self._seen(plan, _minus(readings, self._start))
         return float(np.linalg.norm(rest - columns @ np.linalg.lstsq(columns, rest, rcond=None)[0]))
 
