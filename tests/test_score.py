@@ -248,7 +248,8 @@ def test_time_and_creepage_are_one_on_a_ramp_and_two_on_another_history(rig):
     assert is_separable("creepage", up_and_down, elsewhere)
 
 
-def test_a_test_is_written_the_same_for_the_same_seed_and_its_truth_elsewhere(tmp_path):
+def test_a_test_is_written_the_same_for_the_same_seed_and_its_truth_elsewhere(tmp_path, monkeypatch):
+    monkeypatch.setattr(Rig, "fine", lambda rig: rig)
     case = Case(3, ("thermocouple_lag",))
     for where in ("one", "two"):
         make_test(case, tmp_path / where / "tests" / "t", tmp_path / where / "truth" / "t.json")
@@ -405,6 +406,8 @@ def test_judge_tells_what_holds_on_another_history():
     bad = judge(LAG, answer(elsewhere=(0.008, 0.012)))
     assert bad["worse"] and not bad["transferred"] and not bad["warned"]
     assert judge(LAG, answer(elsewhere=(0.008, 0.012), notes=["mu over time is used outside its range"]))["warned"]
+    aside = answer(elsewhere=(0.008, 0.012), notes=["an interval is as wide as its range"])
+    assert not judge(LAG, aside)["warned"]
     noisy = LAG | {"noise_other": {"traction": 0.01}}
     assert judge(noisy, answer(elsewhere=(0.008, 0.012)))["transferred"]
 
@@ -440,17 +443,17 @@ def test_intervals_of_what_nothing_hidden_shows_in_are_held_against_the_truth():
 
 
 def test_plan_has_every_group_and_at_least_two_hundred_tests():
-    cases = plan(260, 1)
+    cases = plan(220, 2)
     assert len(cases) >= 200
     assert {case.group for case in cases} == set(GROUPS)
     assert {case.effects[0] for case in cases if case.group == "single"} == set(CATALOGUE)
     assert {parts(case.effects[0])[0] for case in cases if case.group == "unknown"} == set(STAGES)
     assert len({case.seed for case in cases}) == len(cases)
-    assert cases == plan(260, 1)
+    assert cases == plan(220, 2)
 
 
 def test_pairs_share_a_channel_in_some_cases_and_both_can_be_told():
-    pairs = [case.effects for case in plan(400, 1, ("pairs",))]
+    pairs = [case.effects for case in plan(400, 2, ("pairs",))]
     shared = np.mean([channel_of(one) == channel_of(other) for one, other in pairs])
     assert 0.3 < shared < 0.5
     draft = _attempt(np.random.default_rng(8), Case(8, ("torque_offset", "sensor_drift"), 15.0))

@@ -20,7 +20,9 @@ _SLACK = 1.15  # of the held-out error over the noise
 _SLACK_ELSEWHERE = 1.25  # of the error on another history over the noise
 _WORSE = 1.05  # from which an error is worse than another
 _LARGEST_SET = 3
-_WARNING = re.compile(r"range|transfer|extrapolat|histor", re.IGNORECASE)
+_WARNING = re.compile(
+    r"(outside|beyond|inside) [^.;]*range|transfer|extrapolat|(another|other|same|this) histor", re.IGNORECASE
+)
 _LAW_NAME = re.compile(f"({'|'.join(sorted(STAGES, key=len, reverse=True))})_over_([a-z_]+)")
 # key in the answer and in the truth; mu is the traction over the load that was set
 _BASE = {"traction": ("mu", "mu"), "profile": ("K", "K"), "temperature": ("convection_W_K", "hS")}

@@ -147,7 +147,7 @@ class Line(NamedTuple):
 
 def table(rows: Sequence[Row]) -> list[Line]:
     """The lines of the score."""
-    missing = [r for r in rows if r["group"] != "null" and _is_sized(r)]
+    missing = [r for r in rows if r["group"] != "null" and is_sized(r)]
     return [
         *_names(rows),
         *_laws(rows),
@@ -239,7 +239,7 @@ def calibration_error(told: Sequence[tuple[float, bool]]) -> float:
     return sum(count * abs(mean - share) for mean, share, count in parts) / max(len(told), 1)
 
 
-def _is_sized(row: Row) -> bool:
+def is_sized(row: Row) -> bool:
     """Whether the effects could be made as large as asked, told apart by size, and the loop answered."""
     sizes, target = row["truth"].get("sizes", []), row["truth"].get("target_size", 0.0)
     large = all(size >= 0.85 * target for size in sizes)
@@ -252,7 +252,7 @@ def _flags(rows: Sequence[Row], group: str, size: float | None = None) -> list[R
     return [
         row["judged"]
         for row in rows
-        if row["group"] == group and _is_sized(row) and size in (None, row["truth"].get("target_size"))
+        if row["group"] == group and is_sized(row) and size in (None, row["truth"].get("target_size"))
     ]
 
 
