@@ -372,6 +372,7 @@ OLD_BURST = {"truth": "unexplained:traction:time"}
         ("unknown", BURST, answer(laws=[("mu_over_energy",)]), False),
         ("unknown", BURST, answer(laws=[("slope_over_time",)]), False),
         ("unknown", BURST, answer(("running_in_friction", "mu_over_time")), True),
+        ("unknown", BURST, answer(("running_in_friction", "mu over cycles")), True),
         ("unknown", BURST, answer(("running_in_friction",)), False),
         ("unknown", BURST, answer(("lateral_offset",), laws=[("mu_over_time",)]), False),
         ("unknown", BURST, answer(leftover=["traction:time"]), False),
