@@ -77,7 +77,7 @@ run: $(RESULTS) $(FIGURES)
 	@printf '%s\n' $(sort $(FIGURES))
 
 test: $(DEVELOPMENT)
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 lint: $(DEVELOPMENT)
 	$(BIN)/ruff check .
@@ -94,7 +94,7 @@ score: $(DEVELOPMENT)
 	$(BIN)/python -m tests.score --json results/score.json --figure docs/score.png > results/score.txt
 	@cat results/score.txt
 	@sed -i -e '/^<!-- score begins/,/^<!-- score ends/{/^<!--/!d}' README.md
-	@printf '```\n%s\n```\n![Detection and attribution over the size of the effect](docs/score.png)\n' "$$(cat results/score.txt)" | \
+	@printf '```\n%s\n```\n![Detection and attribution over the size of the effect, and how often what is told as probable is right](docs/score.png)\n' "$$(cat results/score.txt)" | \
 	  sed -i -e '/^<!-- score begins/r /dev/stdin' README.md
 
 schema: $(RUNTIME)

@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cache
+from importlib import import_module
 from pathlib import Path
+
+from twindisc_cli.definition import Test, load
+from twindisc_cli.results import Result
+
+CONFIGS = Path(__file__).parents[1] / "configs"
 
 VALID = """\
 schema = 1
@@ -39,6 +46,19 @@ friction_coefficient = 0.6
 """Three steps of 168, 168 and 84 s."""
 
 TRACTION = "creepage [%],traction ratio [1]\n0.5,0.49\n1,0.55\n2,0.58\n"
+
+
+@cache
+def shipped(name: str) -> Test:
+    """A test as it is shipped, read once."""
+    return load(CONFIGS / f"{name}.toml")
+
+
+@cache
+def outcome(name: str, command: str) -> Result:
+    """What a command makes of a shipped test, computed once."""
+    module = import_module(f"twindisc_cli.commands.{command.replace('-', '_')}")
+    return module.run(shipped(name))  # type: ignore[no-any-return]
 
 
 def changed(**replacements: str) -> str:

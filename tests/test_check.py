@@ -3,13 +3,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from definitions import TRACTION, VALID, changed, write
+from definitions import TRACTION, VALID, changed, outcome, shipped, write
 
-from twindisc_cli.commands import fit_k
 from twindisc_cli.commands.check import Finding, facet_depth, findings, run
 from twindisc_cli.definition import load
 
-CONFIGS = Path(__file__).parents[1] / "configs"
 CURVATURE = 1 / 0.03
 
 
@@ -62,9 +60,9 @@ def test_the_width_of_a_rough_profile_is_not_its_flanks(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["ambient", "cryogenic"])
 def test_depth_and_width_of_a_profile_are_the_same_in_every_command(name: str) -> None:
-    test = load(CONFIGS / f"{name}.toml")
+    test = shipped(name)
     width = {f.subject: f for f in findings(test.experiment)}["the reconstructed width"].value
-    assert width == fit_k.run(test).json["measured_width_mm"]
+    assert width == outcome(name, "fit-k").json["measured_width_mm"]
 
 
 def test_wear_coefficient_against_the_energy(tmp_path: Path) -> None:
@@ -139,7 +137,7 @@ def test_a_consistent_test_passes(tmp_path: Path) -> None:
     [("ambient", 92.9, "12.9 µm", "1.38e+03 µm"), ("cryogenic", 64.3, "9.2 µm", "966 µm")],
 )
 def test_the_papers_own_numbers_contradict_each_other(name: str, energy: float, needed: str, printed: str) -> None:
-    result = run(load(CONFIGS / f"{name}.toml"))
+    result = outcome(name, "check")
     assert result.exit_code == 5
     problems = {p["subject"]: p for p in result.json["problems"]}
     assert set(problems) == {"the reconstructed width", "the reported width", "the reported wear coefficient K"}
@@ -154,5 +152,5 @@ def test_the_papers_own_numbers_contradict_each_other(name: str, energy: float, 
 
 @pytest.mark.parametrize("name", ["eurosprinter", "mtm_running_in"])
 def test_the_measured_tests_do_not(name: str) -> None:
-    result = run(load(CONFIGS / f"{name}.toml"))
+    result = outcome(name, "check")
     assert result.exit_code == 0, result.summary

@@ -179,7 +179,7 @@ def test_empty_tests_with_correlated_noise_raise_no_alarm() -> None:
 
 
 def test_the_same_data_give_the_same_diagnosis() -> None:
-    one, two = (replace(run(recorded("film", "traction")), seconds=0.0) for _ in range(2))
+    one, two = of("film", "traction"), run(recorded("film", "traction"))
     assert one.effects == two.effects
     assert one.base == two.base
     assert one.errors == two.errors
@@ -383,9 +383,10 @@ def test_tests_of_different_rigs_are_fitted_with_a_note() -> None:
 def test_two_tests_say_more_than_one() -> None:
     one = recorded("falling", "traction")
     two = replace(recorded("falling", "traction", seed=2), name="again")
-    alone, together = (named(found)["falling_friction"].parameters["ratio"] for found in (run(one), run(one, two)))
+    both = run(one, two)
+    alone, together = (named(f)["falling_friction"].parameters["ratio"] for f in (of("falling", "traction"), both))
     assert together.std < 0.85 * alone.std
-    assert not any("different rigs" in note for note in run(one, two).notes)
+    assert not any("different rigs" in note for note in both.notes)
 
 
 # ------------------------------------------------------------------------------------------------ twins

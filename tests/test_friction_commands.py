@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from definitions import TRACTION, VALID, changed, write
+from definitions import TRACTION, VALID, changed, outcome, shipped, write
 from matplotlib.figure import Figure
 
 from twindisc_cli.cli import main
@@ -18,12 +17,7 @@ from twindisc_cli.errors import MeasurementError
 from twindisc_cli.identify.chart import friction_chart as chart
 from twindisc_cli.physics import fastsim
 
-CONFIGS = Path(__file__).parent.parent / "configs"
 NAMES = ("ambient", "cryogenic", "eurosprinter", "mtm_running_in")
-
-
-def shipped(name: str) -> Test:
-    return load(CONFIGS / f"{name}.toml")
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +26,7 @@ def ambient() -> Test:
 
 
 def test_chart_of_the_rig(ambient):
-    found = friction_chart.run(ambient).json
+    found = outcome("ambient", "friction-chart").json
     apparent, mu = np.asarray(found["apparent_friction"]), np.asarray(found["mu"])
     creepage = np.asarray(found["creepage_percent"]) / 100.0
     assert apparent.shape == (14, 200)
@@ -54,9 +48,9 @@ def test_the_light_line_is_where_the_chart_reaches_98_percent(ambient):
 
 
 def test_only_the_first_points_in_air_are_not_saturated(ambient):
-    states = [point["state"] for point in friction_chart.run(ambient).json["measured"]]
+    states = [point["state"] for point in outcome("ambient", "friction-chart").json["measured"]]
     assert states == ["partial_slip"] * 2 + ["saturated"] * 10
-    states = [point["state"] for point in friction_chart.run(shipped("cryogenic")).json["measured"]]
+    states = [point["state"] for point in outcome("cryogenic", "friction-chart").json["measured"]]
     assert states == ["saturated"] * 12
 
 
@@ -75,7 +69,7 @@ def test_declared_effects_bend_the_chart(ambient):
 def test_mu_of_the_reconstruction_is_found_again(ambient):
     # the mu that the traction data were rebuilt from, rounded there to three digits of T/N (data/README.md)
     expected = [0.45, 0.52, 0.55, 0.57, 0.58, 0.60, 0.60, 0.61, 0.62, 0.62, 0.61, 0.60]
-    steps = identify_mu.run(ambient).json["steps"]
+    steps = outcome("ambient", "identify-mu").json["steps"]
     assert [step["mu"] for step in steps] == pytest.approx(expected, abs=2e-3)
     assert [step["naive_mu"] for step in steps][:2] == pytest.approx([0.334, 0.491])
     for step in steps:
@@ -83,13 +77,13 @@ def test_mu_of_the_reconstruction_is_found_again(ambient):
 
 
 def test_every_interval_says_that_it_is_of_90_percent(ambient):
-    result = identify_mu.run(ambient)
+    result = outcome("ambient", "identify-mu")
     assert result.json["interval_percent"] == 90.0
     said = [*result.summary, *(a.long_name for a in result.dataset.arrays), *figure_words(result.figure())]
     levels = [line for line in said if "interval" in line]
     assert len(levels) >= 6
     assert all("90 %" in line for line in levels)
-    assert any("90 % interval" in words for words in figure_words(friction_chart.run(ambient).figure()))
+    assert any("90 % interval" in words for words in figure_words(outcome("ambient", "friction-chart").figure()))
 
 
 def figure_words(figure: Figure) -> list[str]:
@@ -115,8 +109,8 @@ def test_an_effect_of_an_unknown_temperature_is_left_out_and_that_is_said(tmp_pa
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_shipped_test_has_its_chart_and_its_mu(name):
-    for command in (friction_chart, identify_mu):
-        result = command.run(shipped(name))
+    for command in ("friction-chart", "identify-mu"):
+        result = outcome(name, command)
         figure = result.figure()
         said = " ".join(text.get_text() for text in figure.texts)
         assert f"{shipped(name).experiment.measured.provenance} data" in said

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from definitions import shipped
 
-from twindisc_cli.definition import load
 from twindisc_cli.identify.friction import mean_and_interval, mu_from_traction, states
 from twindisc_cli.identify.law import unworn_law
 from twindisc_cli.identify.least_squares import fit_positive
@@ -19,12 +18,10 @@ from twindisc_cli.identify.wear_coefficient import bisect_depth
 from twindisc_cli.model.experiment import Experiment, TractionSamples
 from twindisc_cli.model.forward import ForwardModel
 
-CONFIGS = Path(__file__).parent.parent / "configs"
-
 
 @pytest.fixture(scope="module")
 def ambient() -> Experiment:
-    return load(CONFIGS / "ambient.toml").experiment
+    return shipped("ambient").experiment
 
 
 def with_traction(

@@ -5,20 +5,18 @@ The paper is Chevalier, Cloupet, Quillien, Tribology International 39 (2006) 137
 
 import json
 from functools import cache
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray
+from definitions import outcome, shipped
 from test_results import assert_well_formed
 
-from twindisc_cli.definition import Test, dump, load
-from twindisc_cli.results import Result
+from twindisc_cli.definition import dump
 from twindisc_cli.results.store import Origin, plain, write
 
-CONFIGS = Path(__file__).parents[1] / "configs"
 FRICTION = ("friction-chart", "identify-mu", "contact", "check")
 RUNS = [
     *(
@@ -38,30 +36,20 @@ MU = {
 
 
 @cache
-def shipped(name: str) -> Test:
-    return load(CONFIGS / f"{name}.toml")
-
-
-@cache
-def result(name: str, command: str) -> Result:
-    return import_module(f"twindisc_cli.commands.{command.replace('-', '_')}").run(shipped(name))
-
-
-@cache
 def told(name: str, command: str) -> Any:
-    return json.loads(json.dumps(plain(result(name, command).json), allow_nan=False))
+    return json.loads(json.dumps(plain(outcome(name, command).json), allow_nan=False))
 
 
 @pytest.mark.parametrize(("name", "command"), RUNS)
 def test_a_result_is_whole(tmp_path: Path, name: str, command: str) -> None:
-    test, outcome = shipped(name), result(name, command)
+    test, result = shipped(name), outcome(name, command)
     origin = Origin(name, (dump(test.resolved),), test.inputs, test.experiment.measured.provenance, {})
-    write(tmp_path, outcome, origin, {})
+    write(tmp_path, result, origin, {})
     assert_well_formed(tmp_path / f"{command}.h5")
     with xarray.open_dataset(tmp_path / f"{command}.h5", engine="h5netcdf") as data:
         assert data.attrs["title"] == f"{command}: {name}"
     assert (tmp_path / f"{command}.png").read_bytes().startswith(b"\x89PNG")
-    assert outcome.summary
+    assert result.summary
 
 
 def test_the_chart_slides_fully_from_about_one_percent() -> None:
@@ -123,7 +111,7 @@ def test_the_simulated_width_is_too_small() -> None:
 
 
 def test_in_nitrogen_wear_begins_after_2000_seconds() -> None:
-    data = result("cryogenic", "simulate-wear").dataset
+    data = outcome("cryogenic", "simulate-wear").dataset
     arrays = {array.name: array.values for array in data.arrays}
     before = arrays["volume"][arrays["time"] <= 2000.0].max()
     assert before < 0.1 * arrays["volume"][-1]
@@ -133,8 +121,8 @@ def test_the_disc_warms_by_ten_degrees_and_cools_where_friction_falls() -> None:
     # the last step is long against C / (h S) = 29 s: the rise is P / (h S)
     assert told("ambient", "thermal")["rise_C"] == pytest.approx(0.60 * LOAD * 0.09 * SPEED / 3.5, rel=1e-3)
     assert told("cryogenic", "thermal")["rise_C"] == pytest.approx(0.55 * LOAD * 0.09 * SPEED / 3.5, rel=1e-3)
-    arrays = {a.name: a for a in result("cryogenic", "thermal").dataset.arrays}
-    axes = {a.name: a.values for a in result("cryogenic", "thermal").dataset.axes}
+    arrays = {a.name: a for a in outcome("cryogenic", "thermal").dataset.arrays}
+    axes = {a.name: a.values for a in outcome("cryogenic", "thermal").dataset.axes}
     temperature = arrays["temperature"]
     time = axes[temperature.dims[0]]
     at = {t: np.interp(t, time, temperature.values) for t in (4190.0, 4610.0)}  # ends of steps 10 (7 %) and 11 (8 %)

@@ -9,7 +9,7 @@ import pytest
 from rigs import experiment, history, running, traction_samples
 
 from twindisc_cli.model.experiment import Experiment, History, Measured, TemperatureSamples, TractionSamples
-from twindisc_cli.model.points import MOST_CUTS, Points, operating_points, sample_times
+from twindisc_cli.model.points import FEWEST_PARTS, MOST_PARTS, Points, operating_points, sample_times
 
 UNEVEN = replace(
     history((0.01, 0.03, 0.02), (2, 1, 3)),
@@ -91,12 +91,47 @@ def test_samples_without_times_are_spread_over_their_step() -> None:
     assert np.isnan(untimed.time).all(), "the record itself stays as it was"
 
 
-def test_a_flood_of_samples_does_not_become_a_flood_of_points() -> None:
-    many = np.linspace(0.1, UNEVEN.end_time[-1], 2 * MOST_CUTS)
-    points = operating_points(sampled(UNEVEN, traction_samples(UNEVEN, many, np.full(len(many), 0.5))))
-    assert len(points.time) < 100
-    assert np.all(points.time[points.of_traction] >= many - 1e-3)
+@pytest.mark.parametrize("count", [300, 4000, 4001, 20_000])
+def test_any_number_of_samples_is_read_as_exactly(count: int) -> None:
+    """What relaxes with a time constant of a tenth of the test is read to 1e-4 of it, however many samples."""
+    many = np.linspace(0.1, UNEVEN.end_time[-1], count)
+    points = operating_points(sampled(UNEVEN, traction_samples(UNEVEN, many, np.full(count, 0.5)), many))
+    relaxing = np.exp(-points.time / (0.1 * UNEVEN.end_time[-1]))
+    expected = np.exp(-many / (0.1 * UNEVEN.end_time[-1]))
+    for read in (points.traction, points.temperature):
+        assert read(relaxing[None])[0] == pytest.approx(expected, abs=1e-4)
+    assert len(points.time) <= len(UNEVEN.step) * FEWEST_PARTS + min(count, MOST_PARTS)
     assert np.all(points.iteration[points.of_traction] == running(UNEVEN, many))
+
+
+@pytest.mark.parametrize("count", [3000, 9000])
+def test_every_sample_is_read_at_its_own_creepage(count: int) -> None:
+    """Samples at the history's creepage lie between others that have their own."""
+    many = np.linspace(0.1, UNEVEN.end_time[-1], count)
+    samples = traction_samples(UNEVEN, many, np.full(count, 0.5))
+    own = samples.creepage * np.where(np.arange(count) % 3 == 0, 1.01, 1.0)
+    points = operating_points(sampled(UNEVEN, replace(samples, creepage=own)))
+    assert points.traction(points.creepage[None])[0] == pytest.approx(own, rel=1e-12)
+
+
+def test_as_many_steps_as_samples() -> None:
+    count = 20_000
+    course = history(np.where(np.arange(count) % 2, 0.01, 0.02), 1, duration=0.1)
+    times = course.end_time - 0.03
+    points = operating_points(sampled(course, traction_samples(course, times, np.full(count, 0.5)), times))
+    assert len(points.time) <= 2 * count
+    assert points.traction(points.creepage[None])[0] == pytest.approx(course.creepage, rel=1e-12)
+    assert points.temperature(points.time[None])[0] == pytest.approx(times, rel=1e-9)
+
+
+def test_what_the_history_alone_says_of_the_past() -> None:
+    """Steps of 1, -3 and 2 %, the second in two iterations: 10 s an iteration."""
+    course = history([0.01, -0.03, 0.02], [1, 2, 1], duration=10.0)
+    points = operating_points(sampled(course, None, np.array([2.0, 13.0, 25.0, 36.0])))
+    at = points.of_temperature
+    assert points.time_in_step[at] == pytest.approx([2.0, 3.0, 15.0, 6.0])
+    assert points.greatest_creepage[at] == pytest.approx([0.01, 0.03, 0.03, 0.03])
+    assert points.time_in_step[points.of_iteration] == pytest.approx([10.0, 10.0, 20.0, 10.0])
 
 
 def test_nothing_measured_still_has_points() -> None:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+from itertools import product
 
 import numpy as np
 import pytest
@@ -11,14 +12,16 @@ from score.effects import CATALOGUE
 from score.heat import Plant, thermocouple
 from score.hidden import NOTHING, Hidden
 from score.hiding import channel_of, draw
+from score.histories import GEOMETRIES, draw_rig, off_by_tolerance
 from score.judging import judge
-from score.making import APART, Case, _setting, make, make_test
+from score.making import APART, Case, _attempt, _setting, make, make_test, truth
 from score.rig import VICKERS, March, Rig
-from score.scoring import is_right, table
+from score.scoring import calibration_error, is_right, reliability, table
 from score.sensors import CHANNELS, covariates, draw_plan, noise, read, whiten
 from score.sizing import Bench, Ruler
 from score.traction import saturation
 from score.unknowns import STAGES, equivalent, is_separable, parts
+from score.writing import definition
 
 from twindisc_cli.effects import catalogue
 
@@ -100,6 +103,21 @@ def test_worn_volume_is_the_dissipated_energy_times_k_over_hardness(rig, hidden)
     assert run.profiles[13][0].sum() == pytest.approx(
         hidden.other_disc / (1 - hidden.other_disc) * run.profiles[13][1].sum()
     )
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+def test_rigs_of_every_geometry_slide_all_over_and_wear_their_volume(geometry):
+    drawn = draw_rig(
+        np.random.default_rng(3), geometry=geometry, kind="rising", contact="half_space", law="fastsim",
+        declared_law="fastsim",
+    )  # fmt: skip
+    run = March(drawn).run()
+    section = sum(depth.sum() for depth in run.profiles[sum(drawn.iterations)]) * (run.y[1] - run.y[0])
+    removed = section * 2 * np.pi * drawn.radius * drawn.hardness * VICKERS
+    assert removed == pytest.approx(drawn.wear * run.energy, rel=1e-6)
+    assert run.ratio[-1] == pytest.approx(drawn.mu * drawn.load_tolerance, rel=1e-3)
+    assert run.ratio[0] < 0.99 * run.ratio[-1]
+    assert 0.5e-6 < run.profiles[sum(drawn.iterations)][1].max() < 12e-6
 
 
 def test_a_deep_track_is_the_segment_that_its_width_cuts(rig):
@@ -230,7 +248,8 @@ def test_time_and_creepage_are_one_on_a_ramp_and_two_on_another_history(rig):
     assert is_separable("creepage", up_and_down, elsewhere)
 
 
-def test_a_test_is_written_the_same_for_the_same_seed_and_its_truth_elsewhere(tmp_path):
+def test_a_test_is_written_the_same_for_the_same_seed_and_its_truth_elsewhere(tmp_path, monkeypatch):
+    monkeypatch.setattr(Rig, "fine", lambda rig: rig)
     case = Case(3, ("thermocouple_lag",))
     for where in ("one", "two"):
         make_test(case, tmp_path / where / "tests" / "t", tmp_path / where / "truth" / "t.json")
@@ -241,26 +260,45 @@ def test_a_test_is_written_the_same_for_the_same_seed_and_its_truth_elsewhere(tm
     for path in folder.iterdir():
         assert path.read_bytes() == (tmp_path / "two" / "tests" / "t" / path.name).read_bytes()
         assert b"thermocouple_lag" not in path.read_bytes()
-    truth = json.loads((tmp_path / "one" / "truth" / "t.json").read_text())
-    assert truth["truth"] == ["thermocouple_lag"]
-    assert truth["sizes"][0] == pytest.approx(12.0, rel=0.05)
+    told = json.loads((tmp_path / "one" / "truth" / "t.json").read_text())
+    assert told["truth"] == ["thermocouple_lag"]
+    assert told["sizes"][0] == pytest.approx(12.0, rel=0.05)
 
 
-def test_nothing_hidden_is_nothing_but_noise():
-    made = make(Case(11))
-    for record in (made.own, made.other):
-        for name in CHANNELS:
-            rest = record.measured[name] - record.clean[name]
-            assert np.median(np.abs(rest)) / 0.6745 == pytest.approx(record.plan.sigma[name], rel=0.25)
+@pytest.fixture(scope="module")
+def nothing_hidden():
+    return make(Case(11))
 
 
-def test_the_other_history_is_the_same_rig_within_the_range_of_its_creepages():
-    made = make(Case(12))
-    own, other = made.own.rig, made.other.rig
+def test_nothing_hidden_is_nothing_but_noise(nothing_hidden):
+    for record, name in product((nothing_hidden.own, nothing_hidden.other), CHANNELS):
+        rest = record.measured[name] - record.clean[name]
+        assert np.median(np.abs(rest)) / 0.6745 == pytest.approx(record.plan.sigma[name], rel=0.25)
+
+
+def test_the_other_history_is_the_same_rig_within_the_range_of_its_creepages(nothing_hidden):
+    own, other = nothing_hidden.own.rig, nothing_hidden.other.rig
     assert other.creepage != own.creepage
     assert min(own.creepage) <= min(other.creepage) <= max(other.creepage) <= max(own.creepage)
     given = dict.fromkeys(("creepage", "iterations", "creepage_error"), ())
     assert dataclasses.replace(other, **given) == dataclasses.replace(own, **given)
+
+
+def test_what_is_off_by_its_tolerance_is_not_in_the_definition(nothing_hidden):
+    rig = nothing_hidden.own.rig
+    off = off_by_tolerance(np.random.default_rng(1), rig)
+    assert off.curvature_y != rig.curvature_y and off.shear_modulus != rig.shear_modulus
+    assert off.curvature_y == pytest.approx(rig.curvature_y, rel=0.02)
+    assert definition(off, "a", "") == definition(rig, "a", "")
+
+
+def test_a_fault_of_a_sensor_is_nothing_hidden_and_has_no_size(bench, nothing_hidden):
+    shift = Hidden(read_traction=lambda t, r: r + 0.05, read_profile=lambda y, h: h + 1e-7 + 1e-4 * y)
+    assert Ruler(bench, ("torque_offset", "profile_tilt")).size(bench.readings([shift]), bench.plan) < 1e-6
+    draft = nothing_hidden.draft
+    faulty = dataclasses.replace(draft, setting=dataclasses.replace(draft.setting, faults=("profile_tilt",)))
+    told = truth(dataclasses.replace(nothing_hidden, draft=faulty))
+    assert (told["truth"], told["tolerated"][0]) == ([], "profile_tilt")
 
 
 # ---------------------------------------------------------------------------------------------- judging
@@ -334,6 +372,7 @@ OLD_BURST = {"truth": "unexplained:traction:time"}
         ("unknown", BURST, answer(laws=[("mu_over_energy",)]), False),
         ("unknown", BURST, answer(laws=[("slope_over_time",)]), False),
         ("unknown", BURST, answer(("running_in_friction", "mu_over_time")), True),
+        ("unknown", BURST, answer(("running_in_friction", "mu over cycles")), True),
         ("unknown", BURST, answer(("running_in_friction",)), False),
         ("unknown", BURST, answer(("lateral_offset",), laws=[("mu_over_time",)]), False),
         ("unknown", BURST, answer(leftover=["traction:time"]), False),
@@ -368,6 +407,8 @@ def test_judge_tells_what_holds_on_another_history():
     bad = judge(LAG, answer(elsewhere=(0.008, 0.012)))
     assert bad["worse"] and not bad["transferred"] and not bad["warned"]
     assert judge(LAG, answer(elsewhere=(0.008, 0.012), notes=["mu over time is used outside its range"]))["warned"]
+    aside = answer(elsewhere=(0.008, 0.012), notes=["an interval is as wide as its range"])
+    assert not judge(LAG, aside)["warned"]
     noisy = LAG | {"noise_other": {"traction": 0.01}}
     assert judge(noisy, answer(elsewhere=(0.008, 0.012)))["transferred"]
 
@@ -380,21 +421,43 @@ def test_table_counts():
     assert table(rows)[0][1:3] == (1, 3)
 
 
+def test_probabilities_told_are_compared_with_how_often_they_are_right():
+    told = [(0.9, True)] * 8 + [(0.9, False)] * 2 + [(0.3, True)] * 5 + [(0.3, False)] * 5
+    assert reliability(told) == [(pytest.approx(0.3), 0.5, 10), (pytest.approx(0.9), 0.8, 10)]
+    assert calibration_error(told) == pytest.approx(0.5 * 0.2 + 0.5 * 0.1)
+    given = answer(("running_in_friction",), laws=[("mu_over_energy", "mu_over_creepage", "mu_over_time")])
+    given["effects"][0]["probability"] = 0.2
+    given["laws"][0]["probability"] = 0.5
+    given["laws"][0]["alternatives"][1]["probability"] = 0.3
+    assert judge(BURST, given)["told"] == [(0.2, False), (0.5, False), (0.3, True)]
+
+
+def test_intervals_of_what_nothing_hidden_shows_in_are_held_against_the_truth():
+    given = answer(("thermocouple_lag",))
+    given["base"] = {
+        "mu": {"low": 0.59, "high": 0.61},
+        "K": {"low": 1e-5, "high": 2e-5},
+        "convection_W_K": {"low": 1.0, "high": 2.0},
+    }
+    values = {"mu": 0.6, "K": 3e-5, "hS": 5.0, "channels": ["temperature"]}
+    assert judge(LAG | values, given)["covered"] == [True, False]
+
+
 def test_plan_has_every_group_and_at_least_two_hundred_tests():
-    cases = plan(260, 1)
+    cases = plan(220, 2)
     assert len(cases) >= 200
     assert {case.group for case in cases} == set(GROUPS)
     assert {case.effects[0] for case in cases if case.group == "single"} == set(CATALOGUE)
     assert {parts(case.effects[0])[0] for case in cases if case.group == "unknown"} == set(STAGES)
     assert len({case.seed for case in cases}) == len(cases)
-    assert cases == plan(260, 1)
+    assert cases == plan(220, 2)
 
 
 def test_pairs_share_a_channel_in_some_cases_and_both_can_be_told():
-    pairs = [case.effects for case in plan(400, 1, ("pairs",))]
+    pairs = [case.effects for case in plan(400, 2, ("pairs",))]
     shared = np.mean([channel_of(one) == channel_of(other) for one, other in pairs])
     assert 0.3 < shared < 0.5
-    draft = make(Case(8, ("torque_offset", "sensor_drift"), 15.0)).draft
+    draft = _attempt(np.random.default_rng(8), Case(8, ("torque_offset", "sensor_drift"), 15.0))
     assert min(draft.apart) >= APART
     assert max(draft.apart) <= 1.05 * max(draft.sizes)
 
@@ -408,10 +471,11 @@ def test_figure_has_a_point_for_every_size():
         for group, truth in (("single", LAG), ("sizes", LAG), ("unknown", BURST), ("null", NOTHING_HIDDEN))
         for size in (6.0, 12.0)
     ]
-    left, right = draw(rows).axes
+    left, right, told = draw(rows).axes
     named_first = next(c for c in left.containers if c.get_label() == "true effect named first")
     assert named_first.lines[0].get_xdata().tolist() == [6.0, 12.0]
     assert named_first.lines[0].get_ydata().tolist() == [1.0, 1.0]
+    assert told.get_xlabel() == "probability told"
     falsely = next(c for c in right.containers if c.get_label() == "a wrong name")
     assert falsely.lines[0].get_ydata().tolist() == [1.0, 1.0]
 
@@ -419,7 +483,7 @@ def test_figure_has_a_point_for_every_size():
 def test_the_traction_law_is_no_second_effect_beside_a_hidden_one():
     """With nothing of the catalogue hidden the true law may be the exact one where FASTSIM is declared."""
     laws = {
-        effects: [_setting(np.random.default_rng(seed), effects)[0] for seed in range(60)]
+        effects: [_setting(np.random.default_rng(seed), effects).rig for seed in range(60)]
         for effects in ((), ("falling_friction",))
     }
     assert all(rig.law == rig.declared_law for rig in laws[("falling_friction",)])

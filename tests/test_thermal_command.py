@@ -3,34 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from definitions import changed, write
+from definitions import changed, outcome, shipped, write
 
 from twindisc_cli.commands import thermal
-from twindisc_cli.definition import Test, load
+from twindisc_cli.definition import load
 from twindisc_cli.errors import DefinitionError
 from twindisc_cli.model.experiment import TemperatureSamples
-
-CONFIGS = Path(__file__).parent.parent / "configs"
-
-
-def shipped(name: str) -> Test:
-    return load(CONFIGS / f"{name}.toml")
 
 
 @pytest.mark.parametrize("name", ["ambient", "cryogenic"])
 def test_the_disc_warms_by_about_ten_degrees(name):
-    found = thermal.run(shipped(name)).json
+    found = outcome(name, "thermal").json
     assert found["rise_C"] == pytest.approx(10.0, abs=1.0)
     assert found["peak_C"] == pytest.approx(found["rise_C"] + (20.0 if name == "ambient" else -196.0))
 
 
 def test_temperature_falls_where_friction_falls():
     # the mu in nitrogen falls in step 11, from 4200 to 4620 s; the paper sees a fall near 4500 s
-    iterations = thermal.run(shipped("cryogenic")).json["iterations"]
+    iterations = outcome("cryogenic", "thermal").json["iterations"]
     temperature = {round(i["time_s"]): i["temperature_C"] for i in iterations}
     assert temperature[4620] < temperature[4536] < temperature[4200]
     rising = [i["temperature_C"] for i in iterations if i["time_s"] <= 4200]
@@ -39,7 +32,7 @@ def test_temperature_falls_where_friction_falls():
 
 def test_the_papers_steps_follow_the_exact_disc():
     # both settle on the same temperature well before a step of the history ends; at its start Eq. 19 lags a little
-    iterations = thermal.run(shipped("ambient")).json["iterations"]
+    iterations = outcome("ambient", "thermal").json["iterations"]
     exact = np.array([i["temperature_C"] for i in iterations])
     stepped = np.array([i["temperature_eq19_C"] for i in iterations])
     assert stepped[4::5][:10] == pytest.approx(exact[4::5][:10], abs=0.02)
@@ -47,14 +40,14 @@ def test_the_papers_steps_follow_the_exact_disc():
 
 
 def test_the_contact_is_hotter_than_the_disc():
-    found = thermal.run(shipped("cryogenic")).json
+    found = outcome("cryogenic", "thermal").json
     assert found["flash_C"] > 3 * found["rise_C"]
     assert found["flash_mean_C"] < found["flash_C"]
 
 
 def test_the_flash_is_that_of_the_worn_patch():
     # wear widens the patch: the same heat over more area
-    worn = thermal.run(shipped("ambient")).json
+    worn = outcome("ambient", "thermal").json
     new = shipped("ambient")
     new = replace(new, experiment=replace(new.experiment, measured=replace(new.experiment.measured, profile=None)))
     unworn = thermal.run(new).json

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from definitions import TRACTION, changed, write
+from definitions import TRACTION, changed, outcome, shipped, write
 
 from twindisc_cli.commands import fit_k, simulate_wear
 from twindisc_cli.definition import Test, load
@@ -17,12 +16,7 @@ from twindisc_cli.model import wear
 from twindisc_cli.model.experiment import Experiment, ProfileSamples
 from twindisc_cli.model.forward import ForwardModel
 
-CONFIGS = Path(__file__).parent.parent / "configs"
 HARDNESS = 700 * 9.80665e6
-
-
-def shipped(name: str) -> Test:
-    return load(CONFIGS / f"{name}.toml")
 
 
 def with_k(test: Test, k: float, **model: object) -> Test:
@@ -36,8 +30,8 @@ def ambient() -> Test:
 
 
 @pytest.fixture(scope="module")
-def fitted(ambient):
-    return fit_k.run(ambient).json
+def fitted():
+    return outcome("ambient", "fit-k").json
 
 
 @pytest.mark.parametrize("contact", ["hertz", "half_space"])
@@ -169,7 +163,7 @@ def test_a_smooth_profile_gives_k_by_least_squares(ambient):
 
 
 def test_simulate_wear_takes_k_from_the_profile_where_none_is_given(ambient, fitted):
-    found = simulate_wear.run(ambient).json
+    found = outcome("ambient", "simulate-wear").json
     assert found["wear_coefficient"] == pytest.approx(fitted["K"], rel=1e-12)
     assert "profile" in found["wear_coefficient_source"]
 
@@ -184,10 +178,10 @@ def test_wear_is_shared_between_the_discs(ambient):
     assert heights["disc1_height"][-1] == pytest.approx(heights["height"][-1] / 3.0, rel=1e-9, abs=1e-15)
 
 
-@pytest.mark.parametrize("command", [simulate_wear, fit_k])
+@pytest.mark.parametrize("command", ["simulate-wear", "fit-k"])
 @pytest.mark.parametrize("name", ["ambient", "cryogenic"])
 def test_figures_say_that_the_data_are_reconstructed(command, name):
-    figure = command.run(shipped(name)).figure()
+    figure = outcome(name, command).figure()
     assert "reconstructed data" in [text.get_text() for text in figure.texts]
 
 

@@ -1,4 +1,4 @@
-"""Detection and attribution over effect size, as a figure."""
+"""Detection and attribution over effect size, and probability told against frequency right, as a figure."""
 
 from __future__ import annotations
 
@@ -8,46 +8,69 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from .scoring import Row
+from .judging import Row
+from .scoring import calibration_error, reliability, told_of
 
-_KNOWN: tuple[tuple[str, Callable[[Row], bool], str], ...] = (
+Counted = tuple[str, Callable[[Row], bool], str]
+_KNOWN: tuple[Counted, ...] = (
     ("something is missing", lambda f: f["alarm"], "0.55"),
     ("true effect in a set of at most three", lambda f: f["found_0"], "C0"),
     ("true effect named first", lambda f: f["first_0"], "C1"),
 )
-_UNKNOWN: tuple[tuple[str, Callable[[Row], bool], str], ...] = (
+_UNKNOWN: tuple[Counted, ...] = (
     ("something is missing", lambda f: f["alarm"], "0.55"),
-    ("right quantity and covariate in the set", lambda f: f["pair"], "C2"),
+    ("stage right", lambda f: f["stage"], "C0"),
+    ("quantity and covariate in the set", lambda f: f["pair"], "C2"),
     ("a wrong name", lambda f: f["wrong_name"], "C3"),
 )
 
 
 def draw(rows: Sequence[Row]) -> Figure:
-    """Left: one effect of the catalogue. Right: an effect in no catalogue. Bars: 68 % of the binomial."""
-    figure = Figure(figsize=(9.0, 4.2), layout="constrained")
-    left, right = figure.subplots(1, 2, sharey=True)
+    """One effect of the catalogue; a law that is in none; probabilities told. Bars: 68 % of the binomial."""
+    figure = Figure(figsize=(13.0, 4.4), layout="constrained")
+    known, unknown, told = figure.subplots(1, 3)
     answered = [row for row in rows if not row["judged"]["failed"]]
-    _panel(left, [r for r in answered if r["group"] in ("single", "sizes")], _KNOWN)
-    _panel(right, [r for r in answered if r["group"] == "unknown"], _UNKNOWN)
+    _panel(known, [r for r in answered if r["group"] in ("single", "sizes")], _KNOWN)
+    _panel(unknown, [r for r in answered if r["group"] == "unknown"], _UNKNOWN)
     nothing = [r["judged"]["alarm"] for r in answered if r["group"] == "null"]
     if nothing:
-        left.axhline(float(np.mean(nothing)), color="0.7", linestyle=":", label="alarm where nothing is missing")
-    left.set(title="one effect of the catalogue", ylabel="share of tests", ylim=(-0.03, 1.03))
-    right.set(title="an effect that is in no catalogue")
-    for axes in (left, right):
-        axes.set_xlabel("effect size / detection threshold")
+        known.axhline(float(np.mean(nothing)), color="0.7", linestyle=":", label="alarm where nothing is missing")
+    known.set(title="one effect of the catalogue", ylabel="share of tests")
+    unknown.set(title="a law that is in no catalogue")
+    for axes in (known, unknown):
+        axes.set(xlabel="effect size / detection threshold", ylim=(-0.03, 1.03))
         axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2, frameon=False)
+    _reliability(told, told_of(answered))
     return figure
 
 
-def _panel(axes: Axes, rows: Sequence[Row], counted: Sequence[tuple[str, Callable[[Row], bool], str]]) -> None:
+def _panel(axes: Axes, rows: Sequence[Row], counted: Sequence[Counted]) -> None:
     sizes = sorted({row["truth"]["target_size"] for row in rows})
     for label, flag, colour in counted:
         shares = [[flag(r["judged"]) for r in rows if r["truth"]["target_size"] == size] for size in sizes]
-        mean = np.array([np.mean(s) for s in shares])
-        count = np.array([len(s) for s in shares])
-        spread = np.sqrt((mean * (1 - mean) + 0.25 / (count + 1)) / (count + 1))
+        mean, spread = _binomial(np.array([np.mean(s) for s in shares]), np.array([len(s) for s in shares]))
         axes.errorbar(sizes, mean, spread, color=colour, marker="o", markersize=4, capsize=2, label=label)
     axes.set_xscale("log")
     axes.set_xticks(sizes, [f"{size:g}" for size in sizes])
     axes.minorticks_off()
+
+
+def _binomial(mean: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A share and its standard deviation, which is not zero at 0 and 1."""
+    return mean, np.sqrt((mean * (1.0 - mean) + 0.25 / (count + 1)) / (count + 1))
+
+
+def _reliability(axes: Axes, told: Sequence[tuple[float, bool]]) -> None:
+    """How often what was told with a probability was right, in bins of a fifth, with the count of each."""
+    axes.plot([0.0, 1.0], [0.0, 1.0], color="0.7", linestyle=":")
+    parts = reliability(told)
+    if parts:
+        probability, share, count = (np.array(column) for column in zip(*parts, strict=True))
+        mean, spread = _binomial(share, count)
+        axes.errorbar(probability, mean, spread, color="C0", marker="o", markersize=4, capsize=2)
+        for x, y, n in parts:
+            axes.annotate(f"{n:d}", (x, y), xytext=(5, -10), textcoords="offset points", fontsize=7, color="0.4")
+    axes.set(
+        title=f"probabilities told: calibration error {calibration_error(told):.3f}",
+        xlabel="probability told", ylabel="share that was right", xlim=(-0.03, 1.03), ylim=(-0.03, 1.03),
+    )  # fmt: skip

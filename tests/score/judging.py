@@ -20,9 +20,12 @@ _SLACK = 1.15  # of the held-out error over the noise
 _SLACK_ELSEWHERE = 1.25  # of the error on another history over the noise
 _WORSE = 1.05  # from which an error is worse than another
 _LARGEST_SET = 3
-_WARNING = re.compile(r"range|transfer|extrapolat|histor", re.IGNORECASE)
-_LAW_NAME = re.compile(f"({'|'.join(sorted(STAGES, key=len, reverse=True))})_over_([a-z_]+)")
-_BASE = {"traction": ("mu", "mu0"), "profile": ("K", "K"), "temperature": ("convection_W_K", "hS")}
+_WARNING = re.compile(
+    r"(outside|beyond|inside) [^.;]*range|transfer|extrapolat|(another|other|same|this) histor", re.IGNORECASE
+)
+_LAW_NAME = re.compile(f"({'|'.join(sorted(STAGES, key=len, reverse=True))})[_ ]over[_ ]([a-z_]+)")
+# key in the answer and in the truth; mu is the traction over the load that was set
+_BASE = {"traction": ("mu", "mu"), "profile": ("K", "K"), "temperature": ("convection_W_K", "hS")}
 
 
 def judge(truth: Row, answer: Row) -> Row:
@@ -80,7 +83,7 @@ def _key(part: str | Row) -> str | Pair:
         return (law[1], law[2]) if law else part
     if "effect" in part:
         return str(part["effect"])
-    return str(part["quantity"]), str(part["covariate"])
+    return (str(part["quantity"]), str(part["covariate"])) if part.get("covariate") else str(part["quantity"])
 
 
 def _is_law(member: str | Pair, hidden: Row) -> bool:

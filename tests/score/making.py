@@ -16,17 +16,23 @@ from numpy.typing import NDArray
 
 from . import hiding
 from .hidden import Hidden
-from .histories import KINDS, draw_rig, other_history
+from .histories import ELONGATED, KINDS, draw_geometry, draw_rig, off_by_tolerance, other_history
 from .rig import March, Rig, Trace
 from .sensors import CHANNELS, Channels, Plan, covariates, draw_plan, noise, read
 from .sizing import Bench, Ruler
-from .unknowns import equivalent, is_separable, same_quantities
+from .unknowns import equivalent, imitations, is_separable, rivals
 from .writing import definition, write_tables
 
 BANDS = 40
 """Equal parts of a profile's range for which the true noise is told."""
 APART = 7.0
 """Thresholds that must be left of each of two effects beside the other, so that both can be found."""
+TOLD_APART = 2.0
+"""Thresholds that must be left of a law beside any curve of another quantity, so that its stage can be told."""
+OFF_BY_TOLERANCE = 0.4
+"""Share of the tests whose crown and modulus are not quite what the definition says."""
+FAULTS = {"torque_offset": 0.2, "profile_tilt": 0.2}
+"""Shares of the tests whose torque was not zeroed and whose profile was not levelled, as the effects that these are."""
 _RETRIES = 4
 _SIGMA = {"traction": (0.0015, 0.02), "profile": (0.03e-6, 0.3e-6), "temperature": (0.03, 0.6)}  # 1, m, K
 
@@ -53,22 +59,33 @@ class Record:
 
 
 @dataclass(frozen=True)
+class Setting:
+    """A rig and how it is measured; the faults of its sensors, by the effects that they are, are nothing hidden."""
+
+    rig: Rig
+    plan: Plan
+    kind: str
+    geometry: str
+    faults: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Drafted:
     """What is hidden, in which rig, before it is marched finely.
 
     Sizes in thresholds, firm sizes beyond the input tolerances, apart what is left of each beside the other effect;
-    amounts in the effects' own units.
+    amounts in the effects' own units. `alike`: quantities that show a law as its own does.
     """
 
     case: Case
-    rig: Rig
+    setting: Setting
     plan: Plan
-    kind: str
     sizes: tuple[float, ...]
     firm_sizes: tuple[float, ...]
     apart: tuple[float, ...]
     amounts: tuple[float, ...]
     hidden: tuple[Hidden, ...]
+    alike: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -80,22 +97,27 @@ class Made:
     other: Record
 
 
-def _setting(rng: Generator, effects: tuple[str, ...]) -> tuple[Rig, Plan, str]:
+def _setting(rng: Generator, effects: tuple[str, ...]) -> Setting:
     """Draw the rig and its measurement so that `effects` can show.
 
     Where nothing of the catalogue is hidden the declared traction law may be FASTSIM and the true one exact; beside a
     hidden effect that would be a second one.
     """
-    kind = str(rng.choice(KINDS, p=(0.35, 0.25, 0.2, 0.2)))
+    kind, geometry = str(rng.choice(KINDS, p=(0.35, 0.25, 0.2, 0.2))), draw_geometry(rng)
     if any(hiding.acts_in_partial_slip(name) for name in effects):
         kind = "there_and_back"
     contact = "hertz" if "half_space_contact" in effects or rng.random() < 0.2 else "half_space"
-    law = "exact" if "exact_elasticity" not in effects and rng.random() < 0.25 else "fastsim"
+    exact = rng.random() < 0.25 and "exact_elasticity" not in effects and geometry not in ELONGATED
+    law = "exact" if exact else "fastsim"
     declared = law if rng.random() < 0.6 or any(hiding.effect_of(name) for name in effects) else "fastsim"
-    rig = draw_rig(rng, kind=kind, contact=contact, law=law, declared_law=declared)
+    rig = draw_rig(rng, geometry=geometry, kind=kind, contact=contact, law=law, declared_law=declared)
+    if rng.random() < OFF_BY_TOLERANCE:
+        rig = off_by_tolerance(rng, rig)
     stops = any(hiding.needs_stops(name) for name in effects) or rng.random() < 0.3
     both = rng.random() < (0.5 if "wear_partition" in effects else 0.1)
-    return rig, draw_plan(rng, rig, correlated=rng.random() < 0.35, stops=stops, discs=(1, 2) if both else (2,)), kind
+    plan = draw_plan(rng, rig, correlated=rng.random() < 0.35, stops=stops, discs=(1, 2) if both else (2,))
+    faults = tuple(name for name, share in FAULTS.items() if rng.random() < share and name not in effects)
+    return Setting(rig, plan, kind, geometry, faults)
 
 
 def make(case: Case) -> Made:
@@ -108,9 +130,9 @@ def make(case: Case) -> Made:
         if _shortfall(best, case) < 0.1:
             break
     assert best is not None
-    own = _measure(np.random.default_rng([case.seed, _RETRIES]), best.rig, best.plan, best.hidden)
+    own = _measure(np.random.default_rng([case.seed, _RETRIES]), best.setting.rig, best.plan, best.hidden)
     rng = np.random.default_rng([case.seed, _RETRIES + 1])
-    rig = other_history(rng, best.rig)
+    rig = other_history(rng, best.setting.rig)
     return Made(best, own, _measure(rng, rig, _plan_like(rng, rig, best.plan), best.hidden))
 
 
@@ -127,12 +149,14 @@ def _shortfall(draft: Drafted, case: Case) -> float:
 
 
 def _attempt(rng: Generator, case: Case) -> Drafted:
-    rig, plan, kind = _setting(rng, case.effects)
-    if not case.effects:
-        return Drafted(case, rig, plan, kind, (), (), (), (), ())
+    setting = _setting(rng, case.effects)
+    rig, plan = setting.rig, setting.plan
     bench = Bench(rig, plan, March(rig).run())
+    faults = tuple(_fault(name, rng, bench) for name in setting.faults)
+    if not case.effects:
+        return Drafted(case, setting, plan, (), (), (), (), faults)
     drawn = [hiding.draw(name, rng, rig, bench.trace) for name in case.effects]
-    ruler = Ruler(bench)
+    ruler = Ruler(bench, setting.faults)
     amounts = tuple(ruler.amount(effect, case.size) for effect in drawn)
     hidden = tuple(effect.at(amount) for effect, amount in zip(drawn, amounts, strict=True))
     shown = [bench.readings([one]) for one in hidden]
@@ -140,8 +164,32 @@ def _attempt(rng: Generator, case: Case) -> Drafted:
         plan = _rescaled(plan, hiding.channel_of(name), ruler.size(readings, plan) / case.size)
     sizes = tuple(ruler.size(readings, plan) for readings in shown)
     firm = tuple(min(ruler.beyond_tolerances(s, plan), size) for s, size in zip(shown, sizes, strict=True))
-    apart = tuple(ruler.beside(shown[i], shown[1 - i], plan) for i in (0, 1)) if len(shown) == 2 else ()
-    return Drafted(case, rig, plan, kind, sizes, firm, apart, amounts, hidden)
+    apart = tuple(ruler.beside(shown[i], [shown[1 - i]], plan) for i in (0, 1)) if len(shown) == 2 else ()
+    same = _alike(case.effects[0], bench, ruler, shown[0], plan) if len(shown) == 1 else ()
+    return Drafted(case, setting, plan, sizes, firm, apart, amounts, hidden + faults, same)
+
+
+def _alike(name: str, bench: Bench, ruler: Ruler, shown: Channels, plan: Plan) -> tuple[str, ...]:
+    """Other quantities of which a curve over the same covariate shows the same to less than the noise can tell."""
+    law = hiding.law_of(name)
+    if law is None:
+        return ()
+    found = []
+    for other in {rival for quantity in law.quantities for rival in rivals(quantity)}.difference(law.quantities):
+        columns = [bench.readings([one]) for one in imitations(other, law.covariate, bench.trace)]
+        if ruler.beside(shown, columns, plan) < TOLD_APART:
+            found.append(other)
+    return tuple(sorted(found))
+
+
+def _fault(name: str, rng: Generator, bench: Bench) -> Hidden:
+    """A torque that was not zeroed, or a profile that was not levelled."""
+    if name == "torque_offset":
+        offset = rng.normal() * 0.01
+        return Hidden(read_traction=lambda t, r: r + offset)
+    height = rng.normal() * 2.0 * bench.plan.sigma["profile"]
+    slope = rng.normal() * 2.0 * bench.plan.sigma["profile"] / float(bench.plan.y[-1])
+    return Hidden(read_profile=lambda y, h: h + height + slope * y)
 
 
 def _measure(rng: Generator, rig: Rig, plan: Plan, hidden: tuple[Hidden, ...]) -> Record:
@@ -185,10 +233,13 @@ def truth(made: Made) -> dict[str, object]:
         "declared_contact": own.rig.contact,
         "declared_traction": own.rig.declared_law,
         "true_traction": own.rig.law,
-        "tolerated": [] if own.rig.law == own.rig.declared_law else ["exact_elasticity"],
-        "history": draft.kind,
+        "tolerated": [*draft.setting.faults, *([] if own.rig.law == own.rig.declared_law else ["exact_elasticity"])],
+        "geometry": draft.setting.geometry,
+        "crown": own.rig.crown_tolerance,
+        "modulus": own.rig.modulus_tolerance,
+        "history": draft.setting.kind,
         "seed": draft.case.seed,
-        "mu0": own.rig.mu,
+        "mu": own.rig.mu * own.rig.load_tolerance,
         "K": own.rig.wear,
         "hS": own.rig.convection,
         "sigma": own.plan.sigma,
@@ -208,13 +259,12 @@ def _law(made: Made) -> dict[str, object] | None:
     law = hiding.law_of(effects[0]) if effects else None
     if law is None:
         return None
-    stops = len(made.own.plan.stops)
     return {
         "quantity": law.quantities[0],
         "covariate": law.covariate,
         "shape": law.shape,
         "equivalent": equivalent(law.covariate, _seen(made.own)),
-        "quantities": sorted({same for quantity in law.quantities for same in same_quantities(quantity, stops)}),
+        "quantities": [*law.quantities, *made.draft.alike],
     }
 
 
@@ -224,7 +274,7 @@ def _is_separable(name: str, made: Made) -> bool:
     if covariate is None:
         return True
     if law and covariate == "y_over_edge":
-        return same_quantities(law.quantities[0], len(made.own.plan.stops)) == [law.quantities[0]]
+        return not made.draft.alike
     return is_separable(covariate, _seen(made.own), _seen(made.other))
 
 

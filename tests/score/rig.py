@@ -53,6 +53,8 @@ class Rig:
     convection: float  # h S [W/K]
     creepage_error: tuple[float, ...]  # true minus nominal creepage of each step
     load_tolerance: float = 1.0  # true load over the nominal one
+    crown_tolerance: float = 1.0  # true curvature across over the one of `crown`
+    modulus_tolerance: float = 1.0  # true modulus over `modulus`
     modulus: float = 206e9
     hardness: float = 700.0  # HV
     presses: int = 16  # how often the discs are pressed together anew while they wear as much as is expected
@@ -79,17 +81,17 @@ class Rig:
     @property
     def shear_modulus(self) -> float:
         """G [Pa]."""
-        return self.modulus / (2.0 * (1.0 + self.poisson))
+        return self.modulus_tolerance * self.modulus / (2.0 * (1.0 + self.poisson))
 
     @property
     def contact_modulus(self) -> float:
         """E* [Pa]."""
-        return self.modulus / (2.0 * (1.0 - self.poisson**2))
+        return self.modulus_tolerance * self.modulus / (2.0 * (1.0 - self.poisson**2))
 
     @property
     def curvature_y(self) -> float:
         """Relative transverse curvature of the unworn discs [1/m]."""
-        return 1.0 / self.crown[0] + 1.0 / self.crown[1]
+        return self.crown_tolerance * (1.0 / self.crown[0] + 1.0 / self.crown[1])
 
     @property
     def steps(self) -> Sequence[int]:
@@ -100,6 +102,11 @@ class Rig:
         """The Hertz ellipse under the nominal load."""
         curvature_y = self.curvature_y if curvature_y is None else curvature_y
         return hertz_ellipse(self.load, self.contact_modulus, 2.0 / self.radius, curvature_y)
+
+    @property
+    def creepage_scale(self) -> float:
+        """The creepage [1] at xi = 1 of the unworn discs."""
+        return self.mu * self.load / linear_force(self.ellipse(), self.shear_modulus, 1.0)[0]
 
     @property
     def edge(self) -> float:

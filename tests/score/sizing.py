@@ -41,9 +41,9 @@ class Bench:
 class Ruler:
     """Measures sizes on one bench."""
 
-    def __init__(self, bench: Bench) -> None:
-        """March the rig with each base parameter a little changed."""
-        self._bench = bench
+    def __init__(self, bench: Bench, faults: Sequence[str] = ()) -> None:
+        """March the rig with each base parameter a little changed; `faults` of the sensors are fitted with them."""
+        self._bench, self._faults = bench, faults
         self._start = bench.readings([NOTHING])
         self._base = [_minus(self._moved(np.eye(len(_BASE))[i] * _STEP), self._start) for i in range(len(_BASE))]
 
@@ -54,42 +54,50 @@ class Ruler:
         rig = replace(self._bench.rig, **changed)
         return read(rig, March(rig).run(), [NOTHING], self._bench.plan)
 
+    def _seen(self, plan: Plan, readings: Channels) -> Floats:
+        """Readings in units of the noise, without what the faults of the sensors may be."""
+        value = _whitened(plan, readings)
+        if not self._faults:
+            return value
+        columns = np.column_stack([_whitened(plan, line) for line in _lines(plan, readings, self._faults)])
+        return np.asarray(value - columns @ np.linalg.lstsq(columns, value, rcond=None)[0])
+
     def size(self, readings: Channels, plan: Plan, *, steps: int = 12) -> float:
         """How far `readings` are from what the base model can be fitted to, in noise units of `plan`.
 
         With one of the `steps` of the fit it is the length left by the slopes, for which no march is needed.
         """
-        slopes = np.column_stack([_whitened(plan, column) / _STEP for column in self._base])
-        moved, rest = np.zeros(len(_BASE)), _whitened(plan, _minus(readings, self._start))
+        slopes = np.column_stack([self._seen(plan, column) / _STEP for column in self._base])
+        moved, rest = np.zeros(len(_BASE)), self._seen(plan, _minus(readings, self._start))
         for i in range(steps):
             full = np.linalg.lstsq(slopes, rest, rcond=None)[0]
             step = np.clip(full, -0.4, 0.4)
             if np.abs(full).max() < _SMALL or i == steps - 1:
                 break
             moved = moved + step
-            after = _whitened(plan, _minus(readings, self._moved(moved)))
+            after = self._seen(plan, _minus(readings, self._moved(moved)))
             slopes += np.outer(rest - after - slopes @ step, step) / (step @ step)  # Broyden
             rest = after
         return float(np.linalg.norm(rest - slopes @ full))
 
     def beyond_tolerances(self, readings: Channels, plan: Plan) -> float:
         """The size that is left when the creepages may also err within their tolerance; by slopes only."""
-        base = [_whitened(plan, column) / _STEP for column in self._base]
+        base = [self._seen(plan, column) / _STEP for column in self._base]
         step = np.array(self._bench.rig.steps)[(plan.traction_time / self._bench.rig.duration).astype(int)]
         nominal = np.array(self._bench.rig.creepage)
         tolerances = [self._of_traction(self._creepage_slope, nominal[step] == c, plan) * _tolerance(c) / c
                       for c in np.unique(nominal)]  # fmt: skip
         columns = np.column_stack([*base, *tolerances])
         prior = np.eye(columns.shape[1])[-len(tolerances) :]
-        rest = np.concatenate([_whitened(plan, _minus(readings, self._start)), np.zeros(len(tolerances))])
+        rest = np.concatenate([self._seen(plan, _minus(readings, self._start)), np.zeros(len(tolerances))])
         system = np.vstack([columns, prior])
         return float(np.linalg.norm(rest - system @ np.linalg.lstsq(system, rest, rcond=None)[0]))
 
-    def beside(self, readings: Channels, others: Channels, plan: Plan) -> float:
-        """The size that is left when another effect, of any size, is fitted beside it; by slopes only."""
-        base = [_whitened(plan, column) / _STEP for column in self._base]
-        columns = np.column_stack([*base, _whitened(plan, _minus(others, self._start))])
-        rest = _whitened(plan, _minus(readings, self._start))
+    def beside(self, readings: Channels, others: Sequence[Channels], plan: Plan) -> float:
+        """The size that is left when other effects, of any size, are fitted beside the base; by slopes only."""
+        base = [self._seen(plan, column) / _STEP for column in self._base]
+        columns = np.column_stack([*base, *(self._seen(plan, _minus(other, self._start)) for other in others)])
+        rest = self._seen(plan, _minus(readings, self._start))
         return float(np.linalg.norm(rest - columns @ np.linalg.lstsq(columns, rest, rcond=None)[0]))
 
     @cached_property
@@ -105,7 +113,7 @@ class Ruler:
     def _of_traction(self, change: Channels, where: NDArray[np.bool_], plan: Plan) -> Floats:
         """A change of the samples `where` of the traction alone, in units of the noise."""
         silent = {name: np.zeros_like(change[name]) for name in CHANNELS}
-        return _whitened(plan, silent | {"traction": np.where(where, change["traction"], 0.0)})
+        return self._seen(plan, silent | {"traction": np.where(where, change["traction"], 0.0)})
 
     def amount(self, drawn: Drawn, target: float) -> float:
         """How much of the effect is `target` thresholds large, or its largest amount if it cannot be."""
@@ -114,6 +122,18 @@ class Ruler:
         plan, readings = self._bench.plan, self._bench.readings
         near = _invert(lambda x: self.size(readings([drawn.at(x)]), plan, steps=1), target, drawn.largest)
         return _invert(lambda x: self.size(readings([drawn.at(x)]), plan), target, drawn.largest, near)
+
+
+def _lines(plan: Plan, readings: Channels, faults: Sequence[str]) -> list[Channels]:
+    """What a torque that was not zeroed and a profile that was not levelled may add to the readings."""
+    silent = {name: np.zeros_like(readings[name]) for name in CHANNELS}
+    lines = []
+    if "torque_offset" in faults:
+        lines.append(silent | {"traction": np.ones_like(readings["traction"])})
+    if "profile_tilt" in faults:
+        across = np.resize(plan.y / plan.y[-1], readings["profile"].size)
+        lines += [silent | {"profile": line} for line in (np.ones_like(across), across)]
+    return lines
 
 
 def _tolerance(creepage: float) -> float:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -28,7 +29,7 @@ Floats = NDArray[np.float64]
 Curve = Callable[[Floats], Floats]
 _EQUIVALENT = 0.98  # rank correlation from which two covariates are functions of each other on a history
 _FAITHFUL = 0.08  # of a covariate's range: how well an equivalent one must foretell it on another history
-_FEWEST_STOPS = 4  # profiles with which a K across the track can be told from an additive profile
+_KNOTS = 9  # of a curve at another stage that may imitate a law
 
 
 @dataclass(frozen=True)
@@ -131,6 +132,11 @@ SHAPES: Mapping[str, Callable[[Generator], Curve]] = {
     "window": _window, "hump": _hump, "sine": _sine, "smooth": _smooth,
     "step": _step, "saturating": _saturating, "power": _power, "logistic_like": _logistic_like,
 }  # fmt: skip
+RIVALS = (
+    ("mu", "traction_ratio"), ("slope", "creepage"), ("wear_across", "profile"),
+    ("heat", "convection", "environment", "temperature"),
+)  # fmt: skip
+"""Quantities that show alike."""
 RETURNING = ("window", "hump", "sine", "smooth")
 """Shapes that rise and fall again, as no formula of the catalogue does."""
 
@@ -163,6 +169,28 @@ def draw(kind: str, rng: Generator, rig: Rig, base: Trace) -> Drawn:
         return Drawn(lambda size: _across(quantity, lambda y: sign * size * _over_track(curve, y)), _largest(quantity))
     place = _scale(covariate, base.moments[COVARIATES[covariate]])
     return Drawn(lambda size: _acting(quantity, covariate, lambda x: sign * size * curve(place(x))), _largest(quantity))
+
+
+def rivals(quantity: str) -> list[str]:
+    """The other quantities that show alike."""
+    return [other for group in RIVALS if quantity in group for other in group if other != quantity]
+
+
+def imitations(quantity: str, covariate: str, base: Trace) -> list[Hidden]:
+    """Small laws of a quantity over a covariate, each at one knot of a curve: together any law of it."""
+    curves = [_hat(knot, 0.05 * _largest(quantity)) for knot in np.linspace(0.0, 1.0, _KNOTS)]
+    if covariate == "y_over_edge":
+        return [_across(quantity, partial(_over_track, curve)) for curve in curves]
+    place = _scale(covariate, base.moments[COVARIATES[covariate]])
+    return [_acting(quantity, covariate, partial(_placed, curve, place)) for curve in curves]
+
+
+def _hat(knot: float, size: float) -> Curve:
+    return lambda u: size * np.clip(1.0 - np.abs(u - knot) * (_KNOTS - 1.0), 0.0, 1.0)
+
+
+def _placed(curve: Curve, place: Curve, x: Floats) -> Floats:
+    return curve(place(x))
 
 
 def _largest(quantity: str) -> float:
@@ -258,10 +286,3 @@ def _foretold(other: Floats, own: Floats, other_there: Floats, own_there: Floats
     """Root mean square miss of a covariate that is foretold from another by what was seen of both."""
     order = np.argsort(other)
     return float(np.sqrt(np.mean((np.interp(other_there, other[order], own[order]) - own_there) ** 2)))
-
-
-def same_quantities(quantity: str, stops: int) -> list[str]:
-    """Quantities that the data cannot tell apart: K across the track and an additive profile from few profiles."""
-    return (
-        ["wear_across", "profile"] if quantity in ("wear_across", "profile") and stops < _FEWEST_STOPS else [quantity]
-    )

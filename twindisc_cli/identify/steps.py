@@ -81,10 +81,10 @@ def _in_closed_form(model: ForwardModel, samples: TractionSamples) -> Explanatio
     law, mean = unworn_law(model.experiment), _mean_of_steps(model.experiment, samples)
 
     def traction(mu: Floats) -> Floats:
-        return np.asarray(law.apparent(mu[..., samples.step], samples.creepage) @ mean)
+        return mean(law.apparent(mu[..., samples.step], samples.creepage))
 
     def share(mu: Floats) -> Floats:
-        return np.asarray(law.saturation(law.slope * np.abs(samples.creepage) / mu[samples.step]) @ mean)
+        return mean(law.saturation(law.slope * np.abs(samples.creepage) / mu[samples.step]))
 
     return traction, share
 
@@ -94,19 +94,26 @@ def _through_model(model: ForwardModel, samples: TractionSamples) -> Explanation
     mean = _mean_of_steps(model.experiment, samples)
 
     def traction(mu: Floats) -> Floats:
-        return np.asarray(model.predict(BaseParameters.declared(model.experiment, mu)).traction @ mean)
+        return mean(model.predict(BaseParameters.declared(model.experiment, mu)).traction)
 
     def share(mu: Floats) -> Floats:
         state = model.predict(BaseParameters.declared(model.experiment, mu[None])).state
         with np.errstate(invalid="ignore", divide="ignore"):
             found = state.power / (state.sliding_speed * state.mu * state.normal_load)
-        return np.asarray(found[0, model.points.of_traction] @ mean)
+        return mean(model.points.traction(found)[0])
 
     return traction, share
 
 
-def _mean_of_steps(test: Experiment, samples: TractionSamples) -> Floats:
-    """Matrix (sample, step) that takes the mean over the samples of each step; NaN where a step has none."""
-    belongs = np.asarray(samples.step[:, None] == np.arange(len(test.history.step_creepage)), dtype=float)
-    with np.errstate(invalid="ignore"):
-        return np.asarray(belongs / belongs.sum(axis=0))
+def _mean_of_steps(test: Experiment, samples: TractionSamples) -> Callable[[Floats], Floats]:
+    """The mean of values (..., sample) over the samples of each step, (..., step); NaN where a step has none."""
+    count = np.bincount(samples.step, minlength=len(test.history.step_creepage))
+    seen, order = np.flatnonzero(count), np.argsort(samples.step, kind="stable")
+    first = (np.cumsum(count) - count)[seen]
+
+    def mean(values: Floats) -> Floats:
+        found = np.full((*values.shape[:-1], len(count)), np.nan)
+        found[..., seen] = np.add.reduceat(values[..., order], first, axis=-1) / count[seen]
+        return found
+
+    return mean

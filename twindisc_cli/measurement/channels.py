@@ -128,8 +128,16 @@ def _steps(table: Table, history: History) -> Ints:
         return step_at(history, table.columns["time"])
     if len(creepage) == len(steps) and np.all(np.abs(creepage - steps) <= tolerance(steps)):
         return np.arange(len(steps))
-    closest: Ints = np.argmin(np.abs(creepage[:, None] - steps), axis=1)
-    return closest
+    return _nearest(creepage, steps)
+
+
+def _nearest(values: Floats, steps: Floats) -> Ints:
+    """The step whose creepage is nearest to each value, the first of several."""
+    distinct, first = np.unique(steps, return_index=True)
+    above = np.minimum(np.searchsorted(distinct, values), len(distinct) - 1)
+    below = np.maximum(above - 1, 0)
+    lower = values - distinct[below] <= np.abs(distinct[above] - values)
+    return np.asarray(first[np.where(lower, below, above)], dtype=np.int64)
 
 
 def _check_step_times(table: Table, history: History, step: Ints) -> None:
@@ -169,7 +177,7 @@ def _swapped(table: Table, history: History) -> bool:
     ratio = written["traction ratio"] * factor
 
     def matched(values: Floats) -> tuple[bool, int]:
-        nearest_step = np.argmin(np.abs(values[:, None] - steps), axis=1)
+        nearest_step = _nearest(values, steps)
         fits = np.abs(values - steps[nearest_step]) <= tolerance(steps[nearest_step])
         return bool(np.all(fits)), len(np.unique(steps[nearest_step[fits]]))
 

@@ -277,9 +277,9 @@ class _Chain:
         wide = section.shape
         height = stops.sample(state.surface) if stops and state.surface else np.empty((self.sets, 0))
         return Prediction(
-            traction=np.broadcast_to(state.traction_ratio, wide)[:, points.of_traction],
+            traction=points.traction(np.broadcast_to(state.traction_ratio, wide)),
             profile=np.where(np.isfinite(self.base.K), height, np.nan),
-            temperature=np.broadcast_to(state.disc_temperature, wide)[:, points.of_temperature],
+            temperature=points.temperature(np.broadcast_to(state.disc_temperature, wide)),
             state=state,
             section=section,
         )

@@ -1,7 +1,9 @@
 """Operating points: the instants at which the model is evaluated, and where each measured sample lies among them.
 
-An iteration is cut at every sample and at least into a few parts; a point is the interval that ends at `time`. A sample
-whose own creepage is not the history's gets a point of no duration, which neither wears nor warms.
+An iteration is cut into a few equal parts, and further at its samples; where these are more than its share of
+MOST_PARTS, at the first in every such part, so that a flood of samples is no flood of points. A point is the interval
+that ends at `time`; a sample between two points is read on the line through them. A sample whose own creepage is not
+the history's gets a point of no duration, which neither wears nor warms.
 """
 
 from __future__ import annotations
@@ -9,18 +11,41 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, TractionSamples
 
+Mask = NDArray[np.bool_]
+
 FEWEST_PARTS = 4
-MOST_CUTS = 4000
+MOST_PARTS = 4096
+"""Parts of the whole history that samples may cut: a sample is at most two of them from its points, so that the line
+between these errs by (2 T / (4096 tau))^2 / 8 of what relaxes with a time constant tau; 3e-5 for tau = T/60."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Where samples lie: `part` of the way from point `other` to point `of`, each (sample,); beyond 1 past `of`."""
+
+    of: Ints
+    other: Ints
+    part: Floats
+
+    def __call__(self, values: Floats) -> Floats:
+        """Values (set, point) at the samples, (set, sample)."""
+        if np.all(self.part == 1.0):
+            return np.asarray(values[:, self.of])
+        return np.asarray(self.part * values[:, self.of] + (1.0 - self.part) * values[:, self.other])
 
 
 @dataclass(frozen=True)
 class Points:
     """time [s], duration [s], creepage [1], cycles, iteration (index from 0), each (point,) in order of time.
 
+    time_in_step: time since the creepage of the history changed [s]; greatest_creepage: the largest of the history so
+    far, without its sign [1]: each (point,).
     of_traction: the point of every traction sample; of_temperature likewise; of_iteration: the last point of each.
+    traction, temperature: how values at the points are read at the samples.
     """
 
     time: Floats
@@ -28,9 +53,13 @@ class Points:
     creepage: Floats
     cycles: Floats
     iteration: Ints
+    time_in_step: Floats
+    greatest_creepage: Floats
     of_traction: Ints
     of_temperature: Ints
     of_iteration: Ints
+    traction: Reading
+    temperature: Reading
 
 
 def operating_points(experiment: Experiment) -> Points:
@@ -39,35 +68,34 @@ def operating_points(experiment: Experiment) -> Points:
     ends = history.end_time
     traction_times = sample_times(history, measured.traction)
     temperature_times = measured.temperature.time if measured.temperature else np.empty(0)
-    parts = np.linspace(0.0, 1.0, FEWEST_PARTS + 1)[1:]
-    regular = ((ends - history.duration)[:, None] + parts * history.duration[:, None]).ravel()
-    samples = np.concatenate([traction_times, temperature_times])
-    if len(samples) > MOST_CUTS:
-        samples = np.empty(0)
-    times = _distinct(np.concatenate([regular, samples[(samples > 0.0) & (samples < ends[-1])]]), ends)
-    iteration = history.iteration_at(times)
+    cuts = _cuts(history, np.concatenate([traction_times, temperature_times]))
     own = _own_creepage(history, measured.traction, traction_times)
-    times, order = _merge(times, traction_times[own])
-    iteration = np.concatenate([iteration, history.iteration_at(traction_times[own])])[order]
+    times, place = _merge(cuts, traction_times[own])
+    of_cut, of_own = place[: len(cuts)], place[len(cuts) :]
+    iteration = np.empty(len(times), dtype=np.int64)
+    iteration[of_cut], iteration[of_own] = history.iteration_at(cuts), history.iteration_at(traction_times[own])
     creepage = history.creepage[iteration]
-    position = np.empty(len(order), dtype=np.int64)
-    position[order] = np.arange(len(order))
-    extra = position[len(order) - int(own.sum()) :]
     if measured.traction is not None:
-        creepage[extra] = measured.traction.creepage[own]
-    of_traction = np.clip(np.searchsorted(times, traction_times - 1e-9 * ends[-1]), 0, len(times) - 1)
-    of_traction[own] = extra
+        creepage[of_own] = measured.traction.creepage[own]
     duration = np.diff(times, prepend=0.0)
     rate = history.revolutions / history.duration
+    begin = ends - history.duration
+    changed = np.concatenate([[True], np.diff(history.creepage) != 0.0])
+    traction = _replaced(_reading(history, cuts, traction_times, within=True), of_cut, own, of_own)
+    temperature = _replaced(_reading(history, cuts, temperature_times, within=False), of_cut)
     return Points(
         time=times,
         duration=duration,
         creepage=creepage,
         cycles=np.cumsum(rate[iteration] * duration),
         iteration=iteration,
-        of_traction=of_traction,
-        of_temperature=np.clip(np.searchsorted(times, temperature_times - 1e-9 * ends[-1]), 0, len(times) - 1),
-        of_iteration=np.searchsorted(times, ends - 1e-9 * ends[-1]),
+        time_in_step=times - np.maximum.accumulate(np.where(changed, begin, 0.0))[iteration],
+        greatest_creepage=np.maximum.accumulate(np.abs(history.creepage))[iteration],
+        of_traction=traction.of,
+        of_temperature=temperature.of,
+        of_iteration=of_cut[np.searchsorted(cuts, ends - 1e-9 * ends[-1])],
+        traction=traction,
+        temperature=temperature,
     )
 
 
@@ -84,9 +112,7 @@ def sample_times(history: History, samples: TractionSamples | None) -> Floats:
     return times
 
 
-def _own_creepage(
-    history: History, samples: TractionSamples | None, times: Floats
-) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def _own_creepage(history: History, samples: TractionSamples | None, times: Floats) -> Mask:
     """Samples whose creepage is not the one the history has at their time."""
     if samples is None:
         return np.zeros(0, dtype=bool)
@@ -94,18 +120,62 @@ def _own_creepage(
     return np.asarray(np.abs(samples.creepage - expected) > 1e-9)
 
 
+def _cuts(history: History, samples: Floats) -> Floats:
+    """Where the history is cut [s]: equal parts of each iteration, and its samples, or the first in each finer part."""
+    ends, most = history.end_time, max(1, MOST_PARTS // len(history.step))
+    begin, parts = ends - history.duration, np.linspace(0.0, 1.0, min(FEWEST_PARTS, most) + 1)[1:]
+    samples = np.sort(samples[(samples > 0.0) & (samples < ends[-1])])
+    iteration = history.iteration_at(samples)
+    crowded = np.bincount(iteration, minlength=len(ends))[iteration] > most
+    part = np.floor(most * (samples - begin[iteration]) / history.duration[iteration])
+    first = np.unique(iteration * most + np.clip(part, 0, most - 1), return_index=True)[1]
+    chosen = ~crowded
+    chosen[first] = True
+    regular = (begin[:, None] + parts * history.duration[:, None]).ravel()
+    return _distinct(np.concatenate([regular, samples[chosen]]), ends)
+
+
 def _distinct(times: Floats, ends: Floats) -> Floats:
     """Sorted times without near-doubles; the ends of the iterations stay."""
     close = 1e-6 * ends[-1]
     times = np.unique(times)
-    far = np.min(np.abs(times[:, None] - ends), axis=1) > close
-    inner = times[far]
+    after = np.minimum(np.searchsorted(ends, times), len(ends) - 1)
+    nearest = np.minimum(np.abs(ends[after] - times), np.abs(times - ends[np.maximum(after - 1, 0)]))
+    inner = times[nearest > close]
     inner = inner[np.diff(inner, prepend=-np.inf) > close]
     return np.sort(np.concatenate([inner, ends]))
 
 
 def _merge(times: Floats, extra: Floats) -> tuple[Floats, Ints]:
-    """Both lists in order of time; at equal times the history's point comes first."""
+    """Both lists in order of time, and where each of `times` and then of `extra` came; at equal times `times` first."""
     both = np.concatenate([times, extra])
     order = np.lexsort((np.arange(len(both)) >= len(times), both))
-    return both[order], order
+    place = np.empty(len(order), dtype=np.int64)
+    place[order] = np.arange(len(order))
+    return both[order], place
+
+
+def _reading(history: History, cuts: Floats, samples: Floats, *, within: bool) -> Reading:
+    """Read samples between the cuts around them; `within`: between cuts of their own iteration, while it has two."""
+    last, close = len(cuts) - 1, 1e-6 * history.end_time[-1]
+    of = np.clip(np.searchsorted(cuts, samples - 1e-9 * history.end_time[-1]), 0, last)
+    other = np.maximum(of - 1, 0)
+    if within:
+        iteration, running = history.iteration_at(cuts), history.iteration_at(samples)
+        next_one = np.minimum(of + 1, last)
+        next_one = np.where(iteration[next_one] == running, next_one, of)
+        other = np.where(iteration[other] == running, other, next_one)
+    else:
+        other = np.where(of > 0, other, min(1, last))
+    way = cuts[of] - cuts[other]
+    apart = (np.abs(cuts[of] - samples) > close) & (way != 0.0)
+    part = np.where(apart, (samples - cuts[other]) / np.where(apart, way, 1.0), 1.0)
+    return Reading(of=of, other=other, part=part)
+
+
+def _replaced(reading: Reading, of_cut: Ints, own: Mask | None = None, of_own: Ints | None = None) -> Reading:
+    """The reading among all points; samples with a point of their own are read there."""
+    of, other, part = of_cut[reading.of], of_cut[reading.other], reading.part.copy()
+    if own is not None and of_own is not None:
+        of[own], other[own], part[own] = of_own, of_own, 1.0
+    return Reading(of=of, other=other, part=part)
