@@ -20,11 +20,11 @@ import pytest
 import xarray
 from definitions import VALID
 from matplotlib.figure import Figure
+from twindisc_cli.commands._loop_rows import rows_of, strongest
 
 from twindisc_cli import cli
 from twindisc_cli.commands import _loop_told as told
 from twindisc_cli.commands import close_loop
-from twindisc_cli.commands._loop_rows import rows_of, strongest
 from twindisc_cli.commands.close_loop import result_of, revised, run, summary
 from twindisc_cli.definition import Test, load
 from twindisc_cli.effects import catalogue

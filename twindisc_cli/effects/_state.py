@@ -45,7 +45,8 @@ class State:
     """The operating points of one test, and what the stages have made of them so far.
 
     Given: time [s] at the end of each point, duration [s], cycles (revolutions so far), time_in_step [s] since the
-    creepage last changed, greatest_creepage of the history so far [1], all (point,); rolling_radius [m] of disc 2; nominal_load [N]; initial_temperature [K] of disc and sensor.
+    creepage last changed, greatest_creepage of the history so far [1], all (point,); rolling_radius [m] of disc 2;
+    nominal_load [N]; initial_temperature [K] of disc and sensor.
 
     operation  creepage, lateral_creepage [1], spin [1/m], normal_load [N], rolling_speed [m/s]
     friction   mu, the local coefficient of friction [1]

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -100,7 +101,7 @@ def formula(
 
 
 def _act(quantity: str, covariate: str, shape: str, fixed: Mapping[str, float], s: State, **own: Floats) -> State:
-    parameters = {**own, **fixed}
+    parameters: dict[str, Any] = {**own, **fixed}
     if covariate == "y_over_edge":
         parameters = {name: np.asarray(v)[..., None] if np.ndim(v) else v for name, v in parameters.items()}
     return acted(quantity, covariate, lambda x: formula_value(quantity, covariate, shape, x, parameters), s)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from time import monotonic
 
 import numpy as np
 
-from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.law import Law, formula_text
 from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.channels import channels, measured_channels
@@ -37,7 +36,7 @@ from twindisc_cli.loop.screen import Leftover, leftover
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.loop.validate import Foretold, foretell, warnings
-from twindisc_cli.model.experiment import Experiment, Floats
+from twindisc_cli.model.experiment import Experiment
 
 INTERVAL = 2.706
 """Growth of chi2 at the ends of a 90 % interval."""
@@ -116,17 +115,22 @@ def _listed(rest: Leftover) -> list[Unexplained]:
 
 def _power(fitted: Fit, channel: str) -> float:
     """Squared length of a channel's white residual."""
-    return float(sum(np.sum(fitted.residual[part] ** 2) for part in fitted.problem.slices[channel]))
+    return float(sum(float(np.sum(fitted.residual[part] ** 2)) for part in fitted.problem.slices[channel]))
+
+
+def _count(fitted: Fit, channel: str) -> int:
+    """White samples of a channel."""
+    return int(sum(part.stop - part.start for part in fitted.problem.slices[channel]))
 
 
 def _mean(fitted: Fit, channel: str) -> float:
     """Mean square of a channel's white residual: one where only noise is left."""
-    return _power(fitted, channel) / max(sum(part.stop - part.start for part in fitted.problem.slices[channel]), 1)
+    return _power(fitted, channel) / max(_count(fitted, channel), 1)
 
 
 def _remains(found: Outcome, channel: str) -> float:
     """Share of a channel's misfit beyond the noise that the answer leaves."""
-    count = sum(part.stop - part.start for part in found.answer.fit.problem.slices[channel])
+    count = _count(found.answer.fit, channel)
     spread = count + 2.0 * np.sqrt(2.0 * count)
     before, after = (_power(fitted, channel) for fitted in (found.search.base.fit, found.answer.fit))
     return float(np.clip((after - spread) / max(before - count, 1.0), 0.0, 1.0))
@@ -149,9 +153,7 @@ def _found(found: Outcome) -> tuple[list[FoundEffect], list[FoundLaw]]:
         else:
             labels = tuple(_text(label) for label, _ in rivals)
             effects.append(
-                FoundEffect(
-                    name, effect.channel, _parameters(found.sure, name), labels, probability, strength, remains
-                )
+                FoundEffect(name, effect.channel, _parameters(found.sure, name), labels, probability, strength, remains)
             )
     return effects, laws
 
@@ -243,15 +245,14 @@ def _with_range(found: Outcome, law: Law, rivals: Sequence[tuple[tuple[str, ...]
     """The law with the range of its covariate, and whether it can be carried over to another history."""
     if law.covariate == "y_over_edge":
         return replace(law, valid=(-law.over.reach, law.over.reach))
-    values = []
-    for prediction in found.judged.predictions["after"]:
-        values.append(np.broadcast_to(law.over.of(prediction.state), prediction.section.shape)[0])
+    values = [
+        np.broadcast_to(law.over.of(prediction.state), prediction.section.shape)[0]
+        for prediction in found.judged.predictions["after"]
+    ]
     every = np.concatenate(values)
     mixed = any(len(label) == 2 and label[0] == law.quantity and label[1] != law.covariate for label, _ in rivals)
     same = mixed or law.covariate in ("time", "cycles")
-    return replace(
-        law, valid=(float(every.min()), float(every.max())), transfer="same_history" if same else "inside"
-    )
+    return replace(law, valid=(float(every.min()), float(every.max())), transfer="same_history" if same else "inside")
 
 
 def _band(fitted: Fit, name: str, trial: Trial, law: Law) -> LawCurve:
@@ -372,9 +373,7 @@ def _tried(found: Outcome) -> list[Tried]:
         short = next((m for m in found.members if m.labels == others), found.search.base)
         own = next(i for i, m in enumerate(found.members) if m.labels == found.answer.labels)
         places = [(own, found.answer, found.answer.label(name)), *_rivals(found, name)]
-        told += [
-            _place(found, name, short, member, label, float(found.shares[i])) for i, member, label in places
-        ]
+        told += [_place(found, name, short, member, label, float(found.shares[i])) for i, member, label in places]
     if not found.answer.terms:
         told = [
             _place(found, "", found.search.base, member, next(iter(member.labels)), float(found.shares[i]))
@@ -414,7 +413,9 @@ def _differences(found: Outcome) -> list[str]:
     ]
     if found.blind.labels != found.answer.labels:
         other = " and ".join(sorted(_text(label) for label in found.blind.labels)) or "nothing"
-        notes.insert(0, f"without the samples held out the evidence is for {other}; the held-out errors are the answer's")
+        notes.insert(
+            0, f"without the samples held out the evidence is for {other}; the held-out errors are the answer's"
+        )
     return notes
 
 
@@ -458,7 +459,9 @@ def _notes(found: Outcome) -> list[str]:
                 f"coefficient that changed in another way could look the same"
             )
     if len({replace(case.test.rig, normal_load=0.0, rolling_speed=0.0) for case in cases}) > 1:
-        notes.append("the tests are of different rigs or materials; K, effects and laws are shared between them all the same")
+        notes.append(
+            "the tests are of different rigs or materials; K, effects and laws are shared between them all the same"
+        )
     return notes
 
 
@@ -466,7 +469,7 @@ def _notes(found: Outcome) -> list[str]:
 
 
 def _next(found: Outcome, left: Sequence[Unexplained]) -> NextExperiment | None:
-    """Separate the explanations that cannot be told apart; else a history that tells the leftover's covariates apart."""
+    """Separate the explanations that cannot be told apart; else tell apart what the leftover depends on."""
     labels = {label for name in found.answer.terms for label, _ in _weighed(found, name)[1]}
     rivals = [m for name in found.answer.terms for _, m, label in _rivals(found, name) if label in labels]
     if rivals:
@@ -497,14 +500,12 @@ def _validation(told: tuple[Foretold, Foretold], test: Experiment) -> Validation
         of = channels()[channel]
         first, last = (of.factor * side.error(channel) for side in told)
         if np.isfinite(first):
-            errors[channel] = ChannelError(of.unit, of.factor * noise.std, noise.correlation, np.nan, np.nan, first, last)
+            errors[channel] = ChannelError(
+                of.unit, of.factor * noise.std, noise.correlation, np.nan, np.nan, first, last
+            )
     return Validation(test.name, errors)
 
 
-def _warned(
-    laws: Sequence[FoundLaw], told: tuple[Foretold, Foretold] | None, test: Experiment
-) -> list[str]:
+def _warned(laws: Sequence[FoundLaw], told: tuple[Foretold, Foretold] | None, test: Experiment) -> list[str]:
     assert told is not None
     return warnings({law.name: law.law for law in laws}, told[1].prediction, test.name)
-
-

@@ -57,7 +57,7 @@ class LawCurve:
 
 @dataclass(frozen=True)
 class FoundLaw:
-    """A law that was learnt and added: the law, its formula as text, parameters by key (none of a curve), and its curve.
+    """A law that was learnt and added: the law, its formula, parameters by key (none of a curve), and its curve.
 
     resembles: effects of the catalogue that do nearly the same to all channels, with the share of it that they do.
     alternatives: quantity, covariate and probability of laws that these data cannot tell from it, and names of effects

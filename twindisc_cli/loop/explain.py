@@ -118,9 +118,7 @@ class Outcome:
         return self.judged.explanation
 
 
-def explain(
-    tests: Sequence[Experiment], *, validate: Experiment | None, quick: bool, progress: Progress
-) -> Outcome:
+def explain(tests: Sequence[Experiment], *, validate: Experiment | None, quick: bool, progress: Progress) -> Outcome:
     """Search the tests, choose the best answer that raises no error, and weigh it against the others."""
     whole = problem_of(tests)
     before = plain_fit(whole)

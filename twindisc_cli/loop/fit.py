@@ -61,7 +61,7 @@ class Fit:
         curve = curve - rest @ (rest.T @ curve)
         volume = float(np.linalg.slogdet(np.eye(int(normal.sum())) + curve.T @ curve)[1])
         penalty = float(np.sum(self.theta[normal] ** 2)) + volume + float(own.sum()) * np.log(len(self.residual))
-        return -0.5 * (self.chi2 + penalty)
+        return float(-0.5 * (self.chi2 + penalty))
 
     def value(self, parameter: Parameter) -> tuple[float, float]:
         """Value and standard deviation of a parameter in the unit of the test definition."""

@@ -141,7 +141,8 @@ class Pair:
             np.linspace(0.0, len(self.places) - 1.0, most), np.arange(len(self.places)), self.places
         )  # fmt: skip
         span = self.places[-1] - self.places[0]
-        mix = level * np.linalg.cholesky(_matern(at, length, span) + 1e-9 * np.eye(len(at)))
+        root = np.linalg.cholesky(_matern(at, length, span) + 1e-9 * np.eye(len(at)))
+        mix = np.asarray(level * root, dtype=np.float64)
         if self.covariate == "y_over_edge":
             mix[[0, -1]] = 0.0
         return curve(self.quantity, self.covariate, at, mix)
@@ -233,9 +234,7 @@ def pairs(fitted: Fit) -> list[Pair]:
             if seen.sum() < 2:
                 continue
             centres = 0.5 * (edges[1:] + edges[:-1])
-            found.append(
-                Pair(quantity, covariate, edges, centres, G.T @ G, G.T @ fitted.residual, typical)
-            )
+            found.append(Pair(quantity, covariate, edges, centres, G.T @ G, G.T @ fitted.residual, typical))
     return sorted(found, key=lambda pair: -pair.log_evidence)
 
 
@@ -295,4 +294,4 @@ def _edges(fitted: Fit, predictions: list[Prediction], covariate: str) -> Floats
         np.quantile(values, np.linspace(0.0, 1.0, most // 2 + 1)[1:-1]),
     ]))  # fmt: skip
     keep = np.concatenate([[True], np.diff(both) > 2e-3 * np.ptp(distinct)])
-    return both[keep]
+    return np.asarray(both[keep])

@@ -292,7 +292,8 @@ class Problem:
         """
         here = self.white(self.predict(theta[None]))
         plain, *moved = (
-            self.white(self._on_ellipse(name).predict(theta[None])) for name in (None, "transverse_radius", "youngs_modulus")
+            self.white(self._on_ellipse(name).predict(theta[None]))
+            for name in (None, "transverse_radius", "youngs_modulus")
         )
         return np.concatenate([here + (row - plain) for row in moved])
 

@@ -18,8 +18,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2
 
-from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.channels import channels
+from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.problem import Case
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Floats

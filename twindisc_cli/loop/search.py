@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Effect
 from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.candidates import Proposal, proposals
@@ -48,7 +47,7 @@ class Explanation:
 
     @property
     def heat(self) -> float:
-        """By how much differences of evidence are cooled: with the size of what is explained grows the formulas' error."""
+        """What differences of evidence are divided by: formulas err more, the more they explain."""
         return 1.0 + THRESHOLDS.cooling * float(np.sqrt(max(self.before - self.fit.chi2, 0.0)))
 
     def effect(self, name: str) -> Effect:

@@ -134,13 +134,6 @@ class History:
         return np.asarray(np.minimum(np.searchsorted(ends, times - 1e-9 * ends[-1]), len(ends) - 1), dtype=np.int64)
 
     @property
-    def step_begin(self) -> Floats:
-        """Time at which the creepage of each iteration was last changed [s], (iteration,)."""
-        changed = np.flatnonzero(np.diff(self.creepage, prepend=np.nan) != 0.0)
-        begin = np.searchsorted(changed, np.arange(len(self.creepage)), side="right") - 1
-        return np.asarray((self.end_time - self.duration)[changed][begin])
-
-    @property
     def step_creepage(self) -> Floats:
         """Creepage of each step [1], (step,)."""
         first = np.unique(self.step, return_index=True)[1]

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Scale
-from twindisc_cli.loop.generic import RIPPLES, levels, waves
 from twindisc_cli.loop.channels._held_out import held_out_bands
+from twindisc_cli.loop.generic import RIPPLES, levels, waves
 from twindisc_cli.loop.noise import FEWEST_FREE, Noise, estimate, in_a_run, polynomials, scatter
 from twindisc_cli.model.energy import measured_energy
 from twindisc_cli.model.experiment import Experiment, Floats, Ints, ProfileSamples

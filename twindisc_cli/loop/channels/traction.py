@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Scale
-from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, waves
 from twindisc_cli.loop.channels._held_out import held_out_samples
+from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, waves
 from twindisc_cli.loop.noise import Noise, estimate, given, polynomials
 from twindisc_cli.model.experiment import Experiment, Floats, Ints, TractionSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
