@@ -12,8 +12,11 @@ import numpy as np
 from twindisc_cli import measurement
 from twindisc_cli.definition.parse import parse
 from twindisc_cli.definition.record import Test
-from twindisc_cli.definition.schema import DefinitionBase, MaterialTable, RigTable, ThermalTable
+from twindisc_cli.definition.schema import DefinitionBase, LawTable, MaterialTable, RigTable, ThermalTable, Uncertain
 from twindisc_cli.errors import DefinitionError, Problem
+from twindisc_cli.laws.covariates import COVARIATES, covariate_named
+from twindisc_cli.laws.law import Law
+from twindisc_cli.laws.shapes import SHAPES
 from twindisc_cli.model.experiment import Disc, Experiment, History, Options, Rig, Thermal
 
 CELSIUS = 273.15
@@ -51,6 +54,8 @@ def load_text(text: str, path: Path) -> Test:
         options=_options(definition),
         thermal=_thermal(definition.thermal) if definition.thermal else None,
         effects=resolved.get("effects", {}),
+        laws={name: _law(table) for name, table in definition.laws.items()},
+        tolerances=_tolerances(definition.rig, definition.material),
         measured=measured,
         hold_out_steps=tuple(step - 1 for step in definition.loop.hold_out_steps or ()),
         reported=_reported(definition),
@@ -86,8 +91,8 @@ def _resolved(definition: DefinitionBase) -> dict[str, Any]:
 def _rig(rig: RigTable, material: MaterialTable) -> Rig:
     discs = []
     for table, override in ((rig.disc1, material.disc1), (rig.disc2, material.disc2)):
-        own = override.model_dump(exclude_none=True) if override else {}
-        values = {**material.model_dump(exclude={"disc1", "disc2"}), **own}
+        own = {key: value for key, value in (dict(override) if override else {}).items() if value is not None}
+        values = {**dict(material), **own}
         disc = Disc(
             rolling_radius=table.rolling_radius_mm * 1e-3,
             transverse_radius=table.transverse_radius_mm * 1e-3,
@@ -102,6 +107,37 @@ def _rig(rig: RigTable, material: MaterialTable) -> Rig:
         assert rig.mean_speed_rpm is not None  # a rule of the definition
         speed = _angular_speed(rig.mean_speed_rpm) * _mean_radius(discs)
     return Rig(disc1=discs[0], disc2=discs[1], normal_load=float(rig.normal_load_N), rolling_speed=speed)
+
+
+def _tolerances(rig: RigTable, material: MaterialTable) -> dict[str, float]:
+    """Relative standard deviations of what the definition says is uncertain; of two discs the larger."""
+    tables = (material, material.disc1, material.disc2)
+    given = {
+        "transverse_radius": [rig.disc1.transverse_radius_mm, rig.disc2.transverse_radius_mm],
+        "youngs_modulus": [table.youngs_modulus_GPa for table in tables if table],
+        "hardness": [table.hardness_HV for table in tables if table],
+    }
+    shares = {name: [v.std / abs(v) for v in values if isinstance(v, Uncertain)] for name, values in given.items()}
+    return {name: max(each) for name, each in shares.items() if each}
+
+
+def _law(table: LawTable) -> Law:
+    """A declared law; a formula begins at 0 of its covariate where it does not say."""
+    covariate = covariate_named(table.covariate)
+    assert covariate is not None  # the schema knows no other
+    parameters = dict(table.parameters or {})
+    if table.shape is not None and "origin" in SHAPES[table.shape].along:
+        parameters.setdefault(COVARIATES[covariate].key("origin"), 0.0)
+    return Law(
+        quantity=table.quantity,
+        covariate=covariate,
+        shape=table.shape,
+        parameters=parameters,
+        at=tuple(table.at or ()),
+        value=tuple(table.factor or table.shift or ()),
+        valid=(table.valid[0], table.valid[1]) if table.valid else None,
+        transfer=table.transfer,
+    )
 
 
 def _angular_speed(rpm: float) -> float:

@@ -22,6 +22,8 @@ _PAIR = re.compile(r"""^\s*[\w.-]+\s*=\s*(?![\[{]|\"{3}|'{3})""")
 _DECIMAL_COMMA = re.compile(r"^(\s*([\w.-]+)\s*=\s*[-+]?\d+),(\d+)(\s*(?:#.*)?)$")
 _UNIT = re.compile(r"_(?:N|rpm|m_s|mm|um|GPa|HV|C|J_K|mm3|mm2|kg_m3|J_kgK|W_mK|W_K|W_m2K|1_m|percent)$")
 _MOST_SYNTAX_ERRORS = 20
+NAMED: Key = ("laws",)
+"""The table whose tables have names of the user's choice."""
 
 
 @dataclass(frozen=True)
@@ -191,8 +193,8 @@ def _same_quantity(name: str, guess: str) -> bool:
 
 def _keys(model: type[BaseModel], path: Key) -> list[str]:
     """The valid keys of the table at a path."""
-    for part in path:
-        if isinstance(part, int):
+    for place, part in enumerate(path):
+        if isinstance(part, int) or path[:place] == NAMED:
             continue
         field = next((f for n, f in model.model_fields.items() if part in (n, f.alias)), None)
         inner = _inner_model(field.annotation) if field else None
@@ -212,7 +214,7 @@ def _every_table() -> Iterator[tuple[Key, list[str]]]:
     """The tables of the schema that stand on their own, with their keys."""
     yield (), _keys(definition_model(), ())
     for name in _keys(definition_model(), ()):
-        if name != "effects" and (keys := _keys(definition_model(), (name,))):
+        if name not in ("effects", *NAMED) and (keys := _keys(definition_model(), (name,))):
             yield (name,), keys
 
 

@@ -7,13 +7,20 @@ are wrong, so that all mistakes come in one go.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import pairwise
 from typing import Any
 
 from twindisc_cli.definition.lines import Key
+from twindisc_cli.errors import did_you_mean
+from twindisc_cli.laws.covariates import COVARIATES, covariate_named
+from twindisc_cli.laws.quantities import QUANTITIES, Quantity
+from twindisc_cli.laws.shapes import SHAPES
 
 Finding = tuple[Key, str]
 Raw = Mapping[str, Any]
+POSITIVE = frozenset({"scale", "width", "period", "reference"})
+"""Parameters of formulas that are lengths along the covariate."""
 
 
 def _table(raw: object, name: str) -> Raw:
@@ -25,6 +32,7 @@ def _table(raw: object, name: str) -> Raw:
 def _numbers(raw: Raw, name: str) -> list[float]:
     """A radius of both discs, NaN where it is missing or not a number."""
     values = (_table(raw, disc).get(name) for disc in ("disc1", "disc2"))
+    values = (value.get("value") if isinstance(value, Mapping) else value for value in values)
     return [float(v) if isinstance(v, (int, float)) and not isinstance(v, bool) else math.nan for v in values]
 
 
@@ -103,7 +111,81 @@ def hold_out(raw: Raw) -> Iterator[Finding]:
         yield ("loop", "hold_out_steps"), "all steps are held out; none is left to fit"
 
 
-RULES = (speed, curvature, heat, measured, hold_out)
+def laws(raw: Raw) -> Iterator[Finding]:
+    """A law is a formula with its parameters or a curve, over a covariate that its quantity can depend on."""
+    for name in _table(raw, "laws"):
+        law = _table(_table(raw, "laws"), name)
+        of, over = QUANTITIES.get(str(law.get("quantity"))), covariate_named(str(law.get("covariate")))
+        if of is None or over is None:
+            continue
+        across = of.covariates == ("y_over_edge",)
+        if across != (over == "y_over_edge"):
+            known = of.covariates if across else [c for c in COVARIATES if c != "y_over_edge"]
+            yield ("laws", name, "covariate"), f"{law['quantity']} can depend on {', '.join(known)}"
+        kinds = [key for key in ("shape", "at") if key in law]
+        if len(kinds) != 1:
+            what = (
+                "a law is a formula or a curve; keep shape or at"
+                if kinds
+                else "no law: give shape with parameters, or at"
+            )
+            yield ("laws", name, kinds[-1] if kinds else "shape"), what
+        elif kinds == ["shape"]:
+            yield from _formula(law, of, over, ("laws", name))
+        else:
+            yield from _curve(law, of, ("laws", name))
+        valid = law.get("valid")
+        if _rising(valid) is False:
+            yield ("laws", name, "valid"), "must rise: from the least to the greatest place where data were"
+
+
+def _rising(values: object) -> bool | None:
+    """Whether numbers rise; None where they are no list of numbers."""
+    if not isinstance(values, list) or not all(isinstance(v, (int, float)) for v in values):
+        return None
+    return all(b > a for a, b in pairwise(values))
+
+
+def _formula(law: Raw, of: Quantity, over: str, key: Key) -> Iterator[Finding]:
+    """The parameters of a formula, by name and sign."""
+    shape = SHAPES.get(str(law.get("shape")))
+    if shape is None:
+        return
+    given, along = _table(law, "parameters"), {COVARIATES[over].key(name): name for name in shape.along}
+    needed = {of.size_key, *along, *shape.pure}
+    optional = {key_ for key_, name in along.items() if name == "origin"}
+    unknown, missing = sorted(set(given) - needed), sorted(needed - optional - set(given))
+    for name in unknown:
+        yield (*key, "parameters", name), f"unknown parameter{did_you_mean(name, needed)}; {_takes(law, needed)}"
+    if missing and not unknown:
+        yield (*key, "parameters"), f"{' and '.join(missing)} missing; {_takes(law, needed)}"
+    for key_, name in along.items():
+        value = given.get(key_)
+        if name in POSITIVE and isinstance(value, (int, float)) and not value > 0.0:
+            yield (*key, "parameters", key_), f"must be greater than 0, not {value:g}"
+
+
+def _takes(law: Raw, needed: Iterable[str]) -> str:
+    return f"{law['shape']} of {law['quantity']} over {law['covariate']} takes {', '.join(sorted(needed))}"
+
+
+def _curve(law: Raw, of: Quantity, key: Key) -> Iterator[Finding]:
+    """A curve: as many values as places, which rise."""
+    other = {"factor": "shift", "shift": "factor"}[of.kind]
+    at, values = law.get("at"), law.get(of.kind)
+    if of.kind not in law:
+        yield (*key, other if other in law else of.kind), f"{law['quantity']} is changed by a {of.kind}: give {of.kind}"
+    elif other in law:
+        yield (*key, other), f"{of.kind} is given too, and {law['quantity']} takes no {other}; remove it"
+    elif isinstance(at, list) and isinstance(values, list) and len(at) != len(values):
+        yield (*key, of.kind), f"{len(values)} values at {len(at)} places"
+    if _rising(at) is False:
+        yield (*key, "at"), "the places must rise"
+    if "parameters" in law:
+        yield (*key, "parameters"), "only a formula has parameters; remove them or give shape"
+
+
+RULES = (speed, curvature, heat, measured, hold_out, laws)
 
 
 def broken(raw: Raw) -> list[Finding]:

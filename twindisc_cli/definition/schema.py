@@ -5,12 +5,28 @@ The [effects] tables are built from the catalogue, so that an effect is known he
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, create_model
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    WithJsonSchema,
+    WrapValidator,
+    create_model,
+)
+from pydantic.annotated_handlers import GetJsonSchemaHandler
+from pydantic_core import core_schema
 
 from twindisc_cli.effects import catalogue
+from twindisc_cli.errors import did_you_mean
+from twindisc_cli.laws.covariates import COVARIATES
+from twindisc_cli.laws.quantities import QUANTITIES
+from twindisc_cli.laws.shapes import SHAPES
 
 SCHEMA_URL = "https://json-schema.org/draft/2020-12/schema"
 
@@ -21,6 +37,42 @@ def _radius(value: float) -> float:
     return value
 
 
+class Uncertain(float):
+    """A number with its standard deviation, in the same unit."""
+
+    std: float
+
+
+def _maybe_uncertain(given: Any, number: Callable[[Any], float]) -> float:
+    """A number, or a table { value, std }."""
+    if not isinstance(given, dict):
+        return number(given)
+    std = given.get("std")
+    if set(given) != {"value", "std"} or isinstance(std, bool) or not isinstance(std, (int, float)) or not std > 0.0:
+        raise ValueError("must be a number, or { value = ..., std = ... } with a positive std")
+    found = Uncertain(number(given["value"]))
+    found.std = float(std)
+    return found
+
+
+def _written(value: float) -> Any:
+    return {"value": float(value), "std": value.std} if isinstance(value, Uncertain) else value
+
+
+class _OrTable:
+    """Tells the JSON schema that a number may be a table { value, std }."""
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """A number, or a number with its standard deviation."""
+        number = handler(schema)
+        table = {"value": number, "std": {"type": "number", "exclusiveMinimum": 0}}
+        object_ = {"type": "object", "properties": table, "required": ["value", "std"], "additionalProperties": False}
+        return {"anyOf": [number, object_]}
+
+
+_UNCERTAIN = (WrapValidator(_maybe_uncertain), PlainSerializer(_written), _OrTable())
 Positive = Annotated[float, Field(gt=0.0)]
 Temperature = Annotated[float, Field(ge=-273.15, le=3000.0)]
 Friction = Annotated[float, Field(gt=0.0, le=5.0, description="coefficient of friction")]
@@ -31,10 +83,11 @@ TransverseRadius = Annotated[
     float,
     Field(allow_inf_nan=True, description="radius across rolling; inf: straight, negative: concave"),
     AfterValidator(_radius),
+    *_UNCERTAIN,
 ]
-Young = Annotated[float, Field(gt=0.0, le=1500.0, description="Young's modulus")]
+Young = Annotated[float, Field(gt=0.0, le=1500.0, description="Young's modulus"), *_UNCERTAIN]
 Poisson = Annotated[float, Field(ge=0.0, le=0.5, description="Poisson's ratio")]
-Hardness = Annotated[float, Field(gt=0.0, le=12000.0, description="Vickers hardness")]
+Hardness = Annotated[float, Field(gt=0.0, le=12000.0, description="Vickers hardness"), *_UNCERTAIN]
 
 
 class Table(BaseModel):
@@ -155,6 +208,43 @@ class LoopTable(Table):
     )
 
 
+def _one_of(names: Iterable[str]) -> tuple[AfterValidator, WithJsonSchema]:
+    """A text that is one of these names."""
+    known = list(dict.fromkeys(names))
+
+    def checked(name: str) -> str:
+        if name not in known:
+            raise ValueError(f"must be {', '.join(known[:-1])} or {known[-1]}{did_you_mean(name, known)}")
+        return name
+
+    return AfterValidator(checked), WithJsonSchema({"type": "string", "enum": known})
+
+
+QuantityName = Annotated[str, *_one_of(QUANTITIES)]
+CovariateName = Annotated[
+    str, *_one_of(name for bare, covariate in COVARIATES.items() for name in (bare, covariate.key(bare)))
+]
+ShapeName = Annotated[str, *_one_of(SHAPES)]
+
+
+class LawTable(Table):
+    """A law learnt from data: a quantity of the model, changed by a formula or a curve over a covariate."""
+
+    quantity: QuantityName = Field(description="what is changed")
+    covariate: CovariateName = Field(description="what the change depends on, with its unit or without")
+    shape: ShapeName | None = Field(default=None, description="a formula; or give at with factor or shift")
+    parameters: dict[str, float] | None = Field(
+        default=None, description="of the formula, along the covariate with its unit"
+    )
+    at: list[float] | None = Field(default=None, min_length=2, description="places of a curve; constant beyond")
+    factor: list[float] | None = Field(default=None, description="the quantity is multiplied by it at each place")
+    shift: list[float] | None = Field(default=None, description="is added to the quantity at each place")
+    valid: list[float] | None = Field(default=None, min_length=2, max_length=2, description="where data were")
+    transfer: Literal["inside", "same_history"] = Field(
+        default="inside", description="whether it holds in its range on any history, or on the one it was learnt on"
+    )
+
+
 class ReportedTable(Table):
     """Numbers stated elsewhere, which `check` holds against the physics."""
 
@@ -175,6 +265,9 @@ class DefinitionBase(Table):
     history: HistoryTable
     model: ModelTable = ModelTable()
     measured: MeasuredTable = MeasuredTable()
+    laws: dict[Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")], LawTable] = Field(
+        default_factory=dict, description="Laws learnt from data, one table each."
+    )
     loop: LoopTable = LoopTable()
     reported: ReportedTable = ReportedTable()
 

@@ -54,3 +54,8 @@ COVARIATES: Mapping[str, Covariate] = {
 }
 TWINS: Mapping[str, str] = {"sliding_speed": "creepage", "cycles": "time"}
 """At one rolling speed the first is proportional to the second."""
+
+
+def covariate_named(name: str) -> str | None:
+    """The covariate that a definition names, with its unit or without; None where there is none."""
+    return next((bare for bare, covariate in COVARIATES.items() if name in (bare, covariate.key(bare))), None)
