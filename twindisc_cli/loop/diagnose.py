@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from time import monotonic
 
@@ -55,7 +55,8 @@ def diagnose(
     _refuse(tests)
     found = explain(tests, validate=validate, quick=quick, progress=progress)
     progress("intervals", 0.9)
-    left = _left(found)
+    before = {channel: leftover(found.search.base.fit, channel) for channel in found.problem.channels}
+    left = _left(found, before)
     effects, laws = _found(found)
     progress("next experiment", 0.95)
     told = _told(found, validate)
@@ -68,7 +69,7 @@ def diagnose(
         base=_base(found),
         tried=_tried(found),
         curves=_curves(found),
-        p_values={c: leftover(found.search.base.fit, c).p_value for c in found.problem.channels},
+        p_values={channel: rest.p_value for channel, rest in before.items()},
         held_out_steps={test.name: steps_withheld(test) for test in tests},
         notes=[*_differences(found), *_notes(found), *(_warned(laws, told, validate) if validate else [])],
         next_experiment=_next(found, left),
@@ -94,12 +95,12 @@ def _verdict(effects: Sequence[FoundEffect], laws: Sequence[FoundLaw], left: Seq
 # ------------------------------------------------------------------------------------------------- what is left
 
 
-def _left(found: Outcome) -> list[Unexplained]:
+def _left(found: Outcome, before: Mapping[str, Leftover]) -> list[Unexplained]:
     """What stays unexplained, with the covariates that say most."""
     left: list[Unexplained] = []
     fitted, base = found.answer.fit, found.search.base.fit
     for channel in found.problem.channels:
-        rest = leftover(fitted, channel)
+        rest = leftover(fitted, channel) if fitted.terms else before[channel]
         level = THRESHOLDS.alarm if not fitted.terms else THRESHOLDS.refusal
         explained = np.sqrt(max(_power(base, channel) - _power(fitted, channel), 0.0))
         open_ = not fitted.terms or rest.length > THRESHOLDS.short * explained or _mean(fitted, channel) > 1.3

@@ -106,9 +106,15 @@ class Pair:
         seen = length > NOTHING * max(float(length.max(initial=0.0)), 1e-300)
         return np.where(seen, length, 0.0), np.where(seen, columns.T @ self.g, 0.0)
 
+    @property
+    def odd(self) -> bool:
+        """Whether a recorded signal would change with something else than time, as sensors hardly do."""
+        return QUANTITIES[self.quantity].stage == "sensor" and self.covariate not in ("time", "y_over_edge")
+
     def proposals(self, samples: int) -> list[tuple[float, Trial, float]]:
         """The best formulas and the best curve: promised evidence after its price, the law on trial, and the price."""
         found = []
+        choice = float(np.log(THRESHOLDS.formulas)) + THRESHOLDS.odd * self.odd
         for shape, starts, columns in self.members:
             length, along = self._seen(columns)
             gain = np.where(length > 0.0, along**2 / np.maximum(length, 1e-300), 0.0)
@@ -116,12 +122,12 @@ class Pair:
             size = float(np.clip(along[best] / max(length[best], 1e-300), -self.most, self.most))
             start = {QUANTITIES[self.quantity].size_key: size, **self._keyed(starts[best])}
             trial = formula(self.quantity, self.covariate, shape, start, self.span, self.most)
-            price = np.log(THRESHOLDS.formulas) + 0.5 * np.log(samples) * _chosen(shape)
+            price = choice + 0.5 * float(np.log(samples)) * _chosen(shape)
             paid = price + 0.5 * np.log(samples) * len(trial.params)
             found.append((0.5 * float(gain[best]) - paid, trial, price))
         evidence, which = self._curves
         best = int(np.argmax(evidence))
-        price = np.log(THRESHOLDS.formulas) + np.log(len(which))
+        price = choice + float(np.log(len(which)))
         found.append((float(evidence[best]) - price, self._curve(*which[best]), price))
         return sorted(found, key=lambda f: -f[0])
 

@@ -101,6 +101,24 @@ class Parameter:
 
 
 @dataclass(frozen=True)
+class Nuisances:
+    """What tolerances of the inputs could change: one column each (sample, nuisance), in white numbers."""
+
+    columns: Floats
+
+    @cached_property
+    def _shrinkage(self) -> tuple[Floats, Floats]:
+        """Directions of the nuisances (sample, direction), and by how much rows shrink along each."""
+        left, size, _ = np.linalg.svd(self.columns, full_matrices=False)
+        return left, 1.0 / np.sqrt(1.0 + size**2) - 1.0
+
+    def discounted(self, rows: Floats) -> Floats:
+        """White rows (..., sample) shrunk along the nuisances: (1 + D D')^(-1/2)."""
+        left, shrink = self._shrinkage
+        return np.asarray(rows + ((rows @ left) * shrink) @ left.T)
+
+
+@dataclass(frozen=True)
 class Problem:
     """Tests and channels to be explained together, by base parameters and terms: effects by name, and trial laws."""
 
@@ -108,7 +126,7 @@ class Problem:
     channels: tuple[str, ...]
     terms: tuple[str, ...] = ()
     trial: Mapping[str, Effect] = field(default_factory=dict)
-    nuisance: Floats | None = field(default=None, repr=False)
+    nuisance: Nuisances | None = field(default=None, repr=False)
 
     def with_terms(self, *names: str, trial: Mapping[str, Effect] | None = None) -> Problem:
         """The same problem with other terms."""
@@ -227,19 +245,9 @@ class Problem:
             first += count
         return found
 
-    @cached_property
-    def _shrinkage(self) -> tuple[Floats, Floats]:
-        """Directions of the nuisances (sample, direction), and by how much rows shrink along each."""
-        assert self.nuisance is not None
-        left, size, _ = np.linalg.svd(self.nuisance, full_matrices=False)
-        return left, 1.0 / np.sqrt(1.0 + size**2) - 1.0
-
     def discount(self, rows: Floats) -> Floats:
-        """Shrink white rows (..., sample) along the nuisances: (1 + D D')^(-1/2)."""
-        if self.nuisance is None or self.nuisance.shape[1] == 0:
-            return rows
-        left, shrink = self._shrinkage
-        return np.asarray(rows + ((rows @ left) * shrink) @ left.T)
+        """Shrink white rows (..., sample) along the nuisances."""
+        return rows if self.nuisance is None else self.nuisance.discounted(rows)
 
     def with_nuisance(self, theta: Floats, slopes: Floats) -> Problem:
         """The same problem with the nuisances as they are at theta (parameter,).
@@ -251,7 +259,7 @@ class Problem:
         plain = self.white(self.predict(theta[None]))[0]
         rows = [self._off_effects(theta), self._off_creepage(theta), self._off_rig(theta)]
         columns = np.nan_to_num(np.concatenate(rows) - plain).T
-        return replace(self, nuisance=columns - span @ (span.T @ columns))
+        return replace(self, nuisance=Nuisances(columns - span @ (span.T @ columns)))
 
     def _off_effects(self, theta: Floats) -> Floats:
         """White predictions (effect, sample) with small sizes of the effects that are no finding.

@@ -21,7 +21,6 @@ from scipy.stats import chi2
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.problem import Case
-from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import Prediction
 
@@ -102,7 +101,7 @@ def leftover(fitted: Fit, channel: str, generator: np.random.Generator | None = 
                     bases.append((group, basis))
     if not bases:
         return Leftover(channel, [], 1.0, 0.0)
-    everything = span_of(np.concatenate([basis.span for _, basis in bases], axis=1))
+    everything = np.linalg.qr(np.concatenate([basis.span for _, basis in bases], axis=1))[0]
     draws = generator.standard_normal((DRAWS, everything.shape[1]))
     total = _channel_power(fitted, channel)
     scores, smallest = [], np.ones(DRAWS)

@@ -7,15 +7,54 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Thresholds:
-    """What counts as noise, as tolerance, as found. Seeds are those of the public score's development sets.
+    """What counts as noise, as a tolerance, as found, and how sure.
 
-    tolerated_effects   effect, parameter and one standard deviation of what inputs may be off by without being a
-                        finding: traction stiffness and load to 0.7 % (calibration of twin-disc rigs). Larger ones hide
-                        small effects of the operation, smaller ones name the rig's own tolerances as effects.
+    "Seeds" are those of the public score's development sets, 31337 and 4242; the public score runs on others.
+
+    Tolerances of the inputs, none of which is a finding:
+    tolerated_effects   effect, parameter and one standard deviation: stiffness of the contact and load to 0.7 % (what
+                        twin-disc rigs are calibrated to). Larger ones hide small effects of the operation, smaller ones
+                        name the rig's own tolerances as effects.
     step_creepage       error that the creepage of each step may have on its own, relative and absolute (encoders).
     transverse_radius   relative tolerance of the crown where the definition gives none (grinding).
     youngs_modulus      the same of Young's modulus (handbooks of bearing and rail steels).
-    formulas            families of curves that a learnt law is chosen from: what the choice costs.
+
+    The search:
+    enough, law_enough  evidence [nats, cooled] that an effect, a law must add. From the seeds: on empty tests the
+                        largest was 3.0 and 2.5. Two nats more lose small effects, two fewer double the false alarms.
+    law_seen            what a law must add where a generic function of its channel is significant, too.
+    within              cooled difference of evidence up to which two explanations cannot be told apart: 3 nats are odds
+                        of twenty to one (H. Jeffreys, Theory of Probability, 1961).
+    cooling             by how much differences are cooled, per square root of what was explained [1]: the formulas'
+                        own error grows with the effect (seeds: 20 units of chi2 left by the true law at 190,000).
+    formulas            families of curves that a law is chosen from: the choice costs its logarithm.
+    odd                 price [nats] of a recorded signal that changes with creepage or temperature, and not with time as
+                        sensors do: a law of the contact is meant in most cases.
+    forms               forms of each law that are fitted: its best and its second best.
+    tried               effects, and laws, that are fitted in every round, by what they promise.
+    hopeful             share of the best found so far that a term must promise to be fitted at all.
+    most_terms          terms of an answer at most: four fixed all pairs of the seeds, more are not asked of one test.
+    rivals              other explanations that are fitted beside the answer.
+    curve_steps         steps of a fit of a curve: its prior makes it converge in a few.
+    scan                places at which the edge of a step or a window is tried in each of two scans.
+
+    Judging:
+    alarm, refusal      significance at which something is reported as left where nothing, where something was found.
+    short               length of a leftover, in those of what was explained, below which it is the formulas' own error.
+    covariates          covariates named for a leftover.
+    rise, rise_at_most  growth of an error that counts where it is significant, and that counts in any case [1].
+    rise_errors         standard errors at which a growth is significant; judged_blocks, fewest_judged: blocks of
+                        neighbours it is taken from, and samples below which nothing is judged.
+    most_refused        answers that are refused for a rising error before none is given.
+    spare_stops         fewer profiles beyond the parameters than this hardly test the form of a law of wear.
+
+    Probability:
+    draws, blocks       resamples, and blocks of each channel of each test; block_samples: samples of a block at least.
+    alike               share of an effect's response that a law must have to be the same mechanism in other words.
+    resembles           share from which on a learnt law is said to resemble an effect.
+    rival_share         share of the resamples from which on an explanation is named as an alternative.
+    established, probable  probability from which on the words are used.
+    separated           explanations between which the next experiment decides.
     """
 
     tolerated_effects: tuple[tuple[str, str, float], ...] = (
@@ -25,40 +64,43 @@ class Thresholds:
     step_creepage: tuple[float, float] = (0.003, 6e-6)
     transverse_radius: float = 0.005
     youngs_modulus: float = 0.005
-    formulas: int = 9
-    forms: int = 2
+
     enough: float = 5.0
     law_enough: float = 6.0
     law_seen: float = 1.5
     within: float = 3.0
     cooling: float = 0.02
-    most_terms: int = 4
+    formulas: int = 9
+    odd: float = 2.0
+    forms: int = 2
     tried: int = 7
-    drop: float = 3.0
     hopeful: float = 0.3
+    most_terms: int = 4
+    rivals: int = 10
     curve_steps: int = 12
     scan: int = 17
-    rivals: int = 10
-    draws: int = 100
-    rise: float = 0.01
-    rise_at_most: float = 0.2
-    rise_errors: float = 2.5
-    fewest_judged: int = 6
-    judged_blocks: int = 12
+
     alarm: float = 0.002
     refusal: float = 0.002
     short: float = 0.2
     covariates: int = 2
+    rise: float = 0.01
+    rise_at_most: float = 0.2
+    rise_errors: float = 2.5
+    judged_blocks: int = 12
+    fewest_judged: int = 6
+    most_refused: int = 4
     spare_stops: int = 3
+
+    draws: int = 100
+    blocks: int = 30
+    block_samples: int = 8
     alike: float = 0.97
     resembles: float = 0.5
     rival_share: float = 0.05
     established: float = 0.9
     probable: float = 0.6
     separated: int = 4
-    most_refused: int = 4
-    blocks: int = 30
-    block_samples: int = 8
 
 
 THRESHOLDS = Thresholds()
