@@ -85,18 +85,22 @@ def search(problem: Problem, progress: Progress) -> Search:
     first = refit(problem)
     base = Explanation(first, {}, first.chi2)
     best, rivals = base, dict[str, Sequence[Explanation]]()
-    while len(best.terms) < THRESHOLDS.most_terms:
+    while len(best.terms) < THRESHOLDS.most_terms and not (len(best.terms) > 1 and _nothing_left(best)):
         progress(f"what is missing, term {len(best.terms) + 1}")
         tried = extended(best)
         better = chosen(best, tried)
         if better is None:
             rivals = rivals or {"": tried}
             break
-        alone = not best.terms
-        best = renewed(better)
-        progress(f"other explanations of {len(best.terms)} terms")
-        best, rivals = polished(best, [best, base, *tried] if alone else None)
+        progress(f"other explanations of {len(better.terms)} terms")
+        best, rivals = polished(renewed(better), best, tried)
     return Search(base, best, rivals)
+
+
+def _nothing_left(explanation: Explanation) -> bool:
+    """Whether no generic function of any channel sees anything in what an explanation leaves."""
+    fitted = explanation.fit
+    return all(leftover(fitted, channel).p_value > THRESHOLDS.nothing_left for channel in fitted.problem.channels)
 
 
 def renewed(explanation: Explanation) -> Explanation:
@@ -179,28 +183,30 @@ def _says_enough(explanation: Explanation, before: Explanation) -> bool:
 
 
 def polished(
-    explanation: Explanation, tried: Sequence[Explanation] | None
+    explanation: Explanation, before: Explanation, tried: Sequence[Explanation]
 ) -> tuple[Explanation, dict[str, Sequence[Explanation]]]:
     """Exchange terms for better ones and leave out those that say too little, until nothing changes.
 
-    With the answer come, for each of its terms, the explanations in which another stands in its place. tried: these,
-    where they are known already.
+    With the answer come, for each of its terms, the explanations in which another stands in its place; for its newest
+    term these are those just tried.
     """
-    if tried is not None:
-        return explanation, {explanation.terms[0]: judged_alike(explanation, tried)}
+    newest = next(name for name in explanation.terms if name not in before.terms)
+    known = {newest: judged_alike(explanation, [before, *tried])}
     for _ in range(THRESHOLDS.most_terms):
-        rivals: dict[str, Sequence[Explanation]] = {}
+        rivals = dict[str, Sequence[Explanation]](known)
         for name in explanation.terms:
+            if name in rivals:
+                continue
             shorter = without(explanation, name)
-            tried = extended(shorter)
-            better = chosen(shorter, tried)
+            others = extended(shorter)
+            better = chosen(shorter, others)
             if better is None:
-                explanation = shorter
+                explanation, known = shorter, {}
                 break
             if better.evidence > explanation.evidence + explanation.heat and better.labels != explanation.labels:
-                explanation = renewed(better)
+                explanation, known = renewed(better), {}
                 break
-            rivals[name] = ranked([explanation, shorter, *tried])
+            rivals[name] = ranked([explanation, shorter, *others])
         else:
             break
     return explanation, rivals

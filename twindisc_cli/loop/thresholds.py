@@ -28,11 +28,12 @@ class Thresholds:
     cooling             by how much differences are cooled, per square root of what was explained [1]: the formulas'
                         own error grows with the effect (seeds: 20 units of chi2 left by the true law at 190,000).
     formulas            families of curves that a law is chosen from: the choice costs its logarithm.
-    odd                 price [nats] of a recorded signal that changes with creepage or temperature, and not with time as
-                        sensors do: a law of the contact is meant in most cases.
+    odd                 price [nats] of a recorded signal that changes with creepage or temperature, and not with time
+                        as sensors do: a law of the contact is meant in most cases.
     forms               forms of each law that are fitted: its best and its second best.
     tried               effects, and laws, that are fitted in every round, by what they promise.
     hopeful             share of the best found so far that a term must promise to be fitted at all.
+    nothing_left        significance above which a third term is not looked for.
     most_terms          terms of an answer at most: four fixed all pairs of the seeds, more are not asked of one test.
     rivals              other explanations that are fitted beside the answer.
     curve_steps         steps of a fit of a curve: its prior makes it converge in a few.
@@ -75,6 +76,7 @@ class Thresholds:
     forms: int = 2
     tried: int = 7
     hopeful: float = 0.3
+    nothing_left: float = 0.2
     most_terms: int = 4
     rivals: int = 10
     curve_steps: int = 12
