@@ -105,7 +105,7 @@ def test_json_is_one_object_and_the_same_when_up_to_date(
     write(folder)
     for _ in range(2):
         assert exit_code("thermal", "small.toml", "--json") == code
-        assert json.loads(capsys.readouterr().out) == {"rise_C": 10.0, "peak_C": None}
+        assert json.loads(capsys.readouterr().out) == {"rise_C": 10.0, "peak_C": None, "rows": []}
     assert stub.runs == 1
 
 

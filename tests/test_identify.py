@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from definitions import shipped
+from rigs import experiment, history, traction_samples
 
 from twindisc_cli.identify.friction import mean_and_interval, mu_from_traction, states
 from twindisc_cli.identify.law import unworn_law
@@ -15,7 +16,7 @@ from twindisc_cli.identify.roots import bracketed_root
 from twindisc_cli.identify.steps import friction_in_use, identify_friction
 from twindisc_cli.identify.track import worn_track
 from twindisc_cli.identify.wear_coefficient import bisect_depth
-from twindisc_cli.model.experiment import Experiment, TractionSamples
+from twindisc_cli.model.experiment import Experiment, Measured, Options, TractionSamples
 from twindisc_cli.model.forward import ForwardModel
 
 
@@ -75,6 +76,16 @@ def test_identification_undoes_it_with_effects_and_wear_acting(ambient):
     made = replace(samples, ratio=model.predict(base).traction[0])
     again = replace(model.experiment, measured=replace(test.measured, traction=made))
     assert identify_friction(ForwardModel(again)).mu == pytest.approx(mu, rel=1e-6)
+
+
+def test_five_hundred_steps_that_wear_have_their_friction():
+    """Trials of mu also wear: the largest must not take off more than any track is deep."""
+    course = history(np.where(np.arange(500) % 3, 0.09, 0.005), 1)
+    samples = traction_samples(course, course.end_time - 40.0, np.full(500, 0.55))
+    options = Options(wear_coefficient=1e-3)
+    found = identify_friction(ForwardModel(experiment(course, measured=Measured(traction=samples), options=options)))
+    assert found.mu[np.arange(500) % 3 != 0] == pytest.approx(0.55, rel=1e-9)
+    assert np.all((found.mu >= 0.55 * (1.0 - 1e-9)) & (found.mu < 0.65))
 
 
 def test_a_braking_disc_has_the_friction_of_a_driving_one(ambient):

@@ -10,6 +10,7 @@ from twindisc_cli.model import wear
 from twindisc_cli.model.experiment import Contact
 from twindisc_cli.model.patch import weighted_paths
 from twindisc_cli.model.wear import WearPath, first_section, wear_path
+from twindisc_cli.physics.half_space import OutOfRangeError
 
 CONTACTS: tuple[Contact, ...] = ("hertz", "half_space")
 both = pytest.mark.parametrize("contact", CONTACTS)
@@ -19,6 +20,11 @@ SECTION = 3e-9
 def facet_depth(section: float) -> float:
     """Depth w^2 / (8 R) [m] of the segment w^3 = 12 S R that a chord w cuts off."""
     return (12.0 * section * RADIUS) ** (2 / 3) / (8.0 * RADIUS)
+
+
+def facet_section(depth: float) -> float:
+    """Section 2/3 w d [m2] of the segment of that depth."""
+    return 2.0 / 3.0 * depth * np.sqrt(8.0 * RADIUS * depth)
 
 
 @both
@@ -89,6 +95,20 @@ def test_a_long_hertz_path_ends_in_its_similar_solution() -> None:
     assert path.b[-1] == pytest.approx(b, rel=0.005)
     assert path.depth[-1] == pytest.approx(similar, abs=0.01 * similar.max())
     assert path.depth[-1].max() / facet_depth(section) == pytest.approx(1.2825, rel=0.01)
+
+
+def test_a_track_half_a_millimetre_deep_is_still_that_solution() -> None:
+    """The track is 24 times as wide as the patch that began it; depth 9/8 b^2 / (2.4 R), b^3 = 2.4 R S."""
+    path = wear_path(rig(), contact="hertz", section=facet_section(0.45e-3))
+    b = np.cbrt(2.4 * RADIUS * path.section[-1])
+    assert path.b[-1] == pytest.approx(b, rel=0.002)
+    assert path.depth[-1].max() == pytest.approx(9.0 / 8.0 * b**2 / (2.4 * RADIUS), rel=0.005)
+    assert path.depth[-1][[0, -1]] == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+def test_a_track_that_has_nothing_to_do_with_its_load_is_refused() -> None:
+    with pytest.raises(OutOfRangeError, match="times as wide as the unworn patch"):
+        wear_path(rig(load=1e-5), contact="hertz", section=1e-9)
 
 
 @both

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
+from twindisc_cli.definition import Test
 from twindisc_cli.effects import catalogue
 from twindisc_cli.errors import DefinitionError
 from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.identify.wear import identify_wear
+from twindisc_cli.measurement import RowCount
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.patch import WeightedPaths, weighted_paths
+from twindisc_cli.results import Array, Axis, Dataset, Result
 
 
 def friction_of_steps(model: ForwardModel) -> tuple[Floats, list[str]]:
@@ -40,6 +46,33 @@ def wear_coefficient(model: ForwardModel, mu: Floats) -> tuple[float, str]:
         return np.nan, "unknown"
     found = identify_wear(model, mu)
     return found.wear_coefficient, f"from the measured profile by {found.method}"
+
+
+def with_data(result: Result, tests: Sequence[Test]) -> Result:
+    """A result that also says what became of every row of every measured file, and of what is declared in vain."""
+    named = [f"{t.experiment.name}: {c.file}" if len(tests) > 1 else c.file for t in tests for c in t.rows]
+    counts = [count for test in tests for count in test.rows]
+    rows = [replace(count, file=name) for count, name in zip(counts, named, strict=True)]
+    in_vain = [] if result.command == "close-loop" else [line for test in tests for line in left_out(test.experiment)]
+    return replace(
+        result,
+        summary=(*result.summary, *in_vain, *(line for count in rows for line in count.lines)),
+        json={**result.json, "rows": [count.json() for count in rows]},
+        dataset=_with_rows(result.dataset, rows),
+    )
+
+
+def _with_rows(dataset: Dataset, rows: Sequence[RowCount]) -> Dataset:
+    """A dataset with the rows used and left out of each file."""
+    reasons = sorted({reason for count in rows for reason in count.left_out}) or ["none"]
+    left = np.array([[count.left_out.get(reason, 0) for reason in reasons] for count in rows])
+    files = np.array([count.file for count in rows], dtype=object)
+    axes = (Axis("data_file", files, "1", "measured file"), Axis("reason", np.array(reasons, dtype=object), "1", "why"))
+    arrays = (
+        Array("rows_used", ("data_file",), np.array([count.used for count in rows]), "1", "rows that were used"),
+        Array("rows_left_out", ("data_file", "reason"), left, "1", "rows left out, by reason"),
+    )
+    return replace(dataset, axes=(*dataset.axes, *axes), arrays=(*dataset.arrays, *arrays)) if rows else dataset
 
 
 def left_out(test: Experiment) -> tuple[str, ...]:

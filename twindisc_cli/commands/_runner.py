@@ -9,7 +9,7 @@ import json
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -35,14 +35,7 @@ class Output:
 def run_command(command: str, path: Path, output: Output) -> int:
     """Run a command on one test. The exit code."""
     test = load(path)
-
-    def compute() -> Result:
-        from twindisc_cli.commands._base import left_out
-
-        result: Result = _module(command).run(test)
-        return replace(result, summary=(*result.summary, *left_out(test.experiment)))
-
-    return _deliver(command, [test], {}, output, compute)
+    return _deliver(command, [test], {}, output, lambda: _module(command).run(test))
 
 
 def quiet(command: str, test: Test, folder: Path) -> tuple[Result, dict[str, bytes]]:
@@ -50,7 +43,7 @@ def quiet(command: str, test: Test, folder: Path) -> tuple[Result, dict[str, byt
     module = _module(command)
     further = (None, lambda _what, _fraction: None)
     compute = (lambda: module.run([test], *further)) if command == "close-loop" else (lambda: module.run(test))
-    return _made(test, single_origin(command, test), folder, compute)
+    return _made([test], single_origin(command, test), folder, compute)
 
 
 def single_origin(command: str, test: Test) -> Origin:
@@ -141,15 +134,20 @@ def _deliver(
     if stored:
         _tell(stored.summary, stored.json, stored.files, folder, output, "up to date")
         return stored.exit_code
-    result, files = _made(tests[0], origin, folder, compute)
+    result, files = _made(tests, origin, folder, compute)
     _tell(result.summary, result.json, put(folder, files), folder, output, "written")
     return result.exit_code
 
 
-def _made(test: Test, origin: Origin, folder: Path, compute: Callable[[], Result]) -> tuple[Result, dict[str, bytes]]:
+def _made(
+    tests: Sequence[Test], origin: Origin, folder: Path, compute: Callable[[], Result]
+) -> tuple[Result, dict[str, bytes]]:
     """A result, and its files by name, made for a folder; a failure says which definition it is of."""
+    from twindisc_cli.commands._base import with_data
+
+    test = tests[0]
     try:
-        result = compute()
+        result = with_data(compute(), tests)
         extra = {name: _content(name, text, test, folder) for name, text in result.extra_files.items()}
         return result, images(result, origin, extra)
     except ContactError as error:

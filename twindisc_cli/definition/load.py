@@ -38,12 +38,9 @@ def load_text(text: str, path: Path) -> Test:
     rig = _rig(definition.rig, definition.material)
     history = _history(definition, rig)
     table = definition.measured
-    measured, inputs = measurement.read(
-        measurement.Sources(path.parent, table.traction, table.rig_log, table.profile, table.temperature),
-        rig=rig,
-        history=history,
-        provenance=table.provenance,
-        torque_disc=table.torque_disc,
+    named = table.model_dump(exclude={"provenance"})
+    recorded = measurement.read(
+        measurement.Sources(path.parent, **named), rig=rig, history=history, provenance=table.provenance
     )
     resolved = _resolved(definition)
     experiment = Experiment(
@@ -56,11 +53,11 @@ def load_text(text: str, path: Path) -> Test:
         effects=resolved.get("effects", {}),
         laws={name: _law(table) for name, table in definition.laws.items()},
         tolerances=_tolerances(definition.rig, definition.material),
-        measured=measured,
+        measured=recorded.measured,
         hold_out_steps=tuple(step - 1 for step in definition.loop.hold_out_steps or ()),
         reported=_reported(definition),
     )
-    return Test(path=path, experiment=experiment, resolved=resolved, inputs=inputs)
+    return Test(path, experiment, resolved, recorded.hashes, recorded.rows)
 
 
 def _text(path: Path) -> str:

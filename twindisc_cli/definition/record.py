@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
+from twindisc_cli.measurement import RowCount
 from twindisc_cli.model.experiment import Experiment
 
 
@@ -15,7 +16,7 @@ class Test:
     """One test definition with its measured data.
 
     resolved: the definition with every default filled in, ready for tomli-w. inputs: sha256 by the name of each
-    measured file, as the definition names it.
+    measured file, as the definition names it. rows: what became of the rows of each.
     """
 
     __test__: ClassVar[bool] = False
@@ -24,3 +25,4 @@ class Test:
     experiment: Experiment
     resolved: Mapping[str, Any]
     inputs: Mapping[str, str]
+    rows: tuple[RowCount, ...] = ()

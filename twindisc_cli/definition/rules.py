@@ -92,8 +92,9 @@ def measured(raw: Raw) -> Iterator[Finding]:
         yield ("measured", "rig_log"), "traction is given too; keep one of them"
     if "rig_log" in table and "torque_disc" not in table:
         yield ("measured", "rig_log"), "say with torque_disc = 1 or 2 which disc the torque was measured on"
-    if "torque_disc" in table and "rig_log" not in table:
-        yield ("measured", "torque_disc"), "only a rig_log has a torque; remove it or give rig_log"
+    for key in ("torque_disc", "torque_zero"):
+        if key in table and "rig_log" not in table:
+            yield ("measured", key), "only a rig_log has a torque; remove it or give rig_log"
 
 
 def hold_out(raw: Raw) -> Iterator[Finding]:

@@ -186,7 +186,14 @@ class ModelTable(Table):
     friction_coefficient: Friction | None = Field(default=None, description="constant base value; left out: identified")
 
 
+def _zero(value: float | str) -> float | str:
+    if isinstance(value, str) and value not in ("unloaded", "as recorded"):
+        raise ValueError('must be "unloaded", "as recorded" or a torque in N m')
+    return value
+
+
 FileName = Annotated[str, Field(min_length=1)]
+ZeroOfTorque = Annotated[float | str, AfterValidator(_zero)]
 
 
 class MeasuredTable(Table):
@@ -195,6 +202,10 @@ class MeasuredTable(Table):
     traction: FileName | None = None
     rig_log: FileName | None = Field(default=None, description="raw speeds, torque and load, instead of traction")
     torque_disc: Literal[1, 2] | None = Field(default=None, description="the disc whose torque rig_log holds")
+    torque_zero: ZeroOfTorque | None = Field(
+        default=None, description='of rig_log: "unloaded", from its rows without load, as by default where it has any; '
+        'a torque in N m; or "as recorded"',
+    )  # fmt: skip
     profile: FileName | None = None
     temperature: FileName | None = None
     provenance: Literal["measured", "digitised", "reconstructed", "synthetic"] = "measured"

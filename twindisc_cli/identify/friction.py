@@ -24,15 +24,17 @@ SATURATED, PARTIAL_SLIP, ABOVE_LIMIT = "saturated", "partial_slip", "above_elast
 LIGHT_LINE = 0.98
 CONFIDENCE = 0.90
 """What every interval that is printed holds: the level of every command."""
-_LOWEST, _HIGHEST = 1e-9, 1e4
+_LOWEST, HIGHEST = 1e-9, 1e4
+HIGHEST_THAT_WEARS = 10.0
+"""Largest mu tried where a trial also wears the discs: what a mu of 1e4 would take off is no track any more."""
 
 
-def mu_from_traction(ratio: Floats, *, traction: Callable[[Floats], Floats]) -> Floats:
+def mu_from_traction(ratio: Floats, *, traction: Callable[[Floats], Floats], highest_mu: float = HIGHEST) -> Floats:
     """The mu [1] at which `traction`, T/N over mu, is `ratio`, both (...); to rounding.
 
-    traction must grow with mu. 0 where even the smallest mu gives more, inf above the elastic limit.
+    traction must grow with mu. 0 where even the smallest mu gives more, inf above the elastic limit (or highest_mu).
     """
-    low, high = np.full(ratio.shape, np.log(_LOWEST)), np.full(ratio.shape, np.log(_HIGHEST))
+    low, high = np.full(ratio.shape, np.log(_LOWEST)), np.full(ratio.shape, np.log(highest_mu))
     lowest, highest = traction(np.exp(low)), traction(np.exp(high))
     root = np.exp(bracketed_root(lambda log_mu: traction(np.exp(log_mu)) - ratio, low, high))
     found = np.where(ratio >= highest, np.inf, np.where(ratio <= lowest, 0.0, root))

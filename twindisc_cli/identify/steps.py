@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from twindisc_cli.errors import MeasurementError
-from twindisc_cli.identify.friction import mean_and_interval, mu_from_traction, states
+from twindisc_cli.identify.friction import HIGHEST, HIGHEST_THAT_WEARS, mean_and_interval, mu_from_traction, states
 from twindisc_cli.identify.law import unworn_law
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, TractionSamples
@@ -50,7 +50,8 @@ def identify_friction(model: ForwardModel) -> StepFriction:
     explain = _through_model if model.experiment.effects or _wears(model.experiment) else _in_closed_form
     traction, share_at = explain(model, samples)
     targets = np.stack([sense * ratio, sense * ratio - half, sense * ratio + half])
-    mu, low, high = mu_from_traction(targets, traction=lambda mu: sense * traction(mu))
+    highest = HIGHEST_THAT_WEARS if _wears(model.experiment) else HIGHEST
+    mu, low, high = mu_from_traction(targets, traction=lambda mu: sense * traction(mu), highest_mu=highest)
     share = share_at(np.where(np.isfinite(mu) & (mu > 0.0), mu, 1.0))
     return StepFriction(
         creepage=creepage, ratio=ratio, half=half, mu=mu, low=low, high=high, share=share, state=states(mu, share)

@@ -2,61 +2,89 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 
 from twindisc_cli.errors import MeasurementError, Problem
 from twindisc_cli.measurement.channels import read_profile, read_temperature, read_traction
-from twindisc_cli.measurement.rig_log import read_rig_log
+from twindisc_cli.measurement.rig_log import ZeroSetting, read_rig_log
+from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.table import read_bytes
 from twindisc_cli.model.experiment import History, Measured, Provenance, Rig
 
-__all__ = ["Sources", "read"]
+__all__ = ["Recorded", "RowCount", "Sources", "ZeroSetting", "read"]
 
 
 @dataclass(frozen=True)
 class Sources:
-    """The files of a test, as its definition names them, relative to `folder`; None where there is none."""
+    """The files of a test, as its definition names them, relative to `folder`; None where there is none.
+
+    torque_disc: the disc whose torque the rig log holds; torque_zero: how its zero is known.
+    """
 
     folder: Path
     traction: str | None = None
     rig_log: str | None = None
     profile: str | None = None
     temperature: str | None = None
+    torque_disc: int | None = None
+    torque_zero: ZeroSetting = None
 
 
-def read(
-    sources: Sources, *, rig: Rig, history: History, provenance: Provenance, torque_disc: int | None
-) -> tuple[Measured, dict[str, str]]:
-    """Every measured channel, and the sha256 of each file; MeasurementError holds the mistakes of all files."""
+@dataclass(frozen=True)
+class Recorded:
+    """What the files of a test hold: the channels, sha256 by the name of each file, and what became of its rows."""
+
+    measured: Measured
+    hashes: dict[str, str]
+    rows: tuple[RowCount, ...]
+
+
+def read(sources: Sources, *, rig: Rig, history: History, provenance: Provenance) -> Recorded:
+    """Every measured channel; MeasurementError holds the mistakes of all files."""
     problems: list[Problem] = []
     hashes: dict[str, str] = {}
+    rows: list[RowCount] = []
 
     def content(name: str) -> tuple[bytes, str]:
         data = read_bytes(sources.folder / name)
         hashes[name] = sha256(data).hexdigest()
         return data, str(sources.folder / name)
 
-    traction = profile = temperature = None
-    try:
-        if sources.rig_log and torque_disc:
-            data, file = content(sources.rig_log)
-            traction = read_rig_log(data, file, rig=rig, history=history, torque_disc=torque_disc)
+    @contextmanager
+    def gathered() -> Iterator[None]:
+        try:
+            yield
+        except MeasurementError as error:
+            problems.extend(error.problems)
+
+    traction = profile = temperature = zero = None
+    with gathered():
+        if sources.rig_log and sources.torque_disc:
+            log = read_rig_log(
+                *content(sources.rig_log),
+                rig=rig,
+                history=history,
+                torque_disc=sources.torque_disc,
+                torque_zero=sources.torque_zero,
+            )
+            traction, zero = log.samples, log.zero
+            rows.append(replace(log.rows, file=sources.rig_log))
         elif sources.traction:
             traction = read_traction(*content(sources.traction), history=history)
-    except MeasurementError as error:
-        problems.extend(error.problems)
-    try:
+            rows.append(RowCount(sources.traction, len(traction.ratio)))
+    with gathered():
         if sources.profile:
             profile = read_profile(*content(sources.profile), rig=rig, history=history)
-    except MeasurementError as error:
-        problems.extend(error.problems)
-    try:
+            rows.append(RowCount(sources.profile, len(profile.y)))
+    with gathered():
         if sources.temperature:
             temperature = read_temperature(*content(sources.temperature), history=history)
-    except MeasurementError as error:
-        problems.extend(error.problems)
+            rows.append(RowCount(sources.temperature, len(temperature.time)))
     if problems:
         raise MeasurementError(problems)
-    return Measured(traction=traction, profile=profile, temperature=temperature, provenance=provenance), hashes
+    measured = Measured(traction, profile, temperature, provenance=provenance, torque_zero=zero)
+    return Recorded(measured, hashes, tuple(rows))

@@ -1,33 +1,61 @@
 """Raw rig logs: creepage and T/N from two speeds, torque and load, and the steps found in them.
 
     creepage = (R1 w1 - R2 w2) / ((R1 w1 + R2 w2) / 2)          (Eq. 1)
-    T/N = torque / (R N),  R of the disc the torque was measured on
+    T/N = (torque - zero) / (R N),  R of the disc the torque was measured on
 
-The log is averaged over a twentieth of an iteration. The averages are laid along the history's steps in order, by the
-cheapest monotone path over |creepage - step's creepage|. Those that straddle a change of step, and those that belong to
-no step (running up, idling), are left out. The clock of the log may start anywhere: times are counted from where each
-step is found. The sign of the torque is the sensor's; it is taken so that T/N is positive.
+The zero is found in the rows without load. The rows under load are averaged over a twentieth of an iteration. The
+averages are laid along the history's steps in order, by the cheapest monotone path over |creepage - step's creepage|.
+Those that straddle a change of step, and those that belong to no step (running up, idling), are left out, and counted
+by what they are. The clock of the log may start anywhere: times are counted from where each step is found. The sign of
+the torque is the sensor's; it is taken so that T/N is positive.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
 import numpy as np
+from numpy.typing import NDArray
 
 from twindisc_cli.measurement.channels import tolerance
+from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
 from twindisc_cli.measurement.table import Column, Table, read_table
+from twindisc_cli.measurement.torque_zero import Zero, find_zero
 from twindisc_cli.measurement.units import FORCE, TIME, TORQUE, TURNING
-from twindisc_cli.model.experiment import History, Rig, TractionSamples
+from twindisc_cli.model.experiment import History, Rig, TorqueZero, TractionSamples
+
+Bools = NDArray[np.bool_]
+ZeroSetting = Literal["unloaded", "as recorded"] | float | None
 
 _PER_ITERATION = 20
 _UNLOADED = 0.1
+_STANDING = 0.02
 _LONGEST = 1.05
+_SHORTEST = 0.5
 _WRONG_LOAD = 0.2
 _WRONG_SPEED = 0.1
 
 
-def read_rig_log(data: bytes, file: str, *, rig: Rig, history: History, torque_disc: int) -> TractionSamples:
-    """T/N samples from a raw log; MeasurementError says which step is missing or does not fit."""
+@dataclass(frozen=True)
+class RigLog:
+    """T/N samples of a log, the zero of its torque where it is known, and what became of its rows."""
+
+    samples: TractionSamples
+    zero: TorqueZero | None
+    rows: RowCount
+
+
+def read_rig_log(
+    data: bytes, file: str, *, rig: Rig, history: History, torque_disc: int, torque_zero: ZeroSetting = None
+) -> RigLog:
+    """T/N samples from a raw log; MeasurementError says which step is missing or does not fit.
+
+    torque_zero: "unloaded", from the rows without load, which must be there; a torque [N m]; or "as recorded". None
+    takes it from the rows without load where there are any.
+    """
     wanted = (
         Column("time", TIME),
         Column("speed 1", TURNING),
@@ -38,20 +66,99 @@ def read_rig_log(data: bytes, file: str, *, rig: Rig, history: History, torque_d
     table = read_table(data, file, wanted)
     _check_rows(table, rig)
     table.check()
-    loaded = table.columns["normal load"] > _UNLOADED * rig.normal_load
-    time, creepage, ratio = _averages(table, rig, history, torque_disc, loaded)
-    _check_rig(table, rig, loaded)
+    reasons = _idle(table, rig)
+    driven = reasons == ""
+    if not driven.any():
+        table.note("the discs never turn under the load", "speed 1")
+        table.check()
+    radius = (rig.disc1 if torque_disc == 1 else rig.disc2).rolling_radius
+    columns = table.columns
+    found = find_zero(columns["time"], columns["torque"], columns["normal load"], rig.normal_load)
+    if torque_zero == "unloaded" and found is None:
+        table.note("no rows without load at either end: no torque_zero can be found in this log", "torque")
+    offset = _offset(table.columns["time"], found, torque_zero)
+    time, creepage, ratio, block = _averages(table, rig, history, driven, (table.columns["torque"] - offset) / radius)
+    sense = float(np.sign(np.median(ratio)) or 1.0)
+    _check_rig(table, rig, driven)
     step = _align(time, creepage, history)
     kept = _settled(creepage, step, history)
     _check_steps(table, time, step, kept, history)
     table.check()
-    return TractionSamples(
+    reasons[driven] = _left(step, kept)[block]
+    samples = TractionSamples(
         time=_history_time(time, step, history)[kept],
         step=step[kept],
         creepage=creepage[kept],
-        ratio=ratio[kept],
+        ratio=sense * ratio[kept],
         uncertainty=np.full(int(kept.sum()), np.nan),
     )
+    zero = _zero(found, torque_zero, table.columns["time"][driven], sense * radius * rig.normal_load)
+    return RigLog(
+        samples, zero, RowCount(file, int(np.sum(reasons == "")), _counts(reasons), _notes(zero, found, time, history))
+    )
+
+
+def _idle(table: Table, rig: Rig) -> NDArray[np.object_]:
+    """Why each row says nothing of the traction, empty where it does."""
+    speed = table.columns["speed 1"] * rig.disc1.rolling_radius + table.columns["speed 2"] * rig.disc2.rolling_radius
+    unloaded = table.columns["normal load"] <= _UNLOADED * rig.normal_load
+    standing = np.abs(speed) < 2.0 * _STANDING * rig.rolling_speed
+    sense = np.sign(np.median(speed[~unloaded & ~standing])) if np.any(~unloaded & ~standing) else 1.0
+    reasons = np.select(
+        [unloaded, standing, sense * speed < 0.0], ["unloaded", "standing still", "turning the other way"], ""
+    )
+    return reasons.astype(object)
+
+
+def _offset(time: Floats, found: Zero | None, setting: ZeroSetting) -> Floats:
+    """What is taken off the torque of each row [N m]."""
+    if isinstance(setting, float):
+        return np.full(len(time), setting)
+    return np.zeros(len(time)) if found is None or setting == "as recorded" else found.at(time)
+
+
+def _zero(found: Zero | None, setting: ZeroSetting, time: Floats, unit: float) -> TorqueZero | None:
+    """What is known of the zero, as T/N; time [s] of the rows under load, unit the torque of T/N = 1 [N m]."""
+    if isinstance(setting, float):
+        return TorqueZero(setting / unit, np.nan, np.nan, taken_off=True, unit=unit)
+    if found is None:
+        return None
+    mean, off = float(found.at(time).mean()), setting != "as recorded"
+    return TorqueZero(mean / unit, found.std / abs(unit), found.drift / unit, taken_off=off, unit=unit)
+
+
+def _left(step: Ints, kept: Bools) -> NDArray[np.object_]:
+    """Why each average was left out, empty where it was not."""
+    order, used = np.arange(len(kept)), np.flatnonzero(kept)
+    first, last = (used[0], used[-1]) if len(used) else (len(kept), len(kept))
+    change = np.flatnonzero(np.diff(step))
+    changing = np.isin(order, [*change, *(change + 1)])
+    reasons = np.select(
+        [kept, order < first, order > last, changing],
+        ["", "running up", "running down", "at a change of step"],
+        "at the creepage of no step",
+    )
+    return reasons.astype(object)
+
+
+def _counts(reasons: NDArray[np.object_]) -> Mapping[str, int]:
+    names, counts = np.unique(reasons[reasons != ""].astype(str), return_counts=True)
+    return {str(name): int(count) for name, count in zip(names, counts, strict=True)}
+
+
+def _notes(zero: TorqueZero | None, found: Zero | None, time: Floats, history: History) -> tuple[str, ...]:
+    """The zero of the torque, and a log that is much shorter or longer than the history."""
+    notes = []
+    if zero is not None:
+        drift = f", drift {zero.drift * zero.unit * 1e3:.3g}" if np.isfinite(zero.drift) else ""
+        error = f" ± {zero.std * abs(zero.unit) * 1e3:.2g}" if np.isfinite(zero.std) else ""
+        whence = f"from {found.rows} rows without load" if found and np.isfinite(zero.std) else "as stated"
+        taken = "taken off" if zero.taken_off else "left in"
+        notes.append(f"torque zero {zero.value * zero.unit * 1e3:.3g}{error} mN m{drift}, {whence}, {taken}")
+    span, planned = float(np.ptp(time)), float(history.end_time[-1])
+    if not _SHORTEST * planned < span < _LONGEST * planned:
+        notes.append(f"lasts {span:.4g} s under load, the history {planned:.4g} s")
+    return tuple(notes)
 
 
 def _check_rows(table: Table, rig: Rig) -> None:
@@ -66,25 +173,27 @@ def _check_rows(table: Table, rig: Rig) -> None:
 
 
 def _averages(
-    table: Table, rig: Rig, history: History, torque_disc: int, loaded: np.ndarray[tuple[int], np.dtype[np.bool_]]
-) -> tuple[Floats, Floats, Floats]:
-    """Return time, creepage and T/N, averaged over a twentieth of an iteration."""
-    columns = {name: values[loaded] for name, values in table.columns.items()}
+    table: Table, rig: Rig, history: History, driven: Bools, force: Floats
+) -> tuple[Floats, Floats, Floats, Ints]:
+    """Time, creepage and T/N averaged over a twentieth of an iteration, and the average each driven row is in.
+
+    force: T of each row [N].
+    """
+    columns = {name: values[driven] for name, values in table.columns.items()}
     speed1, speed2 = columns["speed 1"] * rig.disc1.rolling_radius, columns["speed 2"] * rig.disc2.rolling_radius
-    radius = (rig.disc1 if torque_disc == 1 else rig.disc2).rolling_radius
     values = (
         columns["time"],
         (speed1 - speed2) / (0.5 * (speed1 + speed2)),
-        columns["torque"] / (radius * columns["normal load"]),
+        force[driven] / columns["normal load"],
     )
     length = float(history.duration[0]) / _PER_ITERATION
     _, block = np.unique(np.floor((values[0] - values[0][0]) / length), return_inverse=True)
     count = np.bincount(block)
     time, creepage, ratio = (np.bincount(block, weights=v) / count for v in values)
-    return time, creepage, ratio * (np.sign(np.median(ratio)) or 1.0)
+    return time, creepage, ratio, block
 
 
-def _check_rig(table: Table, rig: Rig, loaded: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> None:
+def _check_rig(table: Table, rig: Rig, loaded: Bools) -> None:
     """The log's load and speed are the definition's."""
     load = float(np.median(table.columns["normal load"][loaded]))
     if abs(load / rig.normal_load - 1.0) > _WRONG_LOAD:
@@ -122,7 +231,7 @@ def _align(time: Floats, creepage: Floats, history: History) -> Ints:
     return path
 
 
-def _settled(creepage: Floats, step: Ints, history: History) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def _settled(creepage: Floats, step: Ints, history: History) -> Bools:
     """Averages at their step's creepage that do not straddle a change of step."""
     steps = history.step_creepage
     settled = np.abs(creepage - steps[step]) <= tolerance(steps[step])
@@ -132,13 +241,7 @@ def _settled(creepage: Floats, step: Ints, history: History) -> np.ndarray[tuple
     return np.asarray(settled)
 
 
-def _check_steps(
-    table: Table,
-    time: Floats,
-    step: Ints,
-    kept: np.ndarray[tuple[int], np.dtype[np.bool_]],
-    history: History,
-) -> None:
+def _check_steps(table: Table, time: Floats, step: Ints, kept: Bools, history: History) -> None:
     """Every step is there and as long as the history says."""
     for index, creepage in enumerate(history.step_creepage):
         planned = float(history.duration[history.step == index].sum())

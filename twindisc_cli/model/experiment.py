@@ -183,13 +183,32 @@ class TemperatureSamples:
 
 
 @dataclass(frozen=True)
+class TorqueZero:
+    """The zero of the torque sensor, as T/N [1]: mean over the test, standard error, drift from before to after.
+
+    std is NaN where the zero was stated, drift where only one end was recorded. taken_off: whether the samples are
+    free of it. unit: torque of T/N = 1 [N m].
+    """
+
+    value: float
+    std: float
+    drift: float
+    taken_off: bool
+    unit: float
+
+
+@dataclass(frozen=True)
 class Measured:
-    """The measured channels of a test; None where one was not measured. others: samples of further channels by name."""
+    """The measured channels of a test; None where a channel was not measured, or a torque's zero is not known.
+
+    others: samples of further channels by name.
+    """
 
     traction: TractionSamples | None = None
     profile: ProfileSamples | None = None
     temperature: TemperatureSamples | None = None
     provenance: Provenance = "measured"
+    torque_zero: TorqueZero | None = None
     others: Mapping[str, Any] = field(default_factory=dict)
 
     def with_samples(self, name: str, samples: Any) -> Measured:

@@ -27,12 +27,14 @@ from scipy.optimize import brentq
 
 from twindisc_cli.model.experiment import Contact, Floats, Rig
 from twindisc_cli.physics import hertz, kalker
-from twindisc_cli.physics.best_circle import fit_curvature
+from twindisc_cli.physics.half_space import NoConvergenceError, OutOfRangeError
 from twindisc_cli.physics.half_space.strips import StripContact, equivalent_ellipse, solve_strips
 
-STRIPS = 121
+STRIPS, MOST_STRIPS = 121, 901
+STRIPS_ACROSS = 10
+"""Strips that the unworn patch spans at least: a track far wider than it needs more than STRIPS."""
 GROWTH = 0.06
-FLATTEST = 1e-4
+FLAT = np.geomspace(1e-10, 1e-4, 300, endpoint=False)
 GAMMA = 1.0 - np.sqrt(0.5)
 
 
@@ -121,9 +123,15 @@ def _path(rig: Rig, contact: Contact, section: float, wander: float) -> WearPath
 
 def _grid(rig: Rig, section: float, wander: float) -> Floats:
     """Strips that hold the facet of this section (width^3 = 12 S / curvature) and the patch around it."""
-    facet = 0.5 * np.cbrt(12.0 * section / rig.curvature_y)
-    half = 1.1 * facet + 1.3 * float(rig.patch.b) + 3.0 * wander
-    return np.linspace(-half, half, STRIPS)
+    facet, b = 0.5 * np.cbrt(12.0 * section / rig.curvature_y), float(rig.patch.b)
+    half = max(1.1 * facet + 1.3 * b, 1.25 * facet) + 3.0 * wander
+    count = max(STRIPS, 2 * int(np.ceil(0.5 * STRIPS_ACROSS * half / b)) + 1)
+    if count > MOST_STRIPS:
+        raise OutOfRangeError(
+            f"the track would become {facet / b:.3g} times as wide as the unworn patch; the wear path follows it up to "
+            f"{MOST_STRIPS / STRIPS_ACROSS / 1.25:.0f} times: do load, wear coefficient and profile belong together?"
+        )
+    return np.linspace(-half, half, count)
 
 
 def _spreading(y: Floats, wander: float) -> Floats:
@@ -177,41 +185,47 @@ def _march_hertz(
 ) -> tuple[Floats, Floats, list[_Patch]]:
     nodes, spread = _nodes(rig, section, growth), _spreading(y, wander) / rig.normal_load
     worn, patch = np.zeros_like(y), _ellipse_on(rig, y, rig.curvature_y)
+    powers = np.stack([np.ones_like(y), y**2, y**4])
     depths, patches = [worn], [patch]
     for step in np.diff(nodes):
-        middle = _best_ellipse(rig, y, worn + 0.5 * step * spread @ patch.line_load, patch)
+        middle = _best_ellipse(rig, y, powers, worn + 0.5 * step * spread @ patch.line_load, patch)
         worn = worn + step * spread @ middle.line_load
-        patch = _best_ellipse(rig, y, worn, middle)
+        patch = _best_ellipse(rig, y, powers, worn, middle)
         depths.append(worn)
         patches.append(patch)
     return nodes, np.array(depths), patches
 
 
-def _best_ellipse(rig: Rig, y: Floats, worn: Floats, patch: _Patch) -> _Patch:
+def _best_ellipse(rig: Rig, y: Floats, powers: Floats, worn: Floats, patch: _Patch) -> _Patch:
     """Refit the best circle inside the patch, whose own half-width must follow from that circle.
 
     A wider patch sees more of the unworn flanks and a sharper circle, so that the half-width is unique.
     """
     widths, curvatures = _hertz_table(rig)
-    width = brentq(
-        lambda b: np.log(np.interp(np.log(_fitted(rig, y, worn, b)), curvatures, widths)) - np.log(b),
-        0.3 * patch.b,
-        y[-1],
-        rtol=1e-5,
-    )
-    return _ellipse_on(rig, y, _fitted(rig, y, worn, width))
+    sums = np.concatenate([powers, powers[:2] * worn])
+    outward, spacing = np.abs(y), y[1] - y[0]
 
+    def fitted(half_width: float) -> float:
+        """Relative transverse curvature [1/m] of the best circle through the worn gap, which is symmetric."""
+        inside = np.minimum(np.maximum((half_width - outward) / spacing + 0.5, 0.0), 1.0)
+        weight, second, fourth, height, bow = sums @ inside
+        curvature = 2.0 * (bow - second / weight * height) / (fourth - second / weight * second)
+        return float(max(rig.curvature_y + curvature, FLAT[0] * rig.curvature_y))
 
-def _fitted(rig: Rig, y: Floats, worn: Floats, half_width: float) -> float:
-    """Relative transverse curvature [1/m] of the best circle through the worn gap within `half_width` [m]."""
-    inside = np.clip((half_width - np.abs(y)) / (y[1] - y[0]) + 0.5, 0.0, 1.0)
-    return max(rig.curvature_y + float(fit_curvature(y, worn, inside)), FLATTEST * rig.curvature_y)
+    def excess(half_width: float) -> float:
+        return float(np.log(np.interp(np.log(fitted(half_width)), curvatures, widths)) - np.log(half_width))
+
+    try:
+        width = brentq(excess, 0.3 * patch.b, y[-1], rtol=1e-5)
+    except ValueError as error:
+        raise NoConvergenceError(f"no ellipse fits the worn track: {error}") from error
+    return _ellipse_on(rig, y, fitted(width))
 
 
 @lru_cache(maxsize=8)
 def _hertz_table(rig: Rig) -> tuple[Floats, Floats]:
     """Half-width b [m] over the logarithm of the relative transverse curvature."""
-    curvatures = rig.curvature_y * np.geomspace(FLATTEST, 10.0, 400)
+    curvatures = rig.curvature_y * np.concatenate([FLAT, np.geomspace(1e-4, 10.0, 400)])
     ellipse = hertz.contact_ellipse(
         curvature_x=rig.curvature_x,
         curvature_y=curvatures,

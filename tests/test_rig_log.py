@@ -1,0 +1,153 @@
+"""Rig logs as rigs write them: torque that was not zeroed, rows that say nothing, and every row accounted for.
+
+The logs are made here from a closed form: all creepages are in full sliding, where T = mu N.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from definitions import VALID, write
+
+from twindisc_cli.cli import main
+from twindisc_cli.definition import Test, load
+from twindisc_cli.errors import DefinitionError, MeasurementError
+
+MU, LOAD, RADIUS, OFFSET = 0.5, 72.0, 0.03, 0.035
+STEPS = (0.02, 0.04, 0.06)
+HISTORY = """steps = [
+  { creepage_percent = 2.0, iterations = 2 },
+  { creepage_percent = 4.0, iterations = 2 },
+  { creepage_percent = 6.0 },
+]"""
+SLIDING = VALID[: VALID.index("steps = [")] + HISTORY + VALID[VALID.index("\n\n[model]") :]
+
+
+def log(
+    *, idle: tuple[int, int] = (60, 60), drift: float = 0.0, noise: float = 0.004, standing: int = 0, back: int = 0,
+    offset: float = OFFSET, sense: float = 1.0,
+) -> str:  # fmt: skip
+    """A log of 420 s at 1 Hz in full sliding at mu = 0.5, unloaded for some seconds at both ends.
+
+    offset and drift [N m] of the torque's zero over the log; noise [N m]; rows that stand still under load at the
+    start, and rows that turn backwards at the end, each `standing`, `back`.
+    """
+    rng = np.random.default_rng(7)
+    creepage = np.repeat(STEPS, (168, 168, 84))
+    lead, tail = idle
+    parts = {
+        "load": [np.zeros(lead), np.full(standing + 420 + back, LOAD), np.zeros(tail)],
+        "creepage": [np.full(lead + standing, STEPS[0]), creepage, np.full(back + tail, STEPS[-1])],
+        "turns": [np.ones(lead), np.zeros(standing), np.ones(420), -np.ones(back), np.ones(tail)],
+    }
+    load, creep, turns = (np.concatenate(part) for part in parts.values())
+    time = np.arange(len(load), dtype=float)
+    zero = offset + drift * (time / time[-1] - 0.5)
+    torque = sense * MU * load * RADIUS * np.sign(turns) + zero + noise * rng.standard_normal(len(time))
+    speeds = [3000 * turns * (1 + sign * creep / 2) for sign in (1, -1)]
+    rows = zip(time, *speeds, torque * 1e3, load, strict=True)
+    lines = ["time [s];speed 1 [rpm];speed 2 [rpm];torque [N mm];normal load [N]"]
+    return "\n".join([*lines, *(";".join(f"{value:.8g}" for value in row) for row in rows)])
+
+
+def read(folder: Path, text: str, setting: str = "") -> Test:
+    (folder / "log.csv").write_text(text)
+    return load(write(folder, f'{SLIDING}\n[measured]\nrig_log = "log.csv"\ntorque_disc = 2\n{setting}\n'))
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+@pytest.mark.parametrize("drift", [0.0, 0.02])
+def test_a_torque_that_was_not_zeroed_is(tmp_path: Path, drift: float, sense: float) -> None:
+    measured = read(tmp_path, log(drift=drift, sense=sense)).experiment.measured
+    assert measured.traction is not None
+    assert measured.torque_zero is not None
+    zero = measured.torque_zero
+    assert zero.unit == pytest.approx(sense * LOAD * RADIUS)
+    assert zero.value * zero.unit == pytest.approx(OFFSET, abs=2e-3)
+    assert zero.drift * zero.unit == pytest.approx(drift * 480 / 539, abs=3 * 0.004 * np.sqrt(np.pi / 2 / 60 * 2))
+    assert 0.0 < zero.std < 0.1 * OFFSET / (LOAD * RADIUS) + drift / (LOAD * RADIUS) / 5
+    assert zero.taken_off
+    for step in range(3):
+        mine = measured.traction.step == step
+        assert measured.traction.ratio[mine].mean() == pytest.approx(MU, rel=0.005)
+
+
+def test_the_error_of_the_zero_is_the_scatter_of_its_rows(tmp_path: Path) -> None:
+    # the median of n Gaussian rows scatters by sqrt(pi / 2n) of their noise; two ends halve the variance
+    errors = [read(tmp_path, log(offset=o)).experiment.measured.torque_zero for o in (0.0, 0.01)]
+    for zero in errors:
+        assert zero is not None
+        assert zero.std * zero.unit == pytest.approx(0.004 / np.sqrt(120), rel=0.4)
+
+
+@pytest.mark.parametrize(
+    ("setting", "offset", "taken"),
+    [('torque_zero = "as recorded"', OFFSET / (LOAD * RADIUS), False), ("torque_zero = 0.035", 0.0, True)],
+)
+def test_the_zero_can_be_overruled(tmp_path: Path, setting: str, offset: float, taken: bool) -> None:
+    measured = read(tmp_path, log(), setting).experiment.measured
+    assert measured.traction is not None
+    assert measured.torque_zero is not None
+    assert measured.traction.ratio.mean() == pytest.approx(MU + offset, rel=0.003)
+    assert measured.torque_zero.value == pytest.approx(OFFSET / (LOAD * RADIUS), rel=0.05)
+    assert measured.torque_zero.taken_off is taken
+
+
+def test_a_zero_that_was_not_recorded_is_not_made_up(tmp_path: Path) -> None:
+    measured = read(tmp_path, log(idle=(0, 0))).experiment.measured
+    assert measured.torque_zero is None
+    assert measured.traction is not None
+    assert measured.traction.ratio.mean() == pytest.approx(MU + OFFSET / (LOAD * RADIUS), rel=0.003)
+    with pytest.raises(MeasurementError, match=r"torque \[N mm\]: no rows without load at either end"):
+        read(tmp_path, log(idle=(0, 0)), 'torque_zero = "unloaded"')
+    with pytest.raises(DefinitionError, match='must be "unloaded", "as recorded" or a torque in N m, not "zero"'):
+        read(tmp_path, log(), 'torque_zero = "zero"')
+
+
+def test_every_row_is_accounted_for(tmp_path: Path) -> None:
+    (count,) = read(tmp_path, log(idle=(40, 50), standing=12, back=9)).rows
+    assert count.read == 40 + 12 + 420 + 9 + 50
+    assert count.used + sum(count.left_out.values()) == count.read
+    left = dict(count.left_out)
+    assert left.pop("unloaded") == 90
+    assert left.pop("standing still") == 12
+    assert left.pop("turning the other way") == 9
+    # what is averaged over a twentieth of an iteration, 4.2 s, and straddles one of two changes of step
+    assert set(left) <= {"at a change of step", "running up", "running down"}
+    assert 8 <= left["at a change of step"] <= 20
+    assert count.used >= 400
+
+
+def test_rows_are_told_by_every_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = read(tmp_path, log()).path
+    for command in ("identify-mu", "check", "friction-chart"):
+        with pytest.raises(SystemExit):
+            main([command, str(path), "--json", "-o", str(tmp_path)])
+        out, err = capsys.readouterr()
+        (row,) = json.loads(out)["rows"]
+        assert row["file"] == "log.csv"
+        assert row["read"] == 540
+        assert row["left_out"]["unloaded"] == 120
+        assert f"log.csv: {row['used']} of 540 rows used; left out: " in err
+        assert "120 unloaded" in err
+        zero = r"torque zero 3[45](\.\d)? ± 0\.\d+ mN m, drift -?\d\S*, from 120 rows without load, taken off"
+        assert re.search(zero, err)
+        assert "drift" in row["notes"][0]
+        with h5py.File(str(tmp_path / "small" / f"{command}.h5")) as file:
+            reasons = list(file["reason"].asstr()[()])
+            assert file["rows_left_out"][0, reasons.index("unloaded")] == 120
+            assert file["rows_used"][0] == row["used"]
+
+
+def test_a_log_that_outlasts_the_history_or_is_much_shorter_is_said(tmp_path: Path) -> None:
+    whole = read(tmp_path, log()).rows[0].notes
+    assert not any("under load" in note for note in whole)
+    rows = log().split("\n")
+    fast = [rows[0], *rows[1:62], *rows[62:482:12], *rows[482:]]
+    (count,) = read(tmp_path, "\n".join([fast[0], *(f"{n};{r.split(';', 1)[1]}" for n, r in enumerate(fast[1:]))])).rows
+    assert any("under load, the history 420 s" in note for note in count.notes)
