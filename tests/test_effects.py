@@ -21,7 +21,7 @@ import twindisc_cli.effects
 from twindisc_cli.definition.parse import parse
 from twindisc_cli.definition.schema import definition_model
 from twindisc_cli.effects import catalogue
-from twindisc_cli.effects._effect import CHANNELS, STAGES, Effect
+from twindisc_cli.effects._effect import STAGES, Effect
 from twindisc_cli.errors import DefinitionError
 from twindisc_cli.model.experiment import (
     Disc,
@@ -48,6 +48,7 @@ CONTRACT = {
         nonlinear_convection""",
 }
 """Names that test definitions use, by the channel an effect shows in first: they stay."""
+CHANNELS = tuple(CONTRACT)
 CREEPAGE = np.array([0.001, 0.02, 0.09, 0.002, 0.004])
 ITERATIONS = 3
 DURATION = 84.0

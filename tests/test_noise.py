@@ -9,7 +9,10 @@ import numpy as np
 import pytest
 from rigs import RADIUS, ROOM, Floats, Plant, autoregressive, experiment, history, spread, traction_samples
 
-from twindisc_cli.loop.noise import ASSUMED_SHARE, Noise, profile_noise, temperature_noise, traction_noise
+from twindisc_cli.loop.channels.profile import noise as profile_noise
+from twindisc_cli.loop.channels.temperature import noise as temperature_noise
+from twindisc_cli.loop.channels.traction import noise as traction_noise
+from twindisc_cli.loop.noise import ASSUMED_SHARE, Noise
 from twindisc_cli.model.experiment import Experiment, Measured, ProfileSamples, TemperatureSamples
 
 HISTORY = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 3)
