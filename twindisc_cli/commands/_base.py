@@ -8,6 +8,8 @@ from twindisc_cli.effects import catalogue
 from twindisc_cli.errors import DefinitionError
 from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.identify.wear import identify_wear
+from twindisc_cli.laws.law import warnings
+from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.patch import WeightedPaths, weighted_paths
@@ -46,10 +48,22 @@ def left_out(test: Experiment) -> tuple[str, ...]:
     """What the definition declares and nothing can be made of, a line each."""
     if test.thermal is not None and np.isfinite(test.thermal.convection):
         return ()
-    names = ", ".join(sorted(name for name in test.effects if catalogue()[name].needs_temperature))
+    needing = [name for name in test.effects if catalogue()[name].needs_temperature]
+    needing += [name for name, law in test.laws.items() if "temperature" in (law.quantity, law.covariate)]
+    names = ", ".join(sorted(needing))
     return (
         (f"no convection is known, so that {names} is left out: give convection_W_K under [thermal]",) if names else ()
     )
+
+
+def laws_beyond(test: Experiment) -> list[str]:
+    """Where declared laws are used outside of their range, or on a history they may not hold on, a line each."""
+    if not test.laws:
+        return []
+    model = ForwardModel(test)
+    mu = friction_in_use(model)[0]
+    state = model.predict(BaseParameters.declared(test, np.nan_to_num(mu, nan=1.0)[None])).state
+    return warnings(test.laws, state, test.name)
 
 
 def contact_paths(model: ForwardModel, prediction: Prediction) -> WeightedPaths:

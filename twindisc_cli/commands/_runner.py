@@ -37,10 +37,17 @@ def run_command(command: str, path: Path, output: Output) -> int:
     test = load(path)
 
     def compute() -> Result:
-        from twindisc_cli.commands._base import left_out
+        from twindisc_cli.commands._base import laws_beyond, left_out
 
         result: Result = _module(command).run(test)
-        return replace(result, summary=(*result.summary, *left_out(test.experiment)))
+        return replace(
+            result,
+            summary=(
+                *result.summary,
+                *left_out(test.experiment),
+                *(f"warning: {what}" for what in laws_beyond(test.experiment)),
+            ),
+        )
 
     return _deliver(command, [test], {}, output, compute)
 
