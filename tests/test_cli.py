@@ -41,7 +41,7 @@ class Stub:
     def __init__(self, *, code: int = 0, error: BaseException | None = None, extra: str = "") -> None:
         self.runs, self.code, self.error, self.extra = 0, code, error, extra
 
-    def run(self, test: object, *_: object) -> Result:
+    def run(self, test: object, *_: object, **__: object) -> Result:
         self.runs += 1
         if self.error:
             raise self.error
@@ -126,7 +126,7 @@ def test_close_loop_fits_some_and_predicts_one(folder: Path, monkeypatch: pytest
     seen: list[tuple[list[str], str | None]] = []
     command = Stub(extra=VALID)
 
-    def run(tests, validate, progress):  # type: ignore[no-untyped-def]
+    def run(tests, validate, progress, *, quick):  # type: ignore[no-untyped-def]
         progress("half", 0.5)
         seen.append(([t.experiment.name for t in tests], validate and validate.experiment.name))
         return command.run(tests)

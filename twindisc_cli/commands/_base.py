@@ -12,7 +12,9 @@ from twindisc_cli.effects import catalogue
 from twindisc_cli.errors import DefinitionError
 from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.identify.wear import identify_wear
+from twindisc_cli.laws.law import warnings
 from twindisc_cli.measurement import RowCount
+from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.patch import WeightedPaths, weighted_paths
@@ -49,14 +51,16 @@ def wear_coefficient(model: ForwardModel, mu: Floats) -> tuple[float, str]:
 
 
 def with_data(result: Result, tests: Sequence[Test]) -> Result:
-    """A result that also says what became of every row of every measured file, and of what is declared in vain."""
+    """A result that also says what became of every row of every measured file, and of what is declared in vain or beyond its range."""
     named = [f"{t.experiment.name}: {c.file}" if len(tests) > 1 else c.file for t in tests for c in t.rows]
     counts = [count for test in tests for count in test.rows]
     rows = [replace(count, file=name) for count, name in zip(counts, named, strict=True)]
-    in_vain = [] if result.command == "close-loop" else [line for test in tests for line in left_out(test.experiment)]
+    own = [] if result.command == "close-loop" else [test.experiment for test in tests]
+    in_vain = [line for test in own for line in left_out(test)]
+    beyond = [f"warning: {what}" for test in own for what in laws_beyond(test)]
     return replace(
         result,
-        summary=(*result.summary, *in_vain, *(line for count in rows for line in count.lines)),
+        summary=(*result.summary, *in_vain, *beyond, *(line for count in rows for line in count.lines)),
         json={**result.json, "rows": [count.json() for count in rows]},
         dataset=_with_rows(result.dataset, rows),
     )
@@ -79,10 +83,22 @@ def left_out(test: Experiment) -> tuple[str, ...]:
     """What the definition declares and nothing can be made of, a line each."""
     if test.thermal is not None and np.isfinite(test.thermal.convection):
         return ()
-    names = ", ".join(sorted(name for name in test.effects if catalogue()[name].needs_temperature))
+    needing = [name for name in test.effects if catalogue()[name].needs_temperature]
+    needing += [name for name, law in test.laws.items() if "temperature" in (law.quantity, law.covariate)]
+    names = ", ".join(sorted(needing))
     return (
         (f"no convection is known, so that {names} is left out: give convection_W_K under [thermal]",) if names else ()
     )
+
+
+def laws_beyond(test: Experiment) -> list[str]:
+    """Where declared laws are used outside of their range, or on a history they may not hold on, a line each."""
+    if not test.laws:
+        return []
+    model = ForwardModel(test)
+    mu = friction_in_use(model)[0]
+    state = model.predict(BaseParameters.declared(test, np.nan_to_num(mu, nan=1.0)[None])).state
+    return warnings(test.laws, state, test.name)
 
 
 def contact_paths(model: ForwardModel, prediction: Prediction) -> WeightedPaths:

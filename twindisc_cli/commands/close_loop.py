@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from twindisc_cli import __version__
+from twindisc_cli.commands._base import laws_beyond
 from twindisc_cli.commands._loop_data import dataset_of
 from twindisc_cli.definition import Test, dump, law_table
 from twindisc_cli.effects import catalogue
@@ -37,7 +39,9 @@ def run(
     _refuse_nothing_measured(tests)
     experiments = [test.experiment for test in tests]
     unseen = validate.experiment if validate else None
-    return result_of(diagnose(experiments, validate=unseen, progress=progress, quick=quick), tests, validate)
+    found = diagnose(experiments, validate=unseen, progress=progress, quick=quick)
+    used = [note for test in experiments for note in laws_beyond(test)]
+    return result_of(replace(found, notes=[*found.notes, *used]), tests, validate)
 
 
 def result_of(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None) -> Result:

@@ -31,9 +31,9 @@ def run(test: Test) -> Result:
 
 
 def _note(test: Experiment) -> tuple[str, ...]:
-    """What mu is where declared effects change the friction or the traction."""
-    effects = ", ".join(sorted(test.effects))
-    return (f"mu is the base coefficient on which the declared effects act: {effects}",) if effects else ()
+    """What mu is where declared effects or laws change the friction or the traction."""
+    acting = ", ".join([*sorted(test.effects), *sorted(test.laws)])
+    return (f"mu is the base coefficient on which the declared effects and laws act: {acting}",) if acting else ()
 
 
 def _step(found: StepFriction, i: int) -> dict[str, Any]:

@@ -12,7 +12,15 @@ import numpy as np
 from twindisc_cli import measurement
 from twindisc_cli.definition.parse import parse
 from twindisc_cli.definition.record import Test
-from twindisc_cli.definition.schema import DefinitionBase, LawTable, MaterialTable, RigTable, ThermalTable, Uncertain
+from twindisc_cli.definition.schema import (
+    DefinitionBase,
+    LawTable,
+    MaterialOverride,
+    MaterialTable,
+    RigTable,
+    ThermalTable,
+    Uncertain,
+)
 from twindisc_cli.errors import DefinitionError, Problem
 from twindisc_cli.laws.covariates import COVARIATES, covariate_named
 from twindisc_cli.laws.law import Law
@@ -88,7 +96,7 @@ def _resolved(definition: DefinitionBase) -> dict[str, Any]:
 def _rig(rig: RigTable, material: MaterialTable) -> Rig:
     discs = []
     for table, override in ((rig.disc1, material.disc1), (rig.disc2, material.disc2)):
-        own = {key: value for key, value in (dict(override) if override else {}).items() if value is not None}
+        own = {key: value for key, value in dict(override or MaterialOverride()).items() if value is not None}
         values = {**dict(material), **own}
         disc = Disc(
             rolling_radius=table.rolling_radius_mm * 1e-3,
@@ -108,11 +116,11 @@ def _rig(rig: RigTable, material: MaterialTable) -> Rig:
 
 def _tolerances(rig: RigTable, material: MaterialTable) -> dict[str, float]:
     """Relative standard deviations of what the definition says is uncertain; of two discs the larger."""
-    tables = (material, material.disc1, material.disc2)
-    given = {
+    tables = [table for table in (material, material.disc1, material.disc2) if table is not None]
+    given: dict[str, list[float | None]] = {
         "transverse_radius": [rig.disc1.transverse_radius_mm, rig.disc2.transverse_radius_mm],
-        "youngs_modulus": [table.youngs_modulus_GPa for table in tables if table],
-        "hardness": [table.hardness_HV for table in tables if table],
+        "youngs_modulus": [table.youngs_modulus_GPa for table in tables],
+        "hardness": [table.hardness_HV for table in tables],
     }
     shares = {name: [v.std / abs(v) for v in values if isinstance(v, Uncertain)] for name, values in given.items()}
     return {name: max(each) for name, each in shares.items() if each}

@@ -38,7 +38,7 @@ class Chart:
 
 def friction_chart(test: Experiment, *, mu: Floats, creepage: Floats) -> Chart:
     """The chart of a test's unworn discs for mu (mu,) at creepages (creepage,) [1]."""
-    if test.effects:
+    if not test.is_plain:
         return _with_effects(test, mu, creepage)
     law = unworn_law(test)
     return Chart(

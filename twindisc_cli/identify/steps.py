@@ -1,4 +1,4 @@
-"""The coefficient of friction of each step of a test, with all declared effects acting.
+"""The coefficient of friction of each step of a test, with all declared effects and laws acting.
 
 What is found is the base coefficient: where no friction effect is declared, it is the friction in the contact itself.
 """
@@ -47,7 +47,8 @@ def identify_friction(model: ForwardModel) -> StepFriction:
     ratio, half = mean_and_interval(samples.ratio, samples.uncertainty, samples.step, steps)
     creepage, _ = mean_and_interval(samples.creepage, samples.uncertainty, samples.step, steps)
     sense = np.where(creepage < 0.0, -1.0, 1.0)
-    explain = _through_model if model.experiment.effects or _wears(model.experiment) else _in_closed_form
+    plain = model.experiment.is_plain and not _wears(model.experiment)
+    explain = _in_closed_form if plain else _through_model
     traction, share_at = explain(model, samples)
     targets = np.stack([sense * ratio, sense * ratio - half, sense * ratio + half])
     highest = HIGHEST_THAT_WEARS if _wears(model.experiment) else HIGHEST

@@ -14,6 +14,8 @@ from twindisc_cli.laws.covariates import COVARIATES, Covariate
 from twindisc_cli.laws.quantities import QUANTITIES, Quantity
 from twindisc_cli.laws.shapes import SHAPES
 
+BEYOND = 0.02
+"""A covariate counts as outside a law's range from this share of the range on."""
 Transfer = Literal["inside", "same_history"]
 Change = Callable[[Floats], Floats]
 
@@ -99,3 +101,32 @@ def formula_text(law: Law) -> str:
         return f"1 {sign} {abs(size):.4g} {body}"
     own = "" if law.of.unit == "1" else f" {law.of.unit}"
     return f"{sign}{abs(size):.4g}{own} {body}"
+
+
+def warnings(laws: Mapping[str, Law], state: State, test: str) -> list[str]:
+    """Where laws are used outside of the range they were learnt on, or cannot be carried over to another history."""
+    found = []
+    for name, law in laws.items():
+        if law.transfer == "same_history":
+            found.append(
+                f"{test}: {name} cannot be carried over with certainty to another history than the one it was learnt "
+                f"on: there {law.over.label} could not be told from what changed with it"
+            )
+        outside = _outside(law, state)
+        if outside > 0.0:
+            low, high = law.valid or (np.nan, np.nan)
+            found.append(
+                f"{test}: {name} is used outside of the range it was learnt on ({low:.4g} to {high:.4g} "
+                f"{law.over.unit}) in {100.0 * outside:.0f} % of the test"
+            )
+    return found
+
+
+def _outside(law: Law, state: State) -> float:
+    """Share of a test in which the covariate of a law is beyond its range."""
+    if law.valid is None or law.covariate == "y_over_edge":
+        return 0.0
+    x = np.broadcast_to(np.atleast_2d(law.over.of(state))[0], state.duration.shape)
+    slack = BEYOND * (law.valid[1] - law.valid[0])
+    beyond = (x < law.valid[0] - slack) | (x > law.valid[1] + slack)
+    return float(np.sum(state.duration[beyond]) / max(float(np.sum(state.duration)), 1e-300))

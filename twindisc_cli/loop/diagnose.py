@@ -8,7 +8,7 @@ from time import monotonic
 
 import numpy as np
 
-from twindisc_cli.laws.law import Law, formula_text
+from twindisc_cli.laws.law import Law, formula_text, warnings
 from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.channels.profile import recorded_stops
@@ -35,7 +35,7 @@ from twindisc_cli.loop.holdout import steps_withheld
 from twindisc_cli.loop.screen import Leftover, leftover
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.thresholds import THRESHOLDS
-from twindisc_cli.loop.validate import Foretold, foretell, warnings
+from twindisc_cli.loop.validate import Foretold, foretell
 from twindisc_cli.model.experiment import Experiment
 
 INTERVAL = 2.706
@@ -509,4 +509,4 @@ def _validation(told: tuple[Foretold, Foretold], test: Experiment) -> Validation
 
 def _warned(laws: Sequence[FoundLaw], told: tuple[Foretold, Foretold] | None, test: Experiment) -> list[str]:
     assert told is not None
-    return warnings({law.name: law.law for law in laws}, told[1].prediction, test.name)
+    return warnings({law.name: law.law for law in laws}, told[1].prediction.state, test.name)

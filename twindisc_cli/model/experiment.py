@@ -239,3 +239,8 @@ class Experiment:
     measured: Measured = field(default_factory=Measured)
     hold_out_steps: tuple[int, ...] = ()
     reported: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether no effect and no law is declared, so that closed forms hold."""
+        return not (self.effects or self.laws)
