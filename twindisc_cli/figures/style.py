@@ -6,6 +6,7 @@ Colours: M. Okabe and K. Ito, Color Universal Design (2008); families of curves 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from string import ascii_lowercase
 from typing import Literal
 
 import matplotlib
@@ -40,7 +41,7 @@ def page(rows: int, columns: int, *, height: float, title: str, provenance: str 
     grid = figure.subplots(rows, columns, squeeze=False)
     panels = list(grid.ravel())
     for place, axes in enumerate(panels):
-        _dress(axes, f"({'abcdefghij'[place]})" if len(panels) > 1 else "")
+        _dress(axes, f"({ascii_lowercase[place]})" if len(panels) > 1 else "")
     return figure, panels
 
 
