@@ -51,7 +51,7 @@ def wear_coefficient(model: ForwardModel, mu: Floats) -> tuple[float, str]:
 
 
 def with_data(result: Result, tests: Sequence[Test]) -> Result:
-    """A result that also says what became of each row of the measured files, of what is declared in vain or beyond its range."""
+    """A result that also says what became of each row of its files, and of what is declared in vain."""
     named = [f"{t.experiment.name}: {c.file}" if len(tests) > 1 else c.file for t in tests for c in t.rows]
     counts = [count for test in tests for count in test.rows]
     rows = [replace(count, file=name) for count, name in zip(counts, named, strict=True)]

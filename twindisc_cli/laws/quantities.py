@@ -107,7 +107,13 @@ QUANTITIES: Mapping[str, Quantity] = {
         "heat", "temperature", "shift", "the temperature of the environment", ("time",), _environment, "K"
     ),
     "temperature": Quantity(
-        "sensor", "temperature", "shift", "the recorded temperature", ("time", "temperature"), _temperature, "K"
+        "sensor",
+        "temperature",
+        "shift",
+        "the recorded temperature",
+        ("time", "temperature", "time_in_step"),
+        _temperature,
+        "K",
     ),
     "profile": Quantity("sensor", "profile", "shift", "the recorded profile", ("y_over_edge",), _profile, "um", 1e-6),
 }
