@@ -58,7 +58,7 @@ def effects(fitted: Fit) -> list[Proposal]:
         promise = 0.5 * float(score[order[0]]) - 0.5 * samples * sets.shape[1]
         starts = [sets[i] for i in order if score[i] > 0.5 * score[order[0]]]
         found.append(Proposal(name, catalogue()[name], starts, promise))
-    return found
+    return sorted(found, key=lambda p: -p.promise)
 
 
 def laws(fitted: Fit) -> list[Proposal]:

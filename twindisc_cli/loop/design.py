@@ -33,6 +33,7 @@ from twindisc_cli.model.forward import ForwardModel
 SAMPLES = 4
 SLIGHTLY = 0.01
 CLEAR = 5.0
+HARDLY = 1.0
 
 
 def next_experiment(alive: Sequence[tuple[Fit, float]], names: Sequence[str]) -> NextExperiment:
@@ -60,6 +61,8 @@ def next_experiment(alive: Sequence[tuple[Fit, float]], names: Sequence[str]) ->
         f"{best[1]}: expected to separate {rivals[0]} from {rivals[1]} by {separation:.1f} noise units "
         f"(this history again: {_length(now[3][closest]):.1f})"
     )
+    if separation < HARDLY:
+        why = f"no history of these creepages tells {rivals[0]} from {rivals[1]}: they do the same to what is recorded"
     return NextExperiment(
         why=why if not helps else f"{why}; recording the {wanted} as well would settle it",
         steps=best[2],

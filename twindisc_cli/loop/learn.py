@@ -12,7 +12,7 @@ Source: C. E. Rasmussen, C. K. I. Williams, Gaussian Processes for Machine Learn
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -228,7 +228,7 @@ def pairs(fitted: Fit) -> list[Pair]:
         if of.channel not in problem.channels:
             continue
         typical = _typical(fitted, quantity)
-        for covariate in of.covariates:
+        for covariate in _distinct(predictions, of.covariates):
             edges = _edges(fitted, predictions, covariate)
             if edges is None:
                 continue
@@ -271,6 +271,26 @@ def _typical(fitted: Fit, quantity: str) -> float:
     return 0.2 * float(np.max(sizes)) / of.scale
 
 
+def _distinct(predictions: list[Prediction], covariates: Sequence[str]) -> list[str]:
+    """Covariates without those that are proportional to an earlier one in all tests, as on a rising ramp."""
+    kept: dict[str, Floats] = {}
+    for name in covariates:
+        if name != "y_over_edge":
+            values = _along(predictions, name)
+            unit = (values - values.min()) / max(float(np.ptp(values)), 1e-300)
+            if any(np.allclose(unit, other, atol=1e-6) for other in kept.values()):
+                continue
+            kept[name] = unit
+    return [name for name in covariates if name in kept or name == "y_over_edge"]
+
+
+def _along(predictions: list[Prediction], covariate: str) -> Floats:
+    """A covariate at all operating points of all tests that last (point,)."""
+    of = COVARIATES[covariate].of
+    values = [np.broadcast_to(of(p.state), (1, len(p.state.time)))[0][p.state.duration > 0.0] for p in predictions]
+    return np.concatenate(values)
+
+
 def _edges(fitted: Fit, predictions: list[Prediction], covariate: str) -> Floats | None:
     """Bins of a covariate over all tests (bin + 1,); None where it does not vary or is not known."""
     over = COVARIATES[covariate]
@@ -278,9 +298,7 @@ def _edges(fitted: Fit, predictions: list[Prediction], covariate: str) -> Floats
         return np.linspace(-over.reach, over.reach, ACROSS_BINS + 1) if "profile" in fitted.problem.channels else None
     if covariate not in UNTIMED and not any(is_timed(case) for case in fitted.problem.cases):
         return None
-    values = np.concatenate([np.broadcast_to(over.of(p.state), (1, len(p.state.time)))[0] for p in predictions])
-    moving = np.concatenate([p.state.duration for p in predictions]) > 0.0
-    values = values[moving]
+    values = _along(predictions, covariate)
     if not np.isfinite(values).all() or np.ptp(values) <= 1e-9 * max(np.abs(values).max(), 1e-300):
         return None
     distinct = np.unique(np.round(values, 9))

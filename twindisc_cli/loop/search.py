@@ -17,7 +17,7 @@ import numpy as np
 
 from twindisc_cli.effects._effect import Effect
 from twindisc_cli.laws.trial import Trial
-from twindisc_cli.loop.candidates import Proposal, proposals
+from twindisc_cli.loop.candidates import Proposal, effects, proposals
 from twindisc_cli.loop.fit import MOST_STEPS, Fit, carried, fit, refit
 from twindisc_cli.loop.learn import Pair
 from twindisc_cli.loop.problem import Problem
@@ -93,7 +93,7 @@ def search(problem: Problem, progress: Progress) -> Search:
             rivals = rivals or {"": tried}
             break
         progress(f"other explanations of {len(better.terms)} terms")
-        best, rivals = polished(renewed(better), best, tried)
+        best, rivals = polished(renewed(catalogued(better, best, tried)), best, tried)
     return Search(base, best, rivals)
 
 
@@ -108,12 +108,12 @@ def renewed(explanation: Explanation) -> Explanation:
     return replace(explanation, fit=refit(explanation.fit.problem, explanation.fit.theta))
 
 
-def extended(explanation: Explanation) -> list[Explanation]:
+def extended(explanation: Explanation, *, laws: bool = True) -> list[Explanation]:
     """The explanation with each of the most promising terms added, by falling evidence."""
     found: list[Explanation] = []
     count = {True: 0, False: 0}
     best = 0.0
-    for proposal in proposals(explanation.fit):
+    for proposal in proposals(explanation.fit) if laws else effects(explanation.fit):
         if proposal.promise < max(0.0, THRESHOLDS.hopeful * best) or count[proposal.is_law] >= THRESHOLDS.tried:
             continue
         count[proposal.is_law] += 1
@@ -182,6 +182,18 @@ def _says_enough(explanation: Explanation, before: Explanation) -> bool:
     return said > THRESHOLDS.law_seen and leftover(before.fit, new[0].channel).significant(THRESHOLDS.alarm)
 
 
+def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explanation]) -> Explanation:
+    """Two effects of the catalogue in the place of a law that was added, where they cannot be told from it."""
+    if len(better.laws) == len(before.laws):
+        return better
+    taken = before.fit.chi2 - better.fit.chi2
+    halves = [e for e in tried if len(e.laws) == len(before.laws) and not e.fit.at_bound]
+    halves = [e for e in halves if before.fit.chi2 - e.fit.chi2 > THRESHOLDS.half * taken][: THRESHOLDS.halves]
+    both = [e for half in halves for e in extended(half, laws=False) if not e.fit.at_bound]
+    both = [e for e in both if (better.evidence - e.evidence) / better.heat < THRESHOLDS.within]
+    return max(both, key=lambda e: e.evidence, default=better)
+
+
 def polished(
     explanation: Explanation, before: Explanation, tried: Sequence[Explanation]
 ) -> tuple[Explanation, dict[str, Sequence[Explanation]]]:
@@ -190,8 +202,8 @@ def polished(
     With the answer come, for each of its terms, the explanations in which another stands in its place; for its newest
     term these are those just tried.
     """
-    newest = next(name for name in explanation.terms if name not in before.terms)
-    known = {newest: judged_alike(explanation, [before, *tried])}
+    newest = [name for name in explanation.terms if name not in before.terms]
+    known = {newest[0]: judged_alike(explanation, [before, *tried])} if len(newest) == 1 else {}
     for _ in range(THRESHOLDS.most_terms):
         rivals = dict[str, Sequence[Explanation]](known)
         for name in explanation.terms:

@@ -33,6 +33,8 @@ class Thresholds:
     forms               forms of each law that are fitted: its best and its second best.
     tried               effects, and laws, that are fitted in every round, by what they promise.
     hopeful             share of the best found so far that a term must promise to be fitted at all.
+    half, halves        share of what a law takes away that an effect must take to be tried as one of two in its place,
+                        and how many such effects are.
     nothing_left        significance above which a third term is not looked for.
     most_terms          terms of an answer at most: four fixed all pairs of the seeds, more are not asked of one test.
     rivals              other explanations that are fitted beside the answer.
@@ -76,6 +78,8 @@ class Thresholds:
     forms: int = 2
     tried: int = 7
     hopeful: float = 0.3
+    half: float = 0.4
+    halves: int = 2
     nothing_left: float = 0.2
     most_terms: int = 4
     rivals: int = 10
