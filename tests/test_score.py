@@ -430,6 +430,8 @@ def test_probabilities_told_are_compared_with_how_often_they_are_right():
     given["laws"][0]["probability"] = 0.5
     given["laws"][0]["alternatives"][1]["probability"] = 0.3
     assert judge(BURST, given)["told"] == [(0.2, False), (0.5, False), (0.3, True)]
+    ramp = BURST | {"same": {name: ["creepage", "energy", "time"] for name in ("creepage", "energy", "time")}}
+    assert judge(ramp, given)["told"] == [(0.2, False), (0.8, True)]
 
 
 def test_intervals_of_what_nothing_hidden_shows_in_are_held_against_the_truth():
