@@ -14,6 +14,7 @@ from definitions import changed, write
 from twindisc_cli.commands import contact
 from twindisc_cli.commands._theories import stiffness_difference
 from twindisc_cli.definition import load
+from twindisc_cli.errors import DefinitionError
 from twindisc_cli.model.experiment import Measured, ProfileSamples
 from twindisc_cli.physics.half_space import DataEdgeError
 
@@ -107,12 +108,39 @@ def test_misalignment_turns_the_tractions(tmp_path, figure_4):
     assert "fastrip" not in found.json
 
 
-def test_without_partial_slip_the_papers_case_is_shown(tmp_path):
+def test_without_partial_slip_the_test_s_own_step_is_shown(tmp_path):
+    """All slides: T/N is mu, nothing sticks, in both theories; no other case takes the test's name."""
     found = contact.run(read(tmp_path, definition("steps = [{ creepage_percent = 5.0 }] #")))
     point = found.json["operating_point"]
-    assert "no step" in point["origin"]
-    assert (point["mu"], point["creepage_percent"]) == (0.6, 0.2)
-    assert "no step" in found.summary[0]
+    assert (point["mu"], point["creepage_percent"], point["illustrative"]) == (0.6, pytest.approx(5.0), False)
+    assert "slides all over" in point["origin"]
+    for theory in ("exact", "fastsim"):
+        assert found.json[theory]["T_over_N"] == pytest.approx(0.6, rel=2e-3)
+        assert found.json[theory]["stick_fraction"] == pytest.approx(0.0, abs=1e-12)
+    assert "illustrative" not in found.figure().get_suptitle()
+
+
+def test_a_step_can_be_chosen(tmp_path):
+    test = read(tmp_path, definition())
+    point = contact.run(test, step=3).json["operating_point"]
+    assert (point["creepage_percent"], point["illustrative"]) == (pytest.approx(1.0), False)
+    with pytest.raises(DefinitionError, match="1 to 3"):
+        contact.run(test, step=4)
+
+
+def test_another_creepage_or_mu_is_called_illustrative(tmp_path, figure_4):
+    test = read(tmp_path, definition("steps = [{ creepage_percent = 5.0 }] #"))
+    found = contact.run(test, creepage=0.2, mu=0.6)
+    assert found.json["operating_point"]["illustrative"]
+    assert found.json["exact"] == figure_4.json["exact"]
+    assert "illustrative" in found.summary[0]
+    assert "illustrative" in found.figure().get_suptitle()
+
+
+def test_without_known_friction_there_is_no_case(tmp_path):
+    unknown = definition().replace("friction_coefficient = 0.6\n", "")
+    with pytest.raises(DefinitionError, match="--mu"):
+        contact.run(read(tmp_path, unknown))
 
 
 def test_an_unworn_sphere_under_half_space_is_hertz(tmp_path, figure_4):

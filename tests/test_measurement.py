@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from twindisc_cli.definition import load
 from twindisc_cli.errors import MeasurementError
 from twindisc_cli.measurement import sheet
-from twindisc_cli.measurement.table import Column, read_table
+from twindisc_cli.measurement.header import Column
+from twindisc_cli.measurement.table import read_table
 from twindisc_cli.measurement.units import FORCE, LENGTH, RATIO, TEMPERATURE, TIME, TORQUE, TURNING, Quantity
 from twindisc_cli.model.experiment import Experiment
 

@@ -10,7 +10,7 @@ from score.cases import GROUPS, plan
 from score.contact import HalfSpace, hertz_ellipse
 from score.effects import CATALOGUE
 from score.heat import Plant, thermocouple
-from score.hidden import NOTHING, Hidden
+from score.hidden import NOTHING, Hidden, Moment
 from score.hiding import channel_of, draw
 from score.histories import GEOMETRIES, draw_rig, off_by_tolerance
 from score.judging import judge
@@ -20,7 +20,7 @@ from score.scoring import calibration_error, is_right, reliability, table
 from score.sensors import CHANNELS, covariates, draw_plan, noise, read, whiten
 from score.sizing import Bench, Ruler
 from score.traction import saturation
-from score.unknowns import STAGES, equivalent, is_separable, parts
+from score.unknowns import STAGES, equivalent, imitations, is_separable, parts
 from score.writing import definition
 
 from twindisc_cli.effects import catalogue
@@ -192,6 +192,20 @@ def test_an_effect_is_made_as_large_as_asked(bench, name):
     assert ruler.size(shown, bench.plan) == pytest.approx(12.0, rel=0.035)
     louder = dataclasses.replace(bench.plan, sigma={k: 2.0 * v for k, v in bench.plan.sigma.items()})
     assert ruler.size(shown, louder) == pytest.approx(6.0, rel=0.035)
+
+
+def test_beside_itself_nothing_is_left_of_an_effect_and_beside_another_channels_all(bench):
+    ruler = Ruler(bench)
+    tilt, lag = bench.readings([Hidden(read_profile=lambda y, h: h + 2e-5 * y)]), bench.readings([Hidden(lag=5.0)])
+    assert ruler.beside(tilt, [tilt], bench.plan) < 1e-6
+    assert ruler.beside(tilt, [lag], bench.plan) == pytest.approx(ruler.size(tilt, bench.plan, steps=1), rel=1e-3)
+
+
+def test_imitations_of_a_law_add_up_to_a_constant(bench):
+    laws = imitations("mu", "creepage", bench.trace)
+    for creepage in (0.002, 0.0077, 0.05):
+        moment = Moment(creepage=creepage)
+        assert sum(law.friction(moment) - 1.0 for law in laws) == pytest.approx(0.05 * STAGES["mu"].largest)
 
 
 def test_what_the_base_parameters_absorb_has_no_size(bench):
@@ -430,6 +444,8 @@ def test_probabilities_told_are_compared_with_how_often_they_are_right():
     given["laws"][0]["probability"] = 0.5
     given["laws"][0]["alternatives"][1]["probability"] = 0.3
     assert judge(BURST, given)["told"] == [(0.2, False), (0.5, False), (0.3, True)]
+    ramp = BURST | {"same": {name: ["creepage", "energy", "time"] for name in ("creepage", "energy", "time")}}
+    assert judge(ramp, given)["told"] == [(0.2, False), (0.8, True)]
 
 
 def test_intervals_of_what_nothing_hidden_shows_in_are_held_against_the_truth():

@@ -36,10 +36,11 @@ Force = Annotated[bool, typer.Option("--force", help="Run even where the result 
 RESULTS = Path("results")
 
 
-def _run(command: str, test: Path, output: Path, as_json: bool, force: bool) -> None:
+def _run(command: str, test: Path, output: Path, as_json: bool, force: bool, **options: float | None) -> None:
     from twindisc_cli.commands import _runner
 
-    raise typer.Exit(_runner.run_command(command, test, _runner.Output(output, as_json, force)))
+    given = {name: value for name, value in options.items() if value is not None}
+    raise typer.Exit(_runner.run_command(command, test, _runner.Output(output, as_json, force), **given))
 
 
 def _version(wanted: bool) -> None:
@@ -88,9 +89,23 @@ def thermal(test: TestFile, output: Folder = RESULTS, as_json: AsJson = False, f
 
 
 @app.command("contact")
-def contact(test: TestFile, output: Folder = RESULTS, as_json: AsJson = False, force: Force = False) -> None:
+def contact(
+    test: TestFile,
+    step: Annotated[
+        int | None, typer.Option("--step", metavar="N", help="Step of the test. [default: most in partial slip]")
+    ] = None,
+    creepage: Annotated[
+        float | None, typer.Option("--creepage", metavar="PERCENT", help="Another creepage: an illustrative case.")
+    ] = None,
+    mu: Annotated[
+        float | None, typer.Option("--mu", metavar="MU", min=1e-4, help="Another mu: an illustrative case.")
+    ] = None,
+    output: Folder = RESULTS,
+    as_json: AsJson = False,
+    force: Force = False,
+) -> None:
     """Pressure, traction and slip over the patch: exact theory beside FASTSIM."""
-    _run("contact", test, output, as_json, force)
+    _run("contact", test, output, as_json, force, step=step, creepage=creepage, mu=mu)
 
 
 @app.command("check")

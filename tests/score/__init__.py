@@ -9,12 +9,15 @@ and sensors. The loop then runs on their files as a user would run it, and its a
     heat       temperature of the disc, shaft and thermocouple, in small Runge-Kutta steps
     rig        the rig in one record, and the march through its history
     effects    hidden effects that are in the program's catalogue, with formulas from the literature
-    unknowns   hidden effects that are in no catalogue
-    histories  drawn rigs: loads, speeds, radii, steps
+    forms      near-misses: the same mechanisms by other formulas
+    unknowns   random laws that are in no catalogue, and what a history can tell of them
+    hiding     all that can be hidden, by name
+    histories  drawn rigs: geometries, loads, speeds, steps; the other history of a rig
     sensors    sampling, noise, drift, outliers, quantisation
     sizing     how large an effect is, in units of the detection threshold
-    making     one test: definition, measured files, truth
+    making     one test: definition, measured files, the other history, truth
     cases      which tests a score consists of
+    judging    what is right in an answer
     scoring    runs the loop and counts
-    figure     detection and attribution over effect size
+    figure     detection and attribution over effect size, and how often what is told as probable is right
 """

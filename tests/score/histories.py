@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .rig import Rig
 
 CROWN_TOLERANCE = 0.01
-MODULUS_TOLERANCE = 0.02
+MODULUS_TOLERANCE = 0.01
 """How far, relatively, the relative curvature across and the modulus may be off what the definition says."""
 KINDS = ("rising", "up_and_down", "repeated", "there_and_back")
 """Of the creepages: rising; then falling again or in any order, in full sliding; or all the way back."""

@@ -113,11 +113,20 @@ def _judge_unknown(hidden: Row, named: Sequence[Row], laws: Sequence[Row], lefto
 
 
 def _told(truth: Row, explanations: Sequence[Row]) -> Iterator[tuple[float, bool]]:
-    """Every probability in an answer, and whether what it was told of is right."""
+    """Every probability in an answer, and whether what it was told of is right.
+
+    Laws over covariates that are one on the history of the test are one claim, with the sum of their probabilities.
+    """
     for explanation in explanations:
+        claims: dict[str | Pair, tuple[float, list[str | Pair]]] = {}
         for part in (explanation, *explanation.get("alternatives", [])):
             if isinstance(part, Mapping) and part.get("probability") is not None:
-                yield float(part["probability"]), _is_meant(truth, [_key(dict(part))])
+                key = _key(dict(part))
+                what = key if isinstance(key, str) else (key[0], min(truth.get("same", {}).get(key[1], [key[1]])))
+                probability, members = claims.get(what, (0.0, []))
+                claims[what] = (probability + float(part["probability"]), [*members, key])
+        for probability, members in claims.values():
+            yield min(probability, 1.0), _is_meant(truth, members)
 
 
 def _covered(truth: Row, answer: Row) -> list[bool]:

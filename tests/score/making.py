@@ -15,7 +15,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from . import hiding
-from .hidden import Hidden
+from .hidden import COVARIATES, Hidden
 from .histories import ELONGATED, KINDS, draw_geometry, draw_rig, off_by_tolerance, other_history
 from .rig import March, Rig, Trace
 from .sensors import CHANNELS, Channels, Plan, covariates, draw_plan, noise, read
@@ -224,6 +224,7 @@ def truth(made: Made) -> dict[str, object]:
         "alternatives": [],
         "law": law,
         "channels": sorted({hiding.channel_of(name) for name in effects}),
+        "same": {name: equivalent(name, _seen(made.own)) for name in COVARIATES},
         "separable": all(_is_separable(name, made) for name in effects),
         "sizes": list(draft.sizes),
         "sizes_beyond_tolerances": list(draft.firm_sizes),

@@ -57,10 +57,10 @@ class Rig:
     modulus_tolerance: float = 1.0  # true modulus over `modulus`
     modulus: float = 206e9
     hardness: float = 700.0  # HV
-    presses: int = 16  # how often the discs are pressed together anew while they wear as much as is expected
-    longest: float = 6.0  # small time step [s]
-    cells: int = 12  # of the half patch along rolling
-    strips: int = 18  # of the first half patch across
+    presses: int = 12  # how often the discs are pressed together anew while they wear as much as is expected
+    longest: float = 8.0  # small time step [s]
+    cells: int = 10  # of the half patch along rolling
+    strips: int = 14  # of the first half patch across
 
     poisson = 0.3
 

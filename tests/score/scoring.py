@@ -193,7 +193,9 @@ def _errors(rows: Sequence[Row], missing: Sequence[Row]) -> list[Line]:
     """Held-out errors where something was missing, and errors on the history that was never fitted."""
     floor = [r["judged"]["at_floor"] for r in missing if r["judged"]["at_floor"] is not None]
     predicted = [r for r in missing if r["judged"].get("elsewhere")]
-    separable, other = ([r["judged"] for r in predicted if r["truth"]["separable"] is told] for told in (True, False))
+    separable, other = (
+        [r["judged"] for r in predicted if r["truth"].get("separable") is told] for told in (True, False)
+    )
     worse = [r["judged"]["worse"] and not r["judged"]["warned"] for r in rows if r["judged"].get("elsewhere")]
     return [
         _line("something missing: held-out error <= 1.15 x noise", floor, ">= 80 / 90 %"),

@@ -32,10 +32,10 @@ class Output:
     force: bool = False
 
 
-def run_command(command: str, path: Path, output: Output) -> int:
-    """Run a command on one test. The exit code."""
+def run_command(command: str, path: Path, output: Output, **options: float) -> int:
+    """Run a command on one test, with the command's own options. The exit code."""
     test = load(path)
-    return _deliver(command, [test], {}, output, lambda: _module(command).run(test))
+    return _deliver(command, [test], options, output, lambda: _module(command).run(test, **options))
 
 
 def quiet(command: str, test: Test, folder: Path) -> tuple[Result, dict[str, bytes]]:

@@ -1,7 +1,7 @@
 """contact: pressure, traction and slip over the patch, the exact theory beside FASTSIM, at one point of a test.
 
-The operating point is the first of the step that is most in partial slip, where the theories differ most; a test that
-has none, or whose friction is unknown, is shown at mu = 0.6 and 0.2 % creepage, the case of the paper's Figs. 4 and 5.
+The operating point is the beginning of the step that is chosen, or of the one that is most in partial slip, where the
+theories differ most. Another creepage or mu than the test's is an illustrative case, and is called one.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 
 from twindisc_cli.commands._theories import Field, Patch, exact_field, fastsim_field, hertz_patch, profile_patch
 from twindisc_cli.definition import Test
+from twindisc_cli.errors import DefinitionError
 from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.identify.track import last_profile
 from twindisc_cli.model.base import BaseParameters
@@ -24,7 +25,6 @@ from twindisc_cli.results import Array, Axis, Dataset, Result
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FIGURE_4 = (0.6, 0.002)
 SMOOTHED_OVER = 40
 PARTIAL = 0.99
 """Share of mu N above which a step counts as sliding all over."""
@@ -32,7 +32,10 @@ PARTIAL = 0.99
 
 @dataclass(frozen=True)
 class Point:
-    """An operating point: mu [1], creepages [1], spin [rad/m], load [N], and where it is from."""
+    """An operating point: mu [1], creepages [1], spin [rad/m], load [N], and where it is from.
+
+    illustrative: not what the test ran at.
+    """
 
     mu: float
     creepage_x: float
@@ -40,12 +43,13 @@ class Point:
     spin: float
     normal_load: float
     origin: str
+    illustrative: bool
 
 
-def run(test: Test) -> Result:
-    """Solve the contact of one operating point by both theories."""
+def run(test: Test, *, step: int | None = None, creepage: float | None = None, mu: float | None = None) -> Result:
+    """Solve the contact of one operating point by both theories: of a step from 1, at another creepage [%] or mu."""
     experiment = test.experiment
-    point = _operating_point(ForwardModel(experiment))
+    point = _operating_point(ForwardModel(experiment), step=step, creepage=creepage, mu=mu)
     patch = _patch(experiment, point.normal_load)
     rig, given = (
         experiment.rig,
@@ -64,6 +68,7 @@ def run(test: Test) -> Result:
         json={
             "operating_point": {
                 "origin": point.origin,
+                "illustrative": point.illustrative,
                 "mu": point.mu,
                 "creepage_percent": point.creepage_x * 100.0,
                 "lateral_creepage_percent": point.creepage_y * 100.0,
@@ -79,12 +84,15 @@ def run(test: Test) -> Result:
     )
 
 
-def _operating_point(model: ForwardModel) -> Point:
-    """The beginning of the step with the smallest T/(mu N), all declared effects acting; else the paper's case."""
+def _operating_point(model: ForwardModel, *, step: int | None, creepage: float | None, mu: float | None) -> Point:
+    """The beginning of a step, all declared effects acting, at another creepage [%] or mu where they are given."""
     test = model.experiment
-    mu, source = friction_in_use(model)
-    known = np.isfinite(mu) & (test.history.step_creepage != 0.0)
-    state = model.predict(BaseParameters.declared(test, np.where(known, mu, 1.0)[None])).state
+    steps = len(test.history.step_creepage)
+    if step is not None and not 1 <= step <= steps:
+        raise DefinitionError(f"--step {step}: the history has the steps 1 to {steps}")
+    found, source = friction_in_use(model)
+    known = np.isfinite(found) & (test.history.step_creepage != 0.0)
+    state = model.predict(BaseParameters.declared(test, np.where(known, found, 1.0)[None])).state
     first = model.points.of_iteration[np.unique(test.history.step, return_index=True)[1]]
     shape = (1, len(model.points.time))
 
@@ -92,20 +100,38 @@ def _operating_point(model: ForwardModel) -> Point:
         return np.asarray(np.broadcast_to(values, shape)[0, first])
 
     capacity = at(state.sliding_speed * state.mu * state.normal_load)
-    share = np.divide(at(state.power), capacity, out=np.full(len(mu), np.inf), where=known & (capacity > 0.0))
-    chosen = int(np.argmin(share))
-    if share[chosen] > PARTIAL:
-        friction, creepage = FIGURE_4
-        why = "no step of the test is known to be in partial slip: the case of the paper's Figs. 4 and 5"
-        return Point(friction, creepage, 0.0, 0.0, test.rig.normal_load, why)
+    share = np.divide(at(state.power), capacity, out=np.full(steps, np.inf), where=known & (capacity > 0.0))
+    slowest = np.where(share > PARTIAL, share + np.abs(at(state.creepage)), share)
+    chosen = int(np.argmin(slowest)) if step is None else step - 1
+    if mu is None and not known[chosen]:
+        raise DefinitionError(f"no friction, or no creepage, is known {_where(step)}: give --mu (and --creepage)")
+    own_creepage = float(at(state.creepage)[chosen])
+    if creepage is None and own_creepage == 0.0:
+        raise DefinitionError(f"step {chosen + 1} rolls without creepage: give --creepage, or another --step")
     return Point(
-        mu=float(at(state.mu)[chosen]),
-        creepage_x=float(at(state.creepage)[chosen]),
+        mu=float(at(state.mu)[chosen]) if mu is None else mu,
+        creepage_x=own_creepage if creepage is None else creepage / 100.0,
         creepage_y=float(at(state.lateral_creepage)[chosen]),
         spin=float(at(state.spin)[chosen]),
         normal_load=float(at(state.normal_load)[chosen]),
-        origin=f"step {chosen + 1}, the most in partial slip; its mu is {source[chosen]}",
+        origin=_origin(chosen, source[chosen], share[chosen], creepage=creepage, mu=mu, asked=step is not None),
+        illustrative=creepage is not None or mu is not None,
     )
+
+
+def _where(step: int | None) -> str:
+    return "for any step" if step is None else f"in step {step}"
+
+
+def _origin(step: int, source: str, share: float, *, creepage: float | None, mu: float | None, asked: bool) -> str:
+    """What the operating point is, in words."""
+    if creepage is not None or mu is not None:
+        given = [f"creepage {creepage:g} %"] * (creepage is not None) + [f"mu {mu:g}"] * (mu is not None)
+        return f"an illustrative case, {' and '.join(given)} as asked for; all else as at the start of step {step + 1}"
+    partial = share <= PARTIAL
+    slides = "" if partial else ", which slides all over" if asked else ", which slides all over as the other steps do"
+    most = ", the most in partial slip" if partial and not asked else ""
+    return f"step {step + 1}{most}{slides}; its mu is {source}"
 
 
 def _patch(test: Experiment, normal_load: float) -> Patch:
@@ -198,6 +224,8 @@ def _figure(test: Experiment, point: Point, fields: tuple[Field, ...]) -> Figure
         case += f", $\\upsilon_y$ = {point.creepage_y * 100.0:.3g} %, $\\varphi$ = {point.spin:.3g} rad/m"
     recorded = test.measured.traction is not None or test.measured.profile is not None
     provenance = test.measured.provenance if recorded else ""
+    if point.illustrative:
+        case += " (illustrative: not what the test ran at)"
     return fields_and_sections(fields, mu=point.mu, name=test.name, case=case, provenance=provenance)
 
 

@@ -46,10 +46,11 @@ def load_text(text: str, path: Path) -> Test:
     rig = _rig(definition.rig, definition.material)
     history = _history(definition, rig)
     table = definition.measured
-    named = table.model_dump(exclude={"provenance"})
-    recorded = measurement.read(
-        measurement.Sources(path.parent, **named), rig=rig, history=history, provenance=table.provenance
-    )
+    columns = table.columns.model_dump(exclude_none=True) if table.columns else {}
+    naming = {key.replace("_", " "): measurement.Named(**named) for key, named in columns.items()}
+    files = table.model_dump(exclude={"provenance", "columns"})
+    sources = measurement.Sources(path.parent, **files, columns=naming)
+    recorded = measurement.read(sources, rig=rig, history=history, provenance=table.provenance)
     resolved = _resolved(definition)
     experiment = Experiment(
         name=definition.test.name,

@@ -196,6 +196,33 @@ FileName = Annotated[str, Field(min_length=1)]
 ZeroOfTorque = Annotated[float | str, AfterValidator(_zero)]
 
 
+class ColumnTable(Table):
+    """A column as a measured file has it."""
+
+    column: str | None = Field(default=None, description="its name in the file")
+    unit: str | None = Field(default=None, description="its unit, where the file has none or writes it otherwise")
+    sign: Literal[1, -1] = 1
+
+
+class ColumnsTable(Table):
+    """Columns whose names or units in the files are not understood."""
+
+    time: ColumnTable | None = None
+    step: ColumnTable | None = None
+    creepage: ColumnTable | None = None
+    traction_ratio: ColumnTable | None = None
+    uncertainty: ColumnTable | None = None
+    speed_1: ColumnTable | None = None
+    speed_2: ColumnTable | None = None
+    torque: ColumnTable | None = None
+    normal_load: ColumnTable | None = None
+    y: ColumnTable | None = None
+    height: ColumnTable | None = None
+    disc: ColumnTable | None = None
+    iteration: ColumnTable | None = None
+    temperature: ColumnTable | None = None
+
+
 class MeasuredTable(Table):
     """Measured data: tables, with paths relative to this file."""
 
@@ -208,6 +235,7 @@ class MeasuredTable(Table):
     )  # fmt: skip
     profile: FileName | None = None
     temperature: FileName | None = None
+    columns: ColumnsTable | None = None
     provenance: Literal["measured", "digitised", "reconstructed", "synthetic"] = "measured"
 
 

@@ -4,25 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
 
 from twindisc_cli.errors import MeasurementError, Problem
 from twindisc_cli.measurement.channels import read_profile, read_temperature, read_traction
+from twindisc_cli.measurement.header import Named, Naming
 from twindisc_cli.measurement.rig_log import ZeroSetting, read_rig_log
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.table import read_bytes
 from twindisc_cli.model.experiment import History, Measured, Provenance, Rig
 
-__all__ = ["Recorded", "RowCount", "Sources", "ZeroSetting", "read"]
+__all__ = ["Named", "Recorded", "RowCount", "Sources", "ZeroSetting", "read"]
 
 
 @dataclass(frozen=True)
 class Sources:
     """The files of a test, as its definition names them, relative to `folder`; None where there is none.
 
-    torque_disc: the disc whose torque the rig log holds; torque_zero: how its zero is known.
+    torque_disc: the disc whose torque the rig log holds; torque_zero: how its zero is known. columns: what is said
+    of columns in the files.
     """
 
     folder: Path
@@ -32,6 +34,7 @@ class Sources:
     temperature: str | None = None
     torque_disc: int | None = None
     torque_zero: ZeroSetting = None
+    columns: Naming = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,7 @@ def read(sources: Sources, *, rig: Rig, history: History, provenance: Provenance
             problems.extend(error.problems)
 
     traction = profile = temperature = zero = None
+    named = sources.columns
     with gathered():
         if sources.rig_log and sources.torque_disc:
             log = read_rig_log(
@@ -70,20 +74,21 @@ def read(sources: Sources, *, rig: Rig, history: History, provenance: Provenance
                 history=history,
                 torque_disc=sources.torque_disc,
                 torque_zero=sources.torque_zero,
+                naming=named,
             )
-            traction, zero = log.samples, log.zero
-            rows.append(replace(log.rows, file=sources.rig_log))
+            traction, zero, count = log.samples, log.zero, log.rows
+            rows.append(replace(count, file=sources.rig_log))
         elif sources.traction:
-            traction = read_traction(*content(sources.traction), history=history)
-            rows.append(RowCount(sources.traction, len(traction.ratio)))
+            traction, count = read_traction(*content(sources.traction), history=history, naming=named)
+            rows.append(replace(count, file=sources.traction))
     with gathered():
         if sources.profile:
-            profile = read_profile(*content(sources.profile), rig=rig, history=history)
-            rows.append(RowCount(sources.profile, len(profile.y)))
+            profile, count = read_profile(*content(sources.profile), rig=rig, history=history, naming=named)
+            rows.append(replace(count, file=sources.profile))
     with gathered():
         if sources.temperature:
-            temperature = read_temperature(*content(sources.temperature), history=history)
-            rows.append(RowCount(sources.temperature, len(temperature.time)))
+            temperature, count = read_temperature(*content(sources.temperature), history=history, naming=named)
+            rows.append(replace(count, file=sources.temperature))
     if problems:
         raise MeasurementError(problems)
     measured = Measured(traction, profile, temperature, provenance=provenance, torque_zero=zero)

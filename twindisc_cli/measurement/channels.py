@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from twindisc_cli.measurement.header import Column, Naming
+from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
-from twindisc_cli.measurement.table import Column, Table, read_table
+from twindisc_cli.measurement.table import Table, read_table
 from twindisc_cli.measurement.units import COUNT, LENGTH, PERCENTAGE, RATIO, TEMPERATURE, TIME
 from twindisc_cli.model.experiment import History, ProfileSamples, Rig, TemperatureSamples, TractionSamples
 
@@ -19,7 +21,9 @@ CHORD_MARGIN = 1.5
 _FEWEST = {"traction": 2, "profile": 8, "temperature": 3}
 
 
-def read_traction(data: bytes, file: str, *, history: History) -> TractionSamples:
+def read_traction(
+    data: bytes, file: str, *, history: History, naming: Naming | None = None
+) -> tuple[TractionSamples, RowCount]:
     """T/N against creepage, one row a sample or one a step."""
     wanted = (
         Column("creepage", PERCENTAGE),
@@ -28,7 +32,7 @@ def read_traction(data: bytes, file: str, *, history: History) -> TractionSample
         Column("step", COUNT, required=False),
         Column("uncertainty", RATIO, required=False),
     )
-    table = read_table(data, file, wanted)
+    table = read_table(data, file, wanted, naming)
     columns = table.columns
     _enough(table, _FEWEST["traction"])
     if "time" in columns:
@@ -43,16 +47,19 @@ def read_traction(data: bytes, file: str, *, history: History) -> TractionSample
         table.flag(columns["uncertainty"] <= 0.0, "uncertainty", lambda _: "must be greater than 0")
     table.check()
     unknown = np.full(len(table), np.nan)
-    return TractionSamples(
+    samples = TractionSamples(
         time=columns.get("time", unknown),
         step=step,
         creepage=columns["creepage"],
         ratio=columns["traction ratio"],
         uncertainty=columns.get("uncertainty", unknown),
     )
+    return samples, table.count()
 
 
-def read_profile(data: bytes, file: str, *, rig: Rig, history: History) -> ProfileSamples:
+def read_profile(
+    data: bytes, file: str, *, rig: Rig, history: History, naming: Naming | None = None
+) -> tuple[ProfileSamples, RowCount]:
     """Height change of the worn disc across the track, for each disc and stop."""
     wanted = (
         Column("y", LENGTH),
@@ -60,7 +67,7 @@ def read_profile(data: bytes, file: str, *, rig: Rig, history: History) -> Profi
         Column("disc", COUNT, required=False),
         Column("iteration", COUNT, required=False),
     )
-    table = read_table(data, file, wanted)
+    table = read_table(data, file, wanted, naming)
     columns, last = table.columns, len(history.step)
     disc = columns.get("disc", np.full(len(table), 2.0)).astype(np.int64)
     iteration = columns.get("iteration", np.full(len(table), float(last))).astype(np.int64)
@@ -70,18 +77,20 @@ def read_profile(data: bytes, file: str, *, rig: Rig, history: History) -> Profi
     for which in np.unique(np.stack([disc, iteration]), axis=1).T:
         _check_profile(table, np.flatnonzero((disc == which[0]) & (iteration == which[1])), rig)
     table.check()
-    return ProfileSamples(y=columns["y"], height=columns["height"], disc=disc, iteration=iteration)
+    return ProfileSamples(y=columns["y"], height=columns["height"], disc=disc, iteration=iteration), table.count()
 
 
-def read_temperature(data: bytes, file: str, *, history: History) -> TemperatureSamples:
+def read_temperature(
+    data: bytes, file: str, *, history: History, naming: Naming | None = None
+) -> tuple[TemperatureSamples, RowCount]:
     """Disc temperature over time."""
-    table = read_table(data, file, (Column("time", TIME), Column("temperature", TEMPERATURE)))
+    table = read_table(data, file, (Column("time", TIME), Column("temperature", TEMPERATURE)), naming)
     _enough(table, _FEWEST["temperature"])
     _check_time(table, history, partner="temperature")
     kelvin = table.columns["temperature"]
     table.flag(kelvin < 0.0, "temperature", lambda row: f"{kelvin[row]:g} K is below absolute zero; check the unit")
     table.check()
-    return TemperatureSamples(time=table.columns["time"], temperature=kelvin)
+    return TemperatureSamples(time=table.columns["time"], temperature=kelvin), table.count()
 
 
 def step_at(history: History, time: Floats) -> Ints:

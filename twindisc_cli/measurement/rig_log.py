@@ -20,11 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.measurement.channels import tolerance
+from twindisc_cli.measurement.header import Column, Naming
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
-from twindisc_cli.measurement.table import Column, Table, read_table
+from twindisc_cli.measurement.table import Table, read_table
 from twindisc_cli.measurement.torque_zero import Zero, find_zero
-from twindisc_cli.measurement.units import FORCE, TIME, TORQUE, TURNING
+from twindisc_cli.measurement.units import FORCE, TIME, TORQUE, turning
 from twindisc_cli.model.experiment import History, Rig, TorqueZero, TractionSamples
 
 Bools = NDArray[np.bool_]
@@ -49,7 +50,14 @@ class RigLog:
 
 
 def read_rig_log(
-    data: bytes, file: str, *, rig: Rig, history: History, torque_disc: int, torque_zero: ZeroSetting = None
+    data: bytes,
+    file: str,
+    *,
+    rig: Rig,
+    history: History,
+    torque_disc: int,
+    torque_zero: ZeroSetting = None,
+    naming: Naming | None = None,
 ) -> RigLog:
     """T/N samples from a raw log; MeasurementError says which step is missing or does not fit.
 
@@ -58,12 +66,12 @@ def read_rig_log(
     """
     wanted = (
         Column("time", TIME),
-        Column("speed 1", TURNING),
-        Column("speed 2", TURNING),
+        Column("speed 1", turning(rig.disc1.rolling_radius)),
+        Column("speed 2", turning(rig.disc2.rolling_radius)),
         Column("torque", TORQUE),
         Column("normal load", FORCE),
     )
-    table = read_table(data, file, wanted)
+    table = read_table(data, file, wanted, naming, gaps=True)
     _check_rows(table, rig)
     table.check()
     reasons = _idle(table, rig)
@@ -93,9 +101,9 @@ def read_rig_log(
         uncertainty=np.full(int(kept.sum()), np.nan),
     )
     zero = _zero(found, torque_zero, table.columns["time"][driven], sense * radius * rig.normal_load)
-    return RigLog(
-        samples, zero, RowCount(file, int(np.sum(reasons == "")), _counts(reasons), _notes(zero, found, time, history))
-    )
+    table.left_out |= _counts(reasons)
+    table.notes += _notes(zero, found, time, history)
+    return RigLog(samples, zero, table.count(int(np.sum(reasons == ""))))
 
 
 def _idle(table: Table, rig: Rig) -> NDArray[np.object_]:

@@ -7,8 +7,8 @@ a large file needs little more memory than its numbers, and a mistake in it keep
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from io import BytesIO
 from typing import Any
 
@@ -21,6 +21,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _BLOCK = 1 << 23
+_HEAD = 1 << 16
+_MOST_PREAMBLE = 500
 UNCLOSED = -1
 _WORKBOOK = b"PK\x03\x04"
 
@@ -48,6 +50,23 @@ class Sheet:
     body: bytes
     delimiter: str = ","
     cells: Mapping[int, Sequence[str]] | None = None
+    preamble: int = 0
+
+    def first(self) -> tuple[int, Sequence[str]]:
+        """The first line below that holds anything, and its cells; none where there is no such line."""
+        if self.cells is not None:
+            return next(((line, row) for line, row in self.cells.items() if line > self.line and any(row)), (0, []))
+        lines = self.body[:_HEAD].decode(errors="replace").split("\n")
+        found = ((self.line + 1 + n, line) for n, line in enumerate(lines) if _content(line))
+        line, text = next(found, (0, ""))
+        return line, _cells(text, self.delimiter)
+
+    def below(self, line: int) -> Sheet:
+        """The sheet without what is above and in a line."""
+        body = self.body
+        for _ in range(line - self.line):
+            body = body.partition(b"\n")[2]
+        return replace(self, line=line, body=body)
 
     def rows(self, places: Sequence[int]) -> Rows:
         """The rows that hold anything, with the cells at `places`."""
@@ -67,30 +86,47 @@ class Sheet:
         return _joined(parts, len(places))
 
 
-def open_sheet(data: bytes, file: str, expected: str) -> Sheet:
-    """The sheet in a file's bytes; `expected` is the header that an empty file is told to have."""
-    empty = MeasurementError(Problem(f"is empty; it needs a header such as {expected}", file))
-    if data.startswith(_WORKBOOK):
-        cells = _workbook(data, file)
-        line = next((line for line, row in cells.items() if any(row)), None)
-        if line is None:
-            raise empty
-        return Sheet(cells[line], line, b"", cells=cells)
-    text = _utf8(data, file)
+def open_sheet(data: bytes, file: str, expected: str, is_header: Callable[[Sequence[str]], bool]) -> Sheet:
+    """The sheet in a file's bytes, below the first line that `is_header`, else below the first that holds anything.
+
+    `expected` is the header that an empty file is told to have.
+    """
+    book = data.startswith(_WORKBOOK)
+    text = b"" if book else _utf8(data, file)
+    heads = list(_workbook_heads(data, file) if book else _text_heads(text))
+    if not heads:
+        raise MeasurementError(Problem(f"is empty; it needs a header such as {expected}", file))
+    above = next((n for n, (sheet, _) in enumerate(heads) if is_header(sheet.header)), 0)
+    sheet, end = heads[above]
+    return replace(sheet, body=text[end + 1 :], preamble=above)
+
+
+def _workbook_heads(data: bytes, file: str) -> Iterator[tuple[Sheet, int]]:
+    """A sheet below each of the first rows that hold anything."""
+    cells = _workbook(data, file)
+    first = list(cells.items())[:_MOST_PREAMBLE]
+    return ((Sheet(row, line, b"", cells=cells), 0) for line, row in first if any(row))
+
+
+def _text_heads(text: bytes) -> Iterator[tuple[Sheet, int]]:
+    """A sheet, still without its body, below each of the first lines that hold anything, and where that line ends."""
     begin = 0
-    for number, line_end in enumerate(_line_ends(text), start=1):
-        line_text = text[begin:line_end].decode()
-        if _content(line_text):
-            delimiter = next((d for d in ("\t", ";") if d in line_text), ",")
-            return Sheet(_cells(line_text, delimiter), number, text[line_end + 1 :], delimiter)
-        begin = line_end + 1
-    raise empty
+    for number, end in enumerate(_line_ends(text), start=1):
+        line = text[begin:end].decode(errors="replace")
+        if _content(line):
+            delimiter = next((d for d in ("\t", ";") if d in line), ",")
+            yield Sheet(_cells(line, delimiter), number, b"", delimiter), end
+        begin = end + 1
+        if number >= _MOST_PREAMBLE:
+            return
 
 
 def _utf8(data: bytes, file: str) -> bytes:
     """A text in UTF-8 with plain line ends: from UTF-16 with a byte-order mark, or Windows-1252, as rigs write it."""
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         data = data.decode("utf-16", errors="replace").encode()
+    elif b"\0" in data[:200] and (order := _wide(data[:200])):
+        data = data.decode(order, errors="replace").encode()
     if b"\0" in data:
         raise MeasurementError(Problem("is not a text file; export the data as CSV", file))
     data = data.removeprefix(b"\xef\xbb\xbf")
@@ -101,6 +137,13 @@ def _utf8(data: bytes, file: str) -> bytes:
     if b"\r" in data:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     return data.rstrip(b"\n ")
+
+
+def _wide(head: bytes) -> str:
+    """The order of a UTF-16 text without a mark: every second byte of plain letters is zero. Empty for other files."""
+    odd, even = head[1::2].count(0), head[::2].count(0)
+    half = len(head) // 3
+    return "utf-16-le" if odd > half and not even else "utf-16-be" if even > half and not odd else ""
 
 
 def _line_ends(text: bytes) -> Iterator[int]:

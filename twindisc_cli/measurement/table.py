@@ -14,31 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.errors import MeasurementError, Problem, did_you_mean, nearest
-from twindisc_cli.measurement.sheet import UNCLOSED, Floats, Ints, Rows, open_sheet
-from twindisc_cli.measurement.units import COUNT, Quantity
+from twindisc_cli.measurement.header import Column, Match, Naming, Place, clock, is_header, match, stamped, units_below
+from twindisc_cli.measurement.rows import RowCount
+from twindisc_cli.measurement.sheet import UNCLOSED, Floats, Ints, Rows, Sheet, open_sheet
+from twindisc_cli.measurement.units import COUNT
 
 Bools = NDArray[np.bool_]
 
-_HEADER = re.compile(r"^\s*(.*?)\s*(?:\[(.*)\]\s*)?$")
 _SHOWN = 3
-
-
-@dataclass(frozen=True)
-class Column:
-    """A column a file may have."""
-
-    name: str
-    quantity: Quantity
-    required: bool = True
-
-    def __str__(self) -> str:
-        """The header cell to write."""
-        unit = next(iter(self.quantity.units))
-        return self.name if self.quantity is COUNT else f"{self.name} [{unit}]"
-
-
-Place = tuple[int, Column, tuple[float, float]]
-"""Where a wanted column stands in the file, what it is, and its factor and offset to SI."""
+_GAP = re.compile(r"[-*#\s]*|[-+]?(?:nan|inf|infinity|na|n/a|#n/a|null|none|ovl|ol)", re.IGNORECASE)
+_MOST_GAPS = 0.5
+NO_NUMBER, SUMMARY = "no number", "summary at the end"
 
 
 @dataclass
@@ -51,6 +37,8 @@ class Table:
     headers: dict[str, str]
     lines: Ints
     problems: list[Problem] = field(default_factory=list)
+    left_out: dict[str, int] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
 
     def __len__(self) -> int:
         """Number of rows."""
@@ -68,6 +56,10 @@ class Table:
     def note(self, what: str, name: str = "", line: int = 0) -> None:
         """Note a problem of the file, of a column, or of a cell."""
         self.problems.append(Problem(what, self.file, line, self.headers.get(name, name)))
+
+    def count(self, used: int | None = None) -> RowCount:
+        """What became of the rows; all that could be read were used unless said."""
+        return RowCount(self.file, len(self) if used is None else used, self.left_out, tuple(self.notes))
 
     def check(self) -> None:
         """Raise what was noted."""
@@ -88,65 +80,121 @@ def read_bytes(path: Path) -> bytes:
         raise MeasurementError(Problem(f"cannot be read: {error.strerror}", str(path))) from None
 
 
-def read_table(data: bytes, file: str, wanted: Sequence[Column]) -> Table:
-    """Read the wanted columns; others are ignored unless they look like a misspelt one."""
+def read_table(
+    data: bytes, file: str, wanted: Sequence[Column], naming: Naming | None = None, *, gaps: bool = False
+) -> Table:
+    """Read the wanted columns; others are ignored unless they look like a misspelt one.
+
+    naming: what the definition says of columns; gaps: rows without a number are left out and counted, not refused.
+    """
     expected = ", ".join(str(c) for c in wanted if c.required)
-    sheet = open_sheet(data, file, expected)
+    sheet = open_sheet(data, file, expected, lambda cells: is_header(cells, wanted, naming or {}))
     table = Table(file, {}, {}, {}, np.zeros(0, dtype=np.int64))
-    places = _match(table, sheet.header, wanted, sheet.line)
+    found = match(sheet.header, wanted, naming or {})
+    sheet, places = _below_units(table, sheet, found.places)
+    _check_header(table, sheet, found, places, wanted)
     table.check()
-    rows = sheet.rows([place for place, _, _ in places.values()])
+    rows = sheet.rows([place.index for place in places.values()])
     if not len(rows.lines):
         table.note(f"has no rows under its header; expected {expected}")
     table.check()
-    _fill(table, rows, list(places), len(sheet.header), sheet.delimiter)
+    _fill(table, rows, places, sheet, gaps=gaps)
     _convert(table, places)
     return table
 
 
-def _match(table: Table, header: Sequence[str], wanted: Sequence[Column], line: int) -> dict[str, Place]:
-    """Where each wanted column stands and how it converts; what is missing, misspelt or doubled is noted."""
-    by_name = {column.name: column for column in wanted}
-    places: dict[str, Place] = {}
-    others: list[str] = []
-    for place, cell in enumerate(header):
-        match = _HEADER.match(cell)
-        name, unit = (" ".join(match[1].casefold().split()), match[2]) if match else (cell, None)
-        if name not in by_name:
-            others.append(name)
-        elif name in places:
-            table.note("the column occurs twice", cell, line)
-        else:
-            table.headers[name] = cell.strip()
-            try:
-                places[name] = (place, by_name[name], by_name[name].quantity.conversion(unit))
-            except ValueError as error:
-                places[name] = (place, by_name[name], (1.0, 0.0))
-                table.note(str(error), name, line)
+def _below_units(table: Table, sheet: Sheet, places: Mapping[str, Place]) -> tuple[Sheet, Mapping[str, Place]]:
+    """The sheet below a row of units, and the places with these units; times that are time stamps are marked."""
+    if sheet.preamble:
+        table.notes.append(f"header taken from line {sheet.line}, below {sheet.preamble} others")
+    line, row = sheet.first()
+    with_units = units_below(row, places) if row and places else None
+    if with_units:
+        table.notes.append(f"units taken from line {line}")
+        sheet, places = sheet.below(line), with_units
+        line, row = sheet.first()
+    marked = stamped(row, places)
+    if marked != dict(places):
+        table.notes.append("time stamps, counted from the first")
+    return sheet, marked
+
+
+def _check_header(
+    table: Table, sheet: Sheet, found: Match, places: Mapping[str, Place], wanted: Sequence[Column]
+) -> None:
+    """Note what is missing, misspelt, doubled, or in no known unit."""
+    header, by_name = sheet.header, {column.name: column for column in wanted}
+    for cell in found.doubled:
+        table.note("the column occurs twice", cell, sheet.line)
+    for name, place in places.items():
+        table.headers[name] = header[place.index].strip()
+        try:
+            _ = place.conversion
+        except ValueError as error:
+            table.note(str(error), name, sheet.line)
     absent = {column.name for column in wanted} - set(places)
-    for other in others:
+    for other in found.others:
         if guess := nearest(other, absent):
-            table.note(f"unknown column, did you mean {by_name[guess]}?", other, line)
+            table.note(f"unknown column, did you mean {by_name[guess]}?", other, sheet.line)
             absent.discard(guess)
     for column in wanted:
         if column.required and column.name in absent:
-            table.note(f"no column {column}; the header has {', '.join(c.strip() for c in header)}", line=line)
-    return places
+            told = f"no column {column}; the header has {', '.join(c.strip() for c in header)}"
+            table.note(f"{told}; name it under [measured.columns]", line=sheet.line)
 
 
-def _fill(table: Table, rows: Rows, names: Sequence[str], width: int, delimiter: str) -> None:
+def _fill(table: Table, rows: Rows, places: Mapping[str, Place], sheet: Sheet, *, gaps: bool) -> None:
     """Rows whose wanted cells are numbers; those that are short, long or hold what is no number are noted."""
+    width = len(sheet.header)
     table.lines = rows.lines
+    _read_stamps(table, rows, places)
     unclosed, ragged = rows.counts == UNCLOSED, rows.counts != width
-    table.flag(unclosed, "", lambda _: "a quote is opened here and not closed; a cell ends with its line")
-    comma = " (a decimal comma? put ; between the columns)" if delimiter == "," and np.all(rows.counts > width) else ""
-    table.flag(ragged & ~unclosed, "", lambda row: f"{rows.counts[row]} cells where the header has {width}{comma}")
     bad = np.isnan(rows.numbers)
-    for place, name in enumerate(names):
+    tail = _summary(rows, ragged | bad.any(axis=1))
+    empty = _gaps(rows, bad) & ~ragged & ~tail if gaps else np.zeros(len(rows.lines), dtype=bool)
+    if empty.mean() > _MOST_GAPS:
+        table.note(f"{int(empty.sum())} of {len(empty)} rows hold no numbers; are these the right columns?")
+    table.flag(unclosed & ~tail, "", lambda _: "a quote is opened here and not closed; a cell ends with its line")
+    long = sheet.delimiter == "," and np.mean(rows.counts > width) > 0.5
+    comma = " (a decimal comma? put ; between the columns)" if long else ""
+    told_ragged = ragged & ~unclosed & ~tail
+    table.flag(told_ragged, "", lambda row: f"{rows.counts[row]} cells where the header has {width}{comma}")
+    for place, name in enumerate(places):
         told = lambda row, place=place: _not_a_number(rows.text[row, place])  # noqa: E731
-        table.flag(bad[:, place] & ~ragged, name, told)
+        table.flag(bad[:, place] & ~(ragged | tail | empty), name, told)
         table.written[name] = rows.numbers[:, place]
-    _keep(table, ~(ragged | bad.any(axis=1)))
+    for reason, which in ((SUMMARY, tail), (NO_NUMBER, empty)):
+        if np.any(which):
+            table.left_out[reason] = int(which.sum())
+    _keep(table, ~(ragged | bad.any(axis=1) | tail))
+
+
+def _read_stamps(table: Table, rows: Rows, places: Mapping[str, Place]) -> None:
+    """Time stamps as seconds from the first, in place; a clock without a date may pass midnight once a row."""
+    for column, place in enumerate(places.values()):
+        if place.stamped:
+            read = [clock(rows.text.get((row, column), "")) for row in range(len(rows.lines))]
+            seconds = np.array([np.nan if value is None else value for value in read])
+            known = np.flatnonzero(np.isfinite(seconds))
+            wraps = np.cumsum(np.diff(seconds[known], prepend=seconds[known[:1]]) < -43200.0)
+            rows.numbers[known, column] = seconds[known] + 86400.0 * wraps - seconds[known[0]]
+
+
+def _summary(rows: Rows, broken: Bools) -> Bools:
+    """Rows at the end that begin with a text in place of a number: what vendors write below their data."""
+    sound = np.flatnonzero(~broken)
+    tail = np.zeros(len(broken), dtype=bool)
+    for row in range(int(sound[-1]) + 1 if len(sound) else len(broken), len(broken)):
+        tail[row] = bool(rows.text.get((row, 0), "")) and not _GAP.fullmatch(rows.text[row, 0])
+    return tail
+
+
+def _gaps(rows: Rows, bad: Bools) -> Bools:
+    """Rows in which each cell that is no number says that there is none."""
+    real = np.zeros_like(bad)
+    for (row, column), text in rows.text.items():
+        real[row, column] = not _GAP.fullmatch(text)
+    return np.asarray((bad & ~real).any(axis=1) & ~(bad & real).any(axis=1))
 
 
 def _keep(table: Table, rows: Bools) -> None:
@@ -156,13 +204,14 @@ def _keep(table: Table, rows: Bools) -> None:
 
 def _convert(table: Table, places: Mapping[str, Place]) -> None:
     """The SI columns; a count must be whole."""
-    for name, (_, column, _) in places.items():
-        if column.quantity is COUNT:
+    for name, place in places.items():
+        if place.column.quantity is COUNT:
             values = table.written[name]
             broken = values != np.round(values)
             table.flag(broken, name, lambda row, values=values: f"{values[row]:g} is not a whole number")  # type: ignore[misc]
             _keep(table, ~broken)
-    for name, (_, _, (factor, offset)) in places.items():
+    for name, place in places.items():
+        factor, offset = place.conversion
         table.columns[name] = table.written[name] * factor + offset
 
 

@@ -7,8 +7,6 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from twindisc_cli.errors import did_you_mean
-
 
 @dataclass(frozen=True)
 class Quantity:
@@ -27,7 +25,7 @@ class Quantity:
             unit = self.default
         plain = _plain(unit)
         if plain not in self.units:
-            raise ValueError(f"unknown unit [{unit}] for {self.name}{did_you_mean(plain, self.units)}; known: {known}")
+            raise ValueError(f"unknown unit [{unit}] for {self.name}; known: {known}")
         return self.units[plain]
 
 
@@ -46,12 +44,20 @@ TIME = Quantity("time", _scaled(s=1.0, ms=1e-3, min=60.0, h=3600.0))
 LENGTH = Quantity("length", _scaled(m=1.0, cm=1e-2, mm=1e-3, um=1e-6, nm=1e-9))
 RATIO = Quantity("a ratio", {"1": (1.0, 0.0), "%": (1e-2, 0.0)}, default="1")
 PERCENTAGE = Quantity("a ratio", {"%": (1e-2, 0.0), "1": (1.0, 0.0)})
-FORCE = Quantity("force", _scaled(N=1.0, kN=1e3, mN=1e-3))
-TORQUE = Quantity("torque", {"N m": (1.0, 0.0), "N mm": (1e-3, 0.0), "kN m": (1e3, 0.0)})
+FORCE = Quantity("force", _scaled(N=1.0, kN=1e3, mN=1e-3, kgf=9.80665, lbf=4.4482216152605))
+TORQUE = Quantity("torque", _scaled(**{"N m": 1.0, "N cm": 1e-2, "N mm": 1e-3, "mN m": 1e-3, "kN m": 1e3}))
 TURNING = Quantity(
     "speed of rotation",
     {"rpm": (2.0 * math.pi / 60.0, 0.0), "rad/s": (1.0, 0.0), "Hz": (2.0 * math.pi, 0.0)},
 )
+
+
+def turning(radius: float) -> Quantity:
+    """The speed of rotation of a disc, also given by the speed of its rim; radius [m]."""
+    rim = {"m/s": 1.0, "mm/s": 1e-3, "km/h": 1.0 / 3.6}
+    return Quantity(TURNING.name, {**TURNING.units, **_scaled(**{unit: value / radius for unit, value in rim.items()})})
+
+
 TEMPERATURE = Quantity(
     "temperature", {"degC": (1.0, 273.15), "K": (1.0, 0.0), "degF": (5.0 / 9.0, 273.15 - 160.0 / 9.0)}
 )
@@ -60,10 +66,13 @@ COUNT = Quantity("a number counted from 1", {"1": (1.0, 0.0)}, default="1")
 _ALIASES = {
     "1": ("", "-"),
     "%": ("percent", "pct"),
-    "s": ("sec", "S"),
+    "s": ("sec", "S", "seconds"),
+    "min": ("minutes",),
     "h": ("hr", "hours"),
     "N m": ("Nm",),
+    "N cm": ("Ncm",),
     "N mm": ("Nmm",),
+    "mN m": ("mNm",),
     "kN m": ("kNm",),
     "rpm": ("RPM", "1/min", "r/min", "rev/min", "min-1"),
     "rad/s": ("rad s-1",),
