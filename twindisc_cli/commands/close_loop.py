@@ -41,7 +41,7 @@ def run(
     unseen = validate.experiment if validate else None
     found = diagnose(experiments, validate=unseen, progress=progress, quick=quick)
     used = [note for test in experiments for note in laws_beyond(test)]
-    return result_of(replace(found, notes=[*found.notes, *used]), tests, validate)
+    return result_of(replace(found, notes=[*used, *found.notes]), tests, validate)
 
 
 def result_of(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None) -> Result:

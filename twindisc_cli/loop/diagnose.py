@@ -71,7 +71,7 @@ def diagnose(
         curves=_curves(found),
         p_values={channel: rest.p_value for channel, rest in before.items()},
         held_out_steps={test.name: steps_withheld(test) for test in tests},
-        notes=[*_differences(found), *_notes(found), *(_warned(laws, told, validate) if validate else [])],
+        notes=[*_differences(found), *(_warned(laws, told, validate) if validate else []), *_notes(found)],
         next_experiment=_next(found, left),
         validation=_validation(told, validate) if validate is not None and told else None,
         seconds=monotonic() - started,

@@ -101,7 +101,8 @@ def law_text(found: FoundLaw) -> str:
     law, low, high = found.law, float(np.min(found.curve.value)), float(np.max(found.curve.value))
     act = "times" if law.of.kind == "factor" else "shifted by"
     own = "" if law.of.kind == "factor" else f" {unit(law.of.unit)}"
-    form = found.formula if law.shape else f"a curve from {number(low)} to {number(high)}{own}".rstrip()
+    formula = f"({found.formula})" if law.of.kind == "factor" else found.formula
+    form = formula if law.shape else f"a curve from {number(low)} to {number(high)}{own}".rstrip()
     return f"{law.of.label} {act} {form}, with {law.over.symbol} the {law.over.label} {range_of(law)}".rstrip()
 
 
