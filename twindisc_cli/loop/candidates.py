@@ -13,7 +13,7 @@ from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.channels.profile import recorded_stops
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.learn import Pair, is_timed, pairs
-from twindisc_cli.loop.problem import Problem, parameters_of
+from twindisc_cli.loop.problem import Problem, parameters_of, zero_known
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.experiment import Floats
@@ -75,10 +75,13 @@ def laws(fitted: Fit) -> list[Proposal]:
 
 
 def searched(problem: Problem) -> list[str]:
-    """Names of the effects that may be missing: those declared are given, and those already added are in."""
+    """Names of the effects that may be missing: neither declared nor added yet, nor known from the measurement."""
     declared = {name for case in problem.cases for name in case.test.effects}
     stops = max((len(recorded_stops(case.test)) for case in problem.cases), default=0)
     timed = any(is_timed(case) for case in problem.cases)
+    zeros = [zero_known(case.test) for case in problem.cases if "traction" in case.noise]
+    if zeros and all(zeros):
+        declared.add("torque_offset")
     return [
         name
         for name, effect in catalogue().items()

@@ -267,7 +267,8 @@ class Problem:
         They come on top of what a test declares: the tolerance of a declared effect is relative to it.
         """
         rows = [np.empty((0, len(self.measured)))]
-        for name, key, size in THRESHOLDS.tolerated_effects:
+        zeros = {zero for case in self.cases if (zero := zero_known(case.test)) is not None}
+        for name, key, size in (*THRESHOLDS.tolerated_effects, *sorted(zeros)):
             if name in self.terms:
                 continue
             predictions = [
@@ -328,6 +329,13 @@ def _off(rig: Rig, name: str, test: Experiment) -> Rig:
         disc1=replace(rig.disc1, **{name: getattr(rig.disc1, name) * share}),
         disc2=replace(rig.disc2, **{name: getattr(rig.disc2, name) * share}),
     )
+
+
+def zero_known(test: Experiment) -> tuple[str, str, float] | None:
+    """Effect, parameter and standard error of a torque zero that was recorded and taken off; else None."""
+    zero = test.measured.torque_zero
+    known = zero is not None and zero.taken_off and np.isfinite(zero.std)
+    return ("torque_offset", "offset", zero.std) if known and zero is not None else None
 
 
 def _slightly(test: Experiment, name: str, key: str, size: float) -> dict[str, Floats]:
