@@ -62,11 +62,11 @@ def effects(fitted: Fit) -> list[Proposal]:
 
 
 def laws(fitted: Fit) -> list[Proposal]:
-    """Every law over every pair, the best two forms of each."""
+    """Every law over every pair that says anything, the best forms of each."""
     found = []
     for pair in pairs(fitted):
         name = pair.name
-        if name in fitted.terms:
+        if name in fitted.terms or pair.log_evidence < 0.0:
             continue
         for promise, trial, price in pair.proposals(len(fitted.residual))[: THRESHOLDS.forms]:
             start = np.array([p.inner(p.start) for p in parameters_of(name, trial)])

@@ -116,20 +116,23 @@ def fit(problem: Problem, start: Floats | None = None, most_steps: int = MOST_ST
         return at(problem, theta)
     target = problem.discount(problem.measured)
     prior = np.eye(len(theta))[problem.normal]
-    memory: dict[bytes, tuple[Floats, Floats]] = {}
+    memory: dict[bytes, tuple[Floats, Floats, Floats]] = {}
 
-    def evaluated(inner: Floats) -> tuple[Floats, Floats]:
+    def evaluated(inner: Floats) -> tuple[Floats, Floats, Floats]:
         key = inner.tobytes()
         if key not in memory:
-            memory[key] = _linearised(problem, inner, target)
+            left, columns = _linearised(problem, inner, target)
+            rows = np.column_stack([np.concatenate([columns, prior]), np.concatenate([left, inner[problem.normal]])])
+            memory[key] = left, columns, np.linalg.qr(rows, mode="r")
         return memory[key]
 
     def residual(inner: Floats) -> Floats:
-        return np.concatenate([evaluated(inner)[0], inner[problem.normal]])
+        return evaluated(inner)[2][:, -1]
 
     def slope(inner: Floats) -> Floats:
-        return np.concatenate([evaluated(inner)[1], prior])
+        return evaluated(inner)[2][:, :-1]
 
+    # A triangle has the lengths and the angles of residual and slopes, in as few rows as there are parameters.
     found = least_squares(
         residual,
         theta,
@@ -141,7 +144,7 @@ def fit(problem: Problem, start: Floats | None = None, most_steps: int = MOST_ST
         gtol=1e-8,
         max_nfev=most_steps,
     )
-    return _summarised(problem, np.asarray(found.x), *evaluated(np.asarray(found.x)))
+    return _summarised(problem, np.asarray(found.x), *evaluated(np.asarray(found.x))[:2])
 
 
 def at(problem: Problem, theta: Floats) -> Fit:

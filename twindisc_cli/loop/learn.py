@@ -218,7 +218,7 @@ def _families(x: Floats, edges: Floats) -> Iterator[tuple[str, list[dict[str, fl
 
 
 def pairs(fitted: Fit) -> list[Pair]:
-    """Every quantity over every covariate that the tests can show, seen from a fit, by falling evidence."""
+    """Every quantity over every covariate that the tests can show, seen from a fit."""
     problem = fitted.problem
     predictions = problem.predict(fitted.theta[None])
     plain = problem.discount(problem.white(predictions))[0]
@@ -241,7 +241,7 @@ def pairs(fitted: Fit) -> list[Pair]:
                 continue
             centres = 0.5 * (edges[1:] + edges[:-1])
             found.append(Pair(quantity, covariate, edges, centres, G.T @ G, G.T @ fitted.residual, typical))
-    return sorted(found, key=lambda pair: -pair.log_evidence)
+    return found
 
 
 def _bin_rows(fitted: Fit, quantity: str, covariate: str, edges: Floats, level: float) -> Floats:

@@ -82,7 +82,7 @@ class Thresholds:
     halves: int = 2
     nothing_left: float = 0.2
     most_terms: int = 4
-    rivals: int = 10
+    rivals: int = 8
     curve_steps: int = 12
     scan: int = 17
 
