@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from rigs import ROOM, SPEED, Floats, Instruments, Plant, autoregressive, experiment, history, spread, traction_samples
 
-from twindisc_cli.effects._effect import CHANNELS, Channel
-from twindisc_cli.loop.fit import Fit, fit
-from twindisc_cli.loop.generic import groups, levels, smooth, waves
+from twindisc_cli.loop.channels import channels
+from twindisc_cli.loop.fit import Fit, fit, refit
+from twindisc_cli.loop.generic import levels, smooth, waves
 from twindisc_cli.loop.problem import Problem, case_of
-from twindisc_cli.loop.screen import leftover
-from twindisc_cli.loop.search import refit
+from twindisc_cli.loop.screen import groups, leftover
 from twindisc_cli.model.experiment import Experiment, Measured
 from twindisc_cli.report.words import KIND
 
@@ -24,8 +23,8 @@ AT = COURSE.creepage[np.searchsorted(COURSE.end_time, TIME)]
 DRAWS = 200
 
 
-def base_fit(test: Experiment, *channels: Channel) -> Fit:
-    return fit(Problem([case_of(test)], channels))
+def base_fit(test: Experiment, *names: str) -> Fit:
+    return fit(Problem([case_of(test)], names))
 
 
 def of_traction(ratio: Floats, uncertainty: float = SIGMA) -> Experiment:
@@ -239,8 +238,8 @@ def test_a_drifting_room_is_seen_over_time() -> None:
     assert noisy.min() > ROOM - 3.0
 
 
-@pytest.mark.parametrize("channel", CHANNELS)
-def test_every_kind_of_leftover_has_words(channel: Channel) -> None:
+@pytest.mark.parametrize("channel", channels())
+def test_every_kind_of_leftover_has_words(channel: str) -> None:
     test = Instruments().record(Plant(COURSE), np.random.default_rng(0))
     found = leftover(base_fit(test, "traction", "profile", "temperature"), channel)
     assert {score.group.kind for score in found.scores} <= set(KIND)
