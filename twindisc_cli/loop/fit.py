@@ -123,7 +123,7 @@ def fit(problem: Problem, start: Floats | None = None, most_steps: int = MOST_ST
         if key not in memory:
             left, columns = _linearised(problem, inner, target)
             rows = np.column_stack([np.concatenate([columns, prior]), np.concatenate([left, inner[problem.normal]])])
-            memory[key] = left, columns, np.linalg.qr(rows, mode="r")
+            memory[key] = left, columns, np.asarray(np.linalg.qr(rows, mode="r"))
         return memory[key]
 
     def residual(inner: Floats) -> Floats:
