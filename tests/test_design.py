@@ -34,7 +34,7 @@ def model_of(case: Case, mu: float, effect: str, **parameters: float) -> Fit:
 
 
 def planned(case: Case, *models: Fit) -> NextExperiment:
-    return next_experiment([(m, 1.0 / len(models)) for m in models], [m.effects[0] for m in models])
+    return next_experiment([(m, 1.0 / len(models)) for m in models], [m.terms[0] for m in models])
 
 
 def per_iteration(steps: list[Mapping[str, float]]) -> np.ndarray:
