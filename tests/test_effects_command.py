@@ -12,8 +12,8 @@ from twindisc_cli import cli
 from twindisc_cli.commands.effects import run
 from twindisc_cli.definition.parse import parse
 from twindisc_cli.effects import catalogue
-from twindisc_cli.effects._effect import CHANNELS
 from twindisc_cli.errors import DefinitionError
+from twindisc_cli.loop.channels import channels
 
 
 def called(*arguments: str) -> int:
@@ -24,7 +24,7 @@ def called(*arguments: str) -> int:
 
 def test_lists_every_effect_once_under_its_channel() -> None:
     lines = run(None).summary
-    places = {channel: lines.index(f"seen first in the {channel}") for channel in CHANNELS}
+    places = {channel: lines.index(f"seen first in the {channel}") for channel in channels()}
     for name, effect in catalogue().items():
         (place,) = [i for i, line in enumerate(lines) if line.split()[:1] == [name]]
         above = max((at, channel) for channel, at in places.items() if at < place)[1]
@@ -50,7 +50,7 @@ def test_explains_one(capsys: pytest.CaptureFixture[str]) -> None:
         "Leaves behind",
         "Valid for",
         "O. Polach, Wear 258 (2005) 992-1000",
-        "Seen in: traction, profile, temperature; first in the traction.",
+        "Seen in: traction, temperature, profile; first in the traction.",
         "1 switches it off",
         "[s m-1], 0.05 to 30",
     ):

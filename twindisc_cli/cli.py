@@ -158,12 +158,21 @@ def campaign(
 
 @app.command("effects")
 def effects(
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", show_default=False)] = None, as_json: AsJson = False
+    name: Annotated[str | None, typer.Argument(metavar="[NAME]", show_default=False)] = None,
+    source: Annotated[
+        Path | None, typer.Option("--from", metavar="REVISED.toml", help="Write a law of it as an effect file.")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Where the effect file goes.")
+    ] = None,
+    as_json: AsJson = False,
 ) -> None:
-    """List the catalogue of physical effects, or explain one."""
+    """List the catalogue of physical effects, explain one, or write a learnt law as one."""
     from twindisc_cli.commands import _runner
 
-    raise typer.Exit(_runner.run_effects(name, as_json))
+    raise typer.Exit(
+        _runner.run_effects(name, as_json) if source is None else _runner.write_effect(source, name, output)
+    )
 
 
 @app.command("init")

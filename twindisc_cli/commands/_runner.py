@@ -18,6 +18,7 @@ from twindisc_cli.definition import Test, dump, load, relocate
 from twindisc_cli.errors import DefinitionError, MeasurementError, Problem, TwindiscError, ValidityError
 from twindisc_cli.physics.half_space import ContactError
 from twindisc_cli.results import Result
+from twindisc_cli.results.files import write_all
 from twindisc_cli.results.store import Origin, images, plain, put, up_to_date
 
 Progress = Callable[[str, float], None]
@@ -90,6 +91,17 @@ def run_effects(name: str | None, as_json: bool) -> int:
     else:
         sys.stdout.write("".join(f"{line}\n" for line in result.summary))
     return result.exit_code
+
+
+def write_effect(path: Path, name: str | None, output: Path | None) -> int:
+    """Write a law of a definition as an effect file, to a file or to the terminal. The exit code."""
+    text: str = _module("effects").from_law(path, name)
+    if output is None:
+        sys.stdout.write(text)
+    else:
+        write_all({output: text.encode()})
+        sys.stdout.write(f"written: {output}\n")
+    return 0
 
 
 def tell_json(value: Mapping[str, Any]) -> None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+from twindisc_cli.definition import load
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.errors import DefinitionError, Problem, did_you_mean
 from twindisc_cli.loop.channels import channels
+from twindisc_cli.report.effect_file import effect_file
 from twindisc_cli.report.words import explanation
 from twindisc_cli.results import Dataset, Result
 
@@ -23,6 +26,20 @@ def run(name: str | None) -> Result:
         near = did_you_mean(name, catalogue())
         raise DefinitionError(Problem(f"no effect is called {name}{near or '; `twindisc effects` lists them all'}"))
     return _result(_explained(name, effect), _full(name, effect))
+
+
+def from_law(path: Path, name: str | None) -> str:
+    """The effect file of a law that a definition declares; `name` says which where there are several."""
+    test = load(path).experiment
+    if not test.laws:
+        raise DefinitionError(Problem("declares no law: close-loop writes one where it learnt one", path, key="laws"))
+    if name is None and len(test.laws) > 1:
+        raise DefinitionError(Problem(f"declares several laws; name one of {', '.join(test.laws)}", path, key="laws"))
+    name = name or next(iter(test.laws))
+    if name not in test.laws:
+        what = f"declares no law called {name}{did_you_mean(name, test.laws)}"
+        raise DefinitionError(Problem(what, path, key="laws"))
+    return effect_file(name, test.laws[name], test)
 
 
 def _result(lines: list[str], json: dict[str, Any]) -> Result:
