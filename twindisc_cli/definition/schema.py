@@ -34,6 +34,7 @@ TransverseRadius = Annotated[
 ]
 Young = Annotated[float, Field(gt=0.0, le=1500.0, description="Young's modulus")]
 Poisson = Annotated[float, Field(ge=0.0, le=0.5, description="Poisson's ratio")]
+Density = Annotated[float, Field(gt=0.0, le=30000.0, description="of the disc, for the mass it loses")]
 Hardness = Annotated[float, Field(gt=0.0, le=12000.0, description="Vickers hardness")]
 
 
@@ -80,6 +81,7 @@ class MaterialOverride(Table):
     youngs_modulus_GPa: Young | None = None
     poisson_ratio: Poisson | None = None
     hardness_HV: Hardness | None = None
+    density_kg_m3: Density | None = None
 
 
 class MaterialTable(Table):
@@ -88,6 +90,7 @@ class MaterialTable(Table):
     youngs_modulus_GPa: Young
     poisson_ratio: Poisson
     hardness_HV: Hardness
+    density_kg_m3: Density | None = None
     disc1: MaterialOverride | None = None
     disc2: MaterialOverride | None = None
 
@@ -168,6 +171,7 @@ class ColumnsTable(Table):
     disc: ColumnTable | None = None
     iteration: ColumnTable | None = None
     temperature: ColumnTable | None = None
+    mass_loss: ColumnTable | None = None
 
 
 class MeasuredTable(Table):
@@ -182,6 +186,7 @@ class MeasuredTable(Table):
     )  # fmt: skip
     profile: FileName | None = None
     temperature: FileName | None = None
+    mass: FileName | None = Field(default=None, description="mass loss of a disc, weighed at stops; needs a density")
     columns: ColumnsTable | None = None
     provenance: Literal["measured", "digitised", "reconstructed", "synthetic"] = "measured"
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import tomli_w
 
-_PATHS = ("traction", "rig_log", "profile", "temperature")
+_PATHS = ("traction", "rig_log", "profile", "temperature", "mass")
 
 
 def dump(resolved: Mapping[str, Any], effects: Mapping[str, Mapping[str, float]] | None = None) -> str:
