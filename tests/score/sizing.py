@@ -21,6 +21,7 @@ from .sensors import CHANNELS, Channels, Plan, read, whiten
 Floats = NDArray[np.float64]
 _BASE = ("mu", "wear", "convection")
 _STEP = 0.01  # change of a base parameter's logarithm for its slope
+_DISCS = 0.005  # relative standard deviation of crown and modulus
 _SMALL = 0.02  # step of the fit below which the slopes hold
 
 
@@ -55,12 +56,27 @@ class Ruler:
         return read(rig, March(rig).run(), [NOTHING], self._bench.plan)
 
     def _seen(self, plan: Plan, readings: Channels) -> Floats:
-        """Readings in units of the noise, without what the faults of the sensors may be."""
+        """Readings in units of the noise, without what faults of the sensors and tolerances of the discs may be.
+
+        A tolerance is taken off as far as its own standard deviation lets it.
+        """
         value = _whitened(plan, readings)
-        if not self._faults:
-            return value
-        columns = np.column_stack([_whitened(plan, line) for line in _lines(plan, readings, self._faults)])
-        return np.asarray(value - columns @ np.linalg.lstsq(columns, value, rcond=None)[0])
+        faults = [_whitened(plan, line) for line in _lines(plan, readings, self._faults)]
+        tolerances = [_whitened(plan, change) for change in self._off]
+        columns = np.column_stack([*faults, *tolerances])
+        prior = np.eye(columns.shape[1])[len(faults) :]
+        system, value = np.vstack([columns, prior]), np.concatenate([value, np.zeros(len(prior))])
+        return np.asarray(value - system @ np.linalg.lstsq(system, value, rcond=None)[0])
+
+    @cached_property
+    def _off(self) -> list[Channels]:
+        """What the readings change when the crown and the modulus are off by one standard deviation."""
+        rig, std = self._bench.rig, _DISCS
+        changed = (
+            replace(rig, crown_tolerance=rig.crown_tolerance * (1.0 + std)),
+            replace(rig, modulus_tolerance=rig.modulus_tolerance * (1.0 + std)),
+        )
+        return [_minus(read(other, March(other).run(), [NOTHING], self._bench.plan), self._start) for other in changed]
 
     def size(self, readings: Channels, plan: Plan, *, steps: int = 12) -> float:
         """How far `readings` are from what the base model can be fitted to, in noise units of `plan`.

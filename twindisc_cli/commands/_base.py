@@ -10,6 +10,7 @@ import numpy as np
 from twindisc_cli.definition import Test
 from twindisc_cli.effects import catalogue
 from twindisc_cli.errors import DefinitionError
+from twindisc_cli.identify.mass import identify_from_mass
 from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.identify.wear import identify_wear
 from twindisc_cli.laws.law import warnings
@@ -40,12 +41,15 @@ def friction_of_steps(model: ForwardModel) -> tuple[Floats, list[str]]:
 
 
 def wear_coefficient(model: ForwardModel, mu: Floats) -> tuple[float, str]:
-    """K [1] and where it is from: given, or fitted to the measured profile; NaN where there is neither."""
+    """K [1] and where it is from: given, fitted to the measured profile, or to the mass; NaN where there is none."""
     given = model.experiment.options.wear_coefficient
     if np.isfinite(given):
         return given, "given"
-    if model.experiment.measured.profile is None:
+    measured = model.experiment.measured
+    if measured.profile is None and measured.mass is None:
         return np.nan, "unknown"
+    if measured.profile is None:
+        return identify_from_mass(model, mu).wear_coefficient, "from the weighed mass"
     found = identify_wear(model, mu)
     return found.wear_coefficient, f"from the measured profile by {found.method}"
 

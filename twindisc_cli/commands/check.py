@@ -4,6 +4,7 @@ General rules, for any test; each compares a value with the range that geometry 
 
     chord and depth     a facet of width w on a relative curvature k is w^2 k / 8 deep; the elastic patch adds at most
                         its own width 2b, so a depth d allows w between sqrt(8 d / k) and sqrt(8 d / k + 4 b^2)
+    mass and profile    m = rho W, of the same disc at the same stop
     volume and energy   K = W H / E with the dissipated energy E = sum (T/N) N V creepage duration (Eq. 13)
     heat                a rise is at most P / (h S), and at most E / C (Eq. 18 without and with only storage)
     elastic limit       T/N is at most G a b C11 creepage / N (Eq. 9), whatever mu is
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 GEOMETRY_MARGIN = 1.15
+MASS_MARGIN = 1.2
 ENERGY_MARGIN = 1.5
 LIMIT_MARGIN = 1.05
 COLDER = 2.0
@@ -172,6 +174,28 @@ def stated_depth(facts: Facts) -> Iterator[Finding]:
         )
 
 
+def mass_and_profile(facts: Facts) -> Iterator[Finding]:
+    """The mass that a disc lost is the volume missing in its profile, at the same stop."""
+    mass, profile = facts.test.measured.mass, facts.test.measured.profile
+    if mass is None or profile is None:
+        return
+    last = last_profile(profile)
+    which, stop = profile.disc[last][0], profile.iteration[last][0]
+    for weighed in np.flatnonzero((mass.disc == which) & (mass.iteration == stop)):
+        disc = facts.test.rig.disc1 if which == 1 else facts.test.rig.disc2
+        error = 2.0 * np.nan_to_num(mass.uncertainty[weighed])
+        yield Finding(
+            rule="mass and profile",
+            subject=f"the mass loss of disc {which}",
+            value=mass.loss[weighed] * 1e6,
+            low=(facts.volume * disc.density / MASS_MARGIN - error) * 1e6,
+            high=(facts.volume * disc.density * MASS_MARGIN + error) * 1e6,
+            unit="mg",
+            why=f"the {facts.test.measured.provenance} profile with {_number(disc.density)} kg/m³",
+            hint="is the profile level, does it span the whole track, and is it of the same stop?",
+        )
+
+
 def volume_and_energy(facts: Facts) -> Iterator[Finding]:
     """A wear coefficient must join the worn volume and the dissipated energy."""
     volumes = _volumes(facts)
@@ -201,6 +225,11 @@ def volume_and_energy(facts: Facts) -> Iterator[Finding]:
 def _volumes(facts: Facts) -> dict[str, float]:
     """Worn volumes [m3] by what they come from: the profile, and the facet that a reported depth cuts."""
     volumes = {}
+    mass = facts.test.measured.mass
+    if mass is not None:
+        last = mass.iteration == mass.iteration.max()
+        density = np.where(mass.disc == 1, facts.test.rig.disc1.density, facts.test.rig.disc2.density)
+        volumes["weighed mass"] = float(np.sum((mass.loss / density)[last]))
     if facts.volume > 0.0:
         volumes[f"{facts.test.measured.provenance} profile"] = facts.volume
     depth = facts.test.reported.get("depth")
@@ -299,6 +328,7 @@ RULES: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
     chord_and_depth,
     stated_depth,
     volume_and_energy,
+    mass_and_profile,
     heat_and_temperature,
     elastic_limit,
     traction_sign,

@@ -1,4 +1,7 @@
-"""fit-k: Archard's wear coefficient from the measured profile, and what worn volume and energy allow (Figs. 11, 14)."""
+"""fit-k: Archard's wear coefficient from the measured profile, and what worn volume and energy allow (Figs. 11, 14).
+
+Where the discs were weighed, K also, or only, from the mass they lost.
+"""
 
 from __future__ import annotations
 
@@ -9,14 +12,17 @@ import numpy as np
 from twindisc_cli.commands._base import friction_of_steps
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import ValidityError
+from twindisc_cli.identify.mass import MassFit, identify_from_mass
 from twindisc_cli.identify.wear import WearFit, identify_wear
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.model.forward import ForwardModel
-from twindisc_cli.results import Array, Axis, Dataset, Result
+from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+APART = 1.5
+"""The volumes of profile and mass contradict each other beyond this factor and three standard errors."""
 IMPOSSIBLE = 3.0
 """A stated K this many times off what W H / E allows is called impossible."""
 
@@ -26,6 +32,9 @@ def run(test: Test) -> Result:
     experiment = test.experiment
     model = ForwardModel(experiment)
     mu, _ = friction_of_steps(model)
+    mass = identify_from_mass(model, mu) if experiment.measured.mass is not None else None
+    if mass is not None and experiment.measured.profile is None:
+        return _by_weight(experiment, mass)
     fit = identify_wear(model, mu)
     if not fit.bisection.converged:
         raise ValidityError(
@@ -35,8 +44,8 @@ def run(test: Test) -> Result:
     stated = _stated(experiment)
     return Result(
         command="fit-k",
-        summary=(*_summary(fit), *_findings(fit, stated)),
-        json=_json(fit, stated),
+        summary=(*_summary(fit), *_mass_lines(mass), *_findings(fit, stated, mass)),
+        json=_json(fit, stated, mass),
         dataset=_dataset(fit),
         figure=lambda: _figure(experiment, fit, stated),
     )
@@ -48,7 +57,53 @@ def _stated(test: Experiment) -> dict[str, float]:
     return {what: value for what, value in given.items() if np.isfinite(value)}
 
 
-def _json(fit: WearFit, stated: dict[str, float]) -> dict[str, Any]:
+def _by_weight(test: Experiment, mass: MassFit) -> Result:
+    """K of a test whose discs were weighed and not measured."""
+    rows = (
+        ("weighed_volume", mass.volume, "m3", "volume worn off the discs weighed", False),
+        ("volume", mass.predicted, "m3", "the same at K", False),
+        ("weighed_volume_error", mass.error, "m3", "standard error of the weighed volume", True),
+        ("energy", mass.energy, "J", "energy dissipated so far", False),
+    )
+    return Result(
+        command="fit-k",
+        summary=_mass_lines(mass),
+        json={**_mass_json(mass), "method": "mass"},
+        dataset=Dataset(
+            axes=(Axis("weighing", mass.iteration, "1", "iterations completed when the discs were weighed"),),
+            arrays=tuple(Array(name, ("weighing",), v, unit, what, optional) for name, v, unit, what, optional in rows),
+            attrs={"K": mass.wear_coefficient, "method": "mass"},
+        ),
+        figure=lambda: _weighed_figure(test, mass),
+    )
+
+
+def _weighed_figure(test: Experiment, mass: MassFit) -> Figure:
+    from twindisc_cli.figures.mass import weighed
+
+    return weighed(mass, name=test.name, provenance=test.measured.provenance)
+
+
+def _mass_json(mass: MassFit) -> dict[str, Any]:
+    rows = zip(mass.iteration, mass.volume, mass.predicted, mass.energy, strict=True)
+    return {
+        "K": mass.wear_coefficient,
+        "K_std": or_null(mass.std),
+        "weighings": [
+            {"iteration": i, "volume_mm3": v * 1e9, "predicted_volume_mm3": p * 1e9, "dissipated_energy_kJ": e * 1e-3}
+            for i, v, p, e in rows
+        ],
+    }
+
+
+def _mass_lines(mass: MassFit | None) -> tuple[str, ...]:
+    if mass is None:
+        return ()
+    error = f" ± {mass.std:.2g}" if np.isfinite(mass.std) else ""
+    return (f"K = {mass.wear_coefficient:.3g}{error}, by weight: {mass.volume[-1] * 1e9:.3g} mm³ were worn off",)
+
+
+def _json(fit: WearFit, stated: dict[str, float], mass: MassFit | None) -> dict[str, Any]:
     return {
         "K": fit.wear_coefficient,
         "K_std": fit.std,
@@ -66,13 +121,22 @@ def _json(fit: WearFit, stated: dict[str, float]) -> dict[str, Any]:
         "profile_rms_um": fit.rms * 1e6,
         "dissipated_energy_kJ": fit.energy * 1e-3,
         "stated": {what: {"K": k, "times_allowed": k / fit.allowed} for what, k in stated.items()},
-        "findings": list(_findings(fit, stated)),
+        "findings": list(_findings(fit, stated, mass)),
+        **({"mass": _mass_json(mass)} if mass else {}),
     }
 
 
-def _findings(fit: WearFit, stated: dict[str, float]) -> tuple[str, ...]:
-    """Every stated K that the worn volume and the dissipated energy contradict."""
-    return tuple(
+def _findings(fit: WearFit, stated: dict[str, float], mass: MassFit | None) -> tuple[str, ...]:
+    """Every stated K that worn volume and dissipated energy contradict, and a mass that contradicts the profile."""
+    apart = mass.wear_coefficient / fit.allowed if mass else 1.0
+    error = float(np.nan_to_num(mass.std)) / fit.allowed if mass else 0.0
+    contradicts = not 1.0 / APART < apart < APART and abs(apart - 1.0) > 3.0 * error
+    told = (
+        (f"contradiction: K by weight is {apart:.2g} times what the volume of the profile allows",)
+        if contradicts
+        else ()
+    )
+    return told + tuple(
         f"impossible: the {what} K = {k:.3g} is {k / fit.allowed:.2g} times the {fit.allowed:.2g} that worn volume and "
         "dissipated energy allow"
         for what, k in stated.items()

@@ -105,6 +105,7 @@ def _rig(rig: RigTable, material: MaterialTable) -> Rig:
             youngs_modulus=values["youngs_modulus_GPa"] * 1e9,
             poisson_ratio=float(values["poisson_ratio"]),
             hardness=values["hardness_HV"] * VICKERS,
+            density=_or_nan(values["density_kg_m3"]),
         )
         discs.append(disc)
     if rig.rolling_speed_m_s is not None:

@@ -92,6 +92,12 @@ def measured(raw: Raw) -> Iterator[Finding]:
         yield ("measured", "rig_log"), "traction is given too; keep one of them"
     if "rig_log" in table and "torque_disc" not in table:
         yield ("measured", "rig_log"), "say with torque_disc = 1 or 2 which disc the torque was measured on"
+    material = _table(raw, "material")
+    if "mass" in table and "density_kg_m3" not in material:
+        for disc in ("disc1", "disc2"):
+            if "density_kg_m3" not in _table(material, disc):
+                yield ("material", "density_kg_m3"), "is missing: a weighed mass says nothing of a volume without it"
+                return
     for key in ("torque_disc", "torque_zero"):
         if key in table and "rig_log" not in table:
             yield ("measured", key), "only a rig_log has a torque; remove it or give rig_log"

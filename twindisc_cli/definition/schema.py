@@ -87,6 +87,7 @@ TransverseRadius = Annotated[
 ]
 Young = Annotated[float, Field(gt=0.0, le=1500.0, description="Young's modulus"), *_UNCERTAIN]
 Poisson = Annotated[float, Field(ge=0.0, le=0.5, description="Poisson's ratio")]
+Density = Annotated[float, Field(gt=0.0, le=30000.0, description="of the disc, for the mass it loses")]
 Hardness = Annotated[float, Field(gt=0.0, le=12000.0, description="Vickers hardness"), *_UNCERTAIN]
 
 
@@ -133,6 +134,7 @@ class MaterialOverride(Table):
     youngs_modulus_GPa: Young | None = None
     poisson_ratio: Poisson | None = None
     hardness_HV: Hardness | None = None
+    density_kg_m3: Density | None = None
 
 
 class MaterialTable(Table):
@@ -141,6 +143,7 @@ class MaterialTable(Table):
     youngs_modulus_GPa: Young
     poisson_ratio: Poisson
     hardness_HV: Hardness
+    density_kg_m3: Density | None = None
     disc1: MaterialOverride | None = None
     disc2: MaterialOverride | None = None
 
@@ -221,6 +224,7 @@ class ColumnsTable(Table):
     disc: ColumnTable | None = None
     iteration: ColumnTable | None = None
     temperature: ColumnTable | None = None
+    mass_loss: ColumnTable | None = None
 
 
 class MeasuredTable(Table):
@@ -235,6 +239,7 @@ class MeasuredTable(Table):
     )  # fmt: skip
     profile: FileName | None = None
     temperature: FileName | None = None
+    mass: FileName | None = Field(default=None, description="mass loss of a disc, weighed at stops; needs a density")
     columns: ColumnsTable | None = None
     provenance: Literal["measured", "digitised", "reconstructed", "synthetic"] = "measured"
 

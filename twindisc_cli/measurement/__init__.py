@@ -9,7 +9,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from twindisc_cli.errors import MeasurementError, Problem
-from twindisc_cli.measurement.channels import read_profile, read_temperature, read_traction
+from twindisc_cli.measurement.channels import read_mass, read_profile, read_temperature, read_traction
 from twindisc_cli.measurement.header import Named, Naming
 from twindisc_cli.measurement.rig_log import ZeroSetting, read_rig_log
 from twindisc_cli.measurement.rows import RowCount
@@ -32,6 +32,7 @@ class Sources:
     rig_log: str | None = None
     profile: str | None = None
     temperature: str | None = None
+    mass: str | None = None
     torque_disc: int | None = None
     torque_zero: ZeroSetting = None
     columns: Naming = field(default_factory=dict)
@@ -64,7 +65,7 @@ def read(sources: Sources, *, rig: Rig, history: History, provenance: Provenance
         except MeasurementError as error:
             problems.extend(error.problems)
 
-    traction = profile = temperature = zero = None
+    traction = profile = temperature = mass = zero = None
     named = sources.columns
     with gathered():
         if sources.rig_log and sources.torque_disc:
@@ -89,7 +90,11 @@ def read(sources: Sources, *, rig: Rig, history: History, provenance: Provenance
         if sources.temperature:
             temperature, count = read_temperature(*content(sources.temperature), history=history, naming=named)
             rows.append(replace(count, file=sources.temperature))
+    with gathered():
+        if sources.mass:
+            mass, count = read_mass(*content(sources.mass), history=history, naming=named)
+            rows.append(replace(count, file=sources.mass))
     if problems:
         raise MeasurementError(problems)
-    measured = Measured(traction, profile, temperature, provenance=provenance, torque_zero=zero)
+    measured = Measured(traction, profile, temperature, mass, provenance=provenance, torque_zero=zero)
     return Recorded(measured, hashes, tuple(rows))

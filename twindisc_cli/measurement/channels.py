@@ -8,12 +8,14 @@ from twindisc_cli.measurement.header import Column, Naming
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
 from twindisc_cli.measurement.table import Table, read_table
-from twindisc_cli.measurement.units import COUNT, LENGTH, PERCENTAGE, RATIO, TEMPERATURE, TIME
-from twindisc_cli.model.experiment import History, ProfileSamples, Rig, TemperatureSamples, TractionSamples
+from twindisc_cli.measurement.units import COUNT, LENGTH, MASS, PERCENTAGE, RATIO, TEMPERATURE, TIME
+from twindisc_cli.model.experiment import History, MassSamples, ProfileSamples, Rig, TemperatureSamples, TractionSamples
 
 CREEPAGE_TOLERANCE = (0.25, 2e-4)
 """How far a creepage may lie from its step's: relative, plus absolute."""
 LARGEST_RATIO = 3.0
+HEAVIEST = 0.1
+"""A mass loss [kg] that no test discs survive."""
 NO_DEPTH = 0.1
 """A height of this share of the smaller rolling radius is none that wear made."""
 CHORD_MARGIN = 1.5
@@ -71,9 +73,7 @@ def read_profile(
     columns, last = table.columns, len(history.step)
     disc = columns.get("disc", np.full(len(table), 2.0)).astype(np.int64)
     iteration = columns.get("iteration", np.full(len(table), float(last))).astype(np.int64)
-    table.flag((disc != 1) & (disc != 2), "disc", lambda row: f"there is no disc {disc[row]}; it is 1 or 2")
-    outside = (iteration < 1) | (iteration > last)
-    table.flag(outside, "iteration", lambda row: f"the history has iterations 1 to {last}, not {iteration[row]}")
+    _check_place(table, disc, iteration, last)
     for which in np.unique(np.stack([disc, iteration]), axis=1).T:
         _check_profile(table, np.flatnonzero((disc == which[0]) & (iteration == which[1])), rig)
     table.check()
@@ -96,6 +96,45 @@ def read_temperature(
 def step_at(history: History, time: Floats) -> Ints:
     """The step that runs at each time; the end of a step belongs to it."""
     return history.step[history.iteration_at(time)]
+
+
+def read_mass(
+    data: bytes, file: str, *, history: History, naming: Naming | None = None
+) -> tuple[MassSamples, RowCount]:
+    """Mass loss of the discs since the start, weighed at stops."""
+    wanted = (
+        Column("iteration", COUNT),
+        Column("mass loss", MASS),
+        Column("disc", COUNT, required=False),
+        Column("uncertainty", MASS, required=False),
+    )
+    table = read_table(data, file, wanted, naming)
+    columns, last = table.columns, len(history.step)
+    disc = columns.get("disc", np.full(len(table), 2.0)).astype(np.int64)
+    iteration = columns["iteration"].astype(np.int64)
+    _check_place(table, disc, iteration, last)
+    loss = columns["mass loss"]
+    for which in (1, 2):
+        rows = np.flatnonzero(disc == which)
+        again = np.zeros(len(table), dtype=bool)
+        again[rows[1:][np.diff(iteration[rows]) <= 0]] = True
+        table.flag(again, "iteration", lambda row: f"iteration {iteration[row]} is not after the row before")
+    heavy = np.abs(loss) > HEAVIEST
+    table.flag(heavy, "mass loss", lambda row: f"{loss[row] * 1e3:g} g is no wear; check the unit")
+    if len(table) and np.all(loss < 0.0):
+        table.note("the discs grow heavier: a mass loss is positive", "mass loss", int(table.lines[0]))
+    if "uncertainty" in columns:
+        table.flag(columns["uncertainty"] <= 0.0, "uncertainty", lambda _: "must be greater than 0")
+    table.check()
+    samples = MassSamples(iteration, loss, disc, columns.get("uncertainty", np.full(len(table), np.nan)))
+    return samples, table.count()
+
+
+def _check_place(table: Table, disc: Ints, iteration: Ints, last: int) -> None:
+    """Discs are 1 or 2, iterations those of the history."""
+    table.flag((disc != 1) & (disc != 2), "disc", lambda row: f"there is no disc {disc[row]}; it is 1 or 2")
+    outside = (iteration < 1) | (iteration > last)
+    table.flag(outside, "iteration", lambda row: f"the history has iterations 1 to {last}, not {iteration[row]}")
 
 
 def tolerance(creepage: Floats) -> Floats:

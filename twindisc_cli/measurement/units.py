@@ -44,6 +44,7 @@ TIME = Quantity("time", _scaled(s=1.0, ms=1e-3, min=60.0, h=3600.0))
 LENGTH = Quantity("length", _scaled(m=1.0, cm=1e-2, mm=1e-3, um=1e-6, nm=1e-9))
 RATIO = Quantity("a ratio", {"1": (1.0, 0.0), "%": (1e-2, 0.0)}, default="1")
 PERCENTAGE = Quantity("a ratio", {"%": (1e-2, 0.0), "1": (1.0, 0.0)})
+MASS = Quantity("mass", _scaled(mg=1e-6, ug=1e-9, g=1e-3, kg=1.0))
 FORCE = Quantity("force", _scaled(N=1.0, kN=1e3, mN=1e-3, kgf=9.80665, lbf=4.4482216152605))
 TORQUE = Quantity("torque", _scaled(**{"N m": 1.0, "N cm": 1e-2, "N mm": 1e-3, "mN m": 1e-3, "kN m": 1e3}))
 TURNING = Quantity(

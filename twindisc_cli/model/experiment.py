@@ -27,13 +27,14 @@ Provenance = Literal["measured", "digitised", "reconstructed", "synthetic"]
 
 @dataclass(frozen=True)
 class Disc:
-    """One disc. A radius of inf is straight; a negative transverse radius is concave."""
+    """One disc. A radius of inf is straight; a negative transverse radius is concave. Density [kg/m3] for its mass."""
 
     rolling_radius: float
     transverse_radius: float
     youngs_modulus: float
     poisson_ratio: float
     hardness: float
+    density: float = np.nan
 
     @property
     def shear_modulus(self) -> float:
@@ -183,6 +184,19 @@ class TemperatureSamples:
 
 
 @dataclass(frozen=True)
+class MassSamples:
+    """Mass that a disc has lost since the start [kg], with its uncertainty (NaN: not stated), each (sample,).
+
+    disc is 1 or 2; iteration counts the iterations completed when it was weighed (1 ... all).
+    """
+
+    iteration: Ints
+    loss: Floats
+    disc: Ints
+    uncertainty: Floats
+
+
+@dataclass(frozen=True)
 class TorqueZero:
     """The zero of the torque sensor, as T/N [1]: mean over the test, standard error, drift from before to after.
 
@@ -207,6 +221,7 @@ class Measured:
     traction: TractionSamples | None = None
     profile: ProfileSamples | None = None
     temperature: TemperatureSamples | None = None
+    mass: MassSamples | None = None
     provenance: Provenance = "measured"
     torque_zero: TorqueZero | None = None
     others: Mapping[str, Any] = field(default_factory=dict)
