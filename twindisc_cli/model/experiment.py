@@ -8,7 +8,7 @@ A quantity that is not known is NaN.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -228,7 +228,7 @@ class Measured:
 
     def with_samples(self, name: str, samples: Any) -> Measured:
         """The same with other samples of a channel."""
-        if name in ("traction", "profile", "temperature"):
+        if name in {own.name for own in fields(self)}:
             return replace(self, **{name: samples})
         return replace(self, others={**self.others, name: samples})
 
