@@ -142,7 +142,7 @@ def _rows(model: ForwardModel, case: Case, fitted: Fit) -> tuple[dict[str, Float
     rows, slopes = {}, {}
     for channel in channels():
         noise = case.noise[channel].std if channel in case.noise else channels()[channel].assumed_noise
-        white = np.nan_to_num(channels()[channel].predicted(predicted)) / noise
+        white = np.nan_to_num(channels()[channel].predicted(model, predicted)) / noise
         rows[channel], slopes[channel] = white[0], (white[1:] - white[0]).T / SLIGHTLY
     return rows, slopes
 

@@ -350,7 +350,7 @@ def _curves(found: Outcome) -> list[Curve]:
     predictions = found.judged.predictions
     for number, channel in found.problem.parts:
         case, of = found.problem.cases[number], channels()[channel]
-        rows = {kind: of.predicted(every[number])[0] for kind, every in predictions.items()}
+        rows = {kind: of.predicted(case.model, every[number])[0] for kind, every in predictions.items()}
         curves.append(
             Curve(
                 test=case.test.name,

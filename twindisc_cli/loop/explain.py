@@ -54,7 +54,7 @@ class Judged:
             if channel in case.noise:
                 order = case.noise[channel].order
                 order = order[self.masks[i][channel][order] == held_out]
-                predicted = channels()[channel].predicted(self.predictions[kind][i])[0]
+                predicted = channels()[channel].predicted(case.model, self.predictions[kind][i])[0]
                 misses.append((case.values(channel) - predicted)[order])
         return np.concatenate(misses)
 

@@ -48,7 +48,7 @@ class Case:
     @cached_property
     def guesses(self) -> dict[str, float]:
         """Base parameters from the measurements alone, by key; NaN where nothing tells."""
-        return {channel.base.key: channel.base.guess(self.model) for channel in channels().values()}
+        return {base.key: base.guess(self.model) for base in _bases()}
 
     @property
     def held(self) -> dict[str, float]:
@@ -56,9 +56,14 @@ class Case:
         return self.guesses | dict(self.known) | stated(self.test)
 
 
+def _bases() -> list[Base]:
+    """The base parameters that channels fix."""
+    return [channel.base for channel in channels().values() if channel.base is not None]
+
+
 def stated(test: Experiment) -> dict[str, float]:
     """The base parameters that a definition gives a value."""
-    values = {channel.base.key: channel.base.given(test) for channel in channels().values()}
+    values = {base.key: base.given(test) for base in _bases()}
     return {key: value for key, value in values.items() if np.isfinite(value)}
 
 
@@ -147,6 +152,8 @@ class Problem:
         found: dict[tuple[str, int | None], Parameter] = {}
         for name in self.channels:
             base = channels()[name].base
+            if base is None:
+                continue
             seen = [i for i, case in enumerate(self.cases) if name in case.noise]
             given = [i for i, case in enumerate(self.cases) if np.isfinite(base.given(case.test))]
             if base.shared and seen and not given:
@@ -226,7 +233,10 @@ class Problem:
 
     def white(self, predictions: Sequence[Prediction]) -> Floats:
         """Predicted channels as white numbers (set, sample), all tests and channels in a row."""
-        parts = [self.cases[i].noise[c].whiten(channels()[c].predicted(predictions[i])) for i, c in self.parts]
+        parts = [
+            self.cases[i].noise[c].whiten(channels()[c].predicted(self.cases[i].model, predictions[i]))
+            for i, c in self.parts
+        ]
         return np.concatenate(parts, axis=-1)
 
     @cached_property

@@ -22,7 +22,7 @@ class Foretold:
 
     def misses(self, channel: str) -> Floats:
         """Measured minus predicted in the order of the record (sample,); NaN where it cannot be predicted."""
-        miss = self.case.values(channel) - channels()[channel].predicted(self.prediction)[0]
+        miss = self.case.values(channel) - channels()[channel].predicted(self.case.model, self.prediction)[0]
         return np.asarray(miss[self.case.noise[channel].order])
 
     def error(self, channel: str) -> float:

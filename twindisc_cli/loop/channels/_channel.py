@@ -56,6 +56,7 @@ class Channel:
     unit       of its errors, `factor` from SI to it, `si` the unit in result files
     samples    the samples of a test, None where the channel was not measured
     values     the measured values of the samples (sample,)
+    base       the base parameter that it fixes, None where it fixes none
     predicted  the same of a prediction (set, sample)
     noise      the noise of a test's samples
     generic    generic functions over the samples, for what nobody has catalogued
@@ -73,10 +74,10 @@ class Channel:
     drawn: Scale
     rest: str
     assumed_noise: float
-    base: Base
+    base: Base | None
     samples: Callable[[Experiment], Any]
     values: Callable[[Any], Floats]
-    predicted: Callable[[Prediction], Floats]
+    predicted: Callable[[ForwardModel, Prediction], Floats]
     noise: Callable[[Experiment], Noise]
     generic: Callable[[ForwardModel, Prediction], Iterator[Generic]]
     withheld: Callable[[Experiment, tuple[int, ...]], Mask]

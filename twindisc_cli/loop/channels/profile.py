@@ -152,7 +152,7 @@ CHANNEL = Channel(
     base=Base("K", "1", 1e-9, 1.0, _given, _guess, shared=True),
     samples=_samples,
     values=lambda samples: np.asarray(samples.height),
-    predicted=lambda prediction: prediction.profile,
+    predicted=lambda model, prediction: prediction.profile,
     noise=noise,
     generic=_generic,
     withheld=_withheld,
