@@ -56,7 +56,7 @@ def effects(fitted: Fit) -> list[Proposal]:
         sets, score = _scored(problem.with_terms(*problem.terms, name), fitted, target, name)
         order = np.argsort(-score)[:2]
         promise = 0.5 * float(score[order[0]]) - 0.5 * samples * sets.shape[1]
-        starts = [sets[i] for i in order if score[i] > 0.5 * score[order[0]]]
+        starts = [sets[i] for i in order if score[i] >= 0.5 * score[order[0]]]
         found.append(Proposal(name, catalogue()[name], starts, promise))
     return sorted(found, key=lambda p: -p.promise)
 

@@ -185,19 +185,26 @@ def _rivals(found: Outcome, name: str) -> list[tuple[int, Explanation, tuple[str
 def _weighed(found: Outcome, name: str) -> tuple[float, list[tuple[tuple[str, ...], float]]]:
     """Probability of a term, and the terms that cannot be told from it with theirs.
 
-    A law whose response is the effect's own counts for the effect: it is the same mechanism in other words.
+    These stand for it in any member without it, alone or with others. A law whose response is the effect's own counts
+    for the effect: it is the same mechanism in other words.
     """
     own, shares = found.answer.label(name), found.shares
     if not np.isfinite(shares).all():
         shares = np.array([np.exp((m.evidence - found.answer.evidence) / found.answer.heat) for m in found.members])
         shares = np.minimum(shares, 1e6) / np.sum(np.minimum(shares, 1e6))
-    probability = float(sum(share for m, share in zip(found.members, shares, strict=True) if own in m.labels))
-    rivals = []
-    for i, member, label in _rivals(found, name):
-        if len(own) == 1 and len(label) == 2 and alike(found, name, member) > THRESHOLDS.alike:
-            probability += float(shares[i])
-        elif shares[i] > THRESHOLDS.rival_share:
-            rivals.append((label, float(shares[i])))
+    twins = {
+        i
+        for i, member, label in _rivals(found, name)
+        if len(own) == 1 and len(label) == 2 and alike(found, name, member) > THRESHOLDS.alike
+    }
+    probability, others = 0.0, dict[tuple[str, ...], float]()
+    for i, (member, share) in enumerate(zip(found.members, shares, strict=True)):
+        if own in member.labels or i in twins:
+            probability += float(share)
+        else:
+            for label in member.labels - found.answer.labels:
+                others[label] = others.get(label, 0.0) + float(share)
+    rivals = [(label, share) for label, share in others.items() if share > THRESHOLDS.rival_share]
     rivals.sort(key=lambda pair: -pair[1])
     return probability if np.isfinite(found.shares).all() else np.nan, rivals
 
@@ -472,7 +479,7 @@ def _notes(found: Outcome) -> list[str]:
 def _next(found: Outcome, left: Sequence[Unexplained]) -> NextExperiment | None:
     """Separate the explanations that cannot be told apart; else tell apart what the leftover depends on."""
     labels = {label for name in found.answer.terms for label, _ in _weighed(found, name)[1]}
-    rivals = [m for name in found.answer.terms for _, m, label in _rivals(found, name) if label in labels]
+    rivals = [member for member in found.members if member.labels & labels]
     if rivals:
         alive = [found.answer, *rivals[: THRESHOLDS.separated - 1]]
         evidence = np.array([(e.evidence - found.answer.evidence) / found.answer.heat for e in alive])

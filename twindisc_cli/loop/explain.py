@@ -126,7 +126,9 @@ def explain(tests: Sequence[Experiment], *, validate: Experiment | None, quick: 
     masks = [withheld(test) for test in tests]
     found = search(whole, lambda stage: progress(stage, 0.3))
     progress("judging on held-out samples", 0.75)
-    members = ranked([found.answer, *(e for rivals in found.rivals.values() for e in rivals), found.base])
+    members = ranked(
+        [found.answer, *(e for rivals in found.rivals.values() for e in rivals), *found.others, found.base]
+    )
     judged, refused = _first_honest(found.answer, members, tests, validate, before, masks)
     progress("resampling", 0.85)
     shares = np.full(len(members), np.nan) if quick else np.mean(weights(members), axis=0)

@@ -72,11 +72,16 @@ class Explanation:
 
 @dataclass(frozen=True)
 class Search:
-    """The base model, the answer, and for each of its terms all explanations in which another stands in its place."""
+    """The base model, the answer, and what stands beside it.
+
+    rivals: for each of its terms all explanations in which another stands in its place; others: laws in the place of
+    two effects, and effects in the place of a law.
+    """
 
     base: Explanation
     answer: Explanation
     rivals: Mapping[str, Sequence[Explanation]]
+    others: Sequence[Explanation] = ()
 
 
 def search(problem: Problem, progress: Progress) -> Search:
@@ -84,7 +89,7 @@ def search(problem: Problem, progress: Progress) -> Search:
     progress("base model")
     first = refit(problem)
     base = Explanation(first, {}, first.chi2)
-    best, rivals = base, dict[str, Sequence[Explanation]]()
+    best, rivals, others = base, dict[str, Sequence[Explanation]](), list[Explanation]()
     while len(best.terms) < THRESHOLDS.most_terms and not (len(best.terms) > 1 and _nothing_left(best)):
         progress(f"what is missing, term {len(best.terms) + 1}")
         tried = extended(best)
@@ -93,8 +98,10 @@ def search(problem: Problem, progress: Progress) -> Search:
             rivals = rivals or {"": tried}
             break
         progress(f"other explanations of {len(better.terms)} terms")
-        best, rivals = polished(renewed(catalogued(better, best, tried)), best, tried)
-    return Search(base, best, rivals)
+        better, *apart = catalogued(better, best, tried)
+        best, rivals = polished(renewed(better), best, tried)
+        others = judged_alike(best, apart)
+    return Search(base, best, rivals, others)
 
 
 def _nothing_left(explanation: Explanation) -> bool:
@@ -114,7 +121,9 @@ def extended(explanation: Explanation, *, laws: bool = True) -> list[Explanation
     count = {True: 0, False: 0}
     best = 0.0
     for proposal in proposals(explanation.fit) if laws else effects(explanation.fit):
-        if proposal.promise < max(0.0, THRESHOLDS.hopeful * best) or count[proposal.is_law] >= THRESHOLDS.tried:
+        few = not proposal.is_law and count[False] < THRESHOLDS.tried_at_least
+        least = THRESHOLDS.hopeless if few else max(0.0, THRESHOLDS.hopeful * best)
+        if proposal.promise < least or count[proposal.is_law] >= THRESHOLDS.tried:
             continue
         count[proposal.is_law] += 1
         found.append(_with(explanation, proposal))
@@ -182,16 +191,19 @@ def _says_enough(explanation: Explanation, before: Explanation) -> bool:
     return said > THRESHOLDS.law_seen and leftover(before.fit, new[0].channel).significant(THRESHOLDS.alarm)
 
 
-def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explanation]) -> Explanation:
-    """Two effects of the catalogue in the place of a law that was added, where they cannot be told from it."""
+def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explanation]) -> list[Explanation]:
+    """Two effects of the catalogue in the place of a law that was added, where they cannot be told from it.
+
+    First the explanation to go on with, then the others within reach.
+    """
     if len(better.laws) == len(before.laws):
-        return better
+        return [better]
     taken = before.fit.chi2 - better.fit.chi2
     halves = [e for e in tried if len(e.laws) == len(before.laws) and not e.fit.at_bound]
     halves = [e for e in halves if before.fit.chi2 - e.fit.chi2 > THRESHOLDS.half * taken][: THRESHOLDS.halves]
-    both = [e for half in halves for e in extended(half, laws=False) if not e.fit.at_bound]
-    both = [e for e in both if (better.evidence - e.evidence) / better.heat < THRESHOLDS.within]
-    return max(both, key=lambda e: e.evidence, default=better)
+    both = ranked([e for half in halves for e in extended(half, laws=False) if not e.fit.at_bound])
+    close = [e for e in both if (better.evidence - e.evidence) / better.heat < THRESHOLDS.within]
+    return [*close, better, *(e for e in both if e not in close)][: THRESHOLDS.rivals]
 
 
 def polished(

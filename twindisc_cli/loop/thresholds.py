@@ -36,6 +36,8 @@ class Thresholds:
     half, halves        share of what a law takes away that an effect must take to be tried as one of two in its place,
                         and how many such effects are.
     nothing_left        significance above which a third term is not looked for.
+    tried_at_least      effects that are fitted in any case, if they promise no less than `hopeless` [nats]: a formula
+                        often does better than it promises to first order.
     most_terms          terms of an answer at most: four fixed all pairs of the seeds, more are not asked of one test.
     rivals              other explanations that are fitted beside the answer.
     curve_steps         steps of a fit of a curve: its prior makes it converge in a few.
@@ -78,8 +80,10 @@ class Thresholds:
     forms: int = 2
     tried: int = 7
     hopeful: float = 0.3
-    half: float = 0.4
-    halves: int = 2
+    tried_at_least: int = 4
+    hopeless: float = -3.0
+    half: float = 0.25
+    halves: int = 3
     nothing_left: float = 0.2
     most_terms: int = 4
     rivals: int = 8
