@@ -15,6 +15,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray
+from accidents import square_or_worse
 from definitions import TRACTION, VALID, changed, write
 
 from twindisc_cli.campaign import pool
@@ -126,21 +127,9 @@ def test_what_would_write_the_same_files_is_refused_before_anything_runs(
 # The processes
 
 
-def square_or_worse(item: int | str) -> int:
-    """A number squared; "hang", "die" and "leave" do that."""
-    if item == "hang":
-        time.sleep(60.0)
-    if item == "die":
-        os.kill(os.getpid(), signal.SIGKILL)
-    if item == "leave":
-        os._exit(3)
-    assert isinstance(item, int)
-    return item * item
-
-
 def test_what_hangs_or_dies_does_not_stop_the_others() -> None:
     items = [1, "hang", 2, "die", 3, "leave", 4, 5]
-    found = dict(pool.each(square_or_worse, items, workers=2, limit=1.5, preload=["test_campaign"]))
+    found = dict(pool.each(square_or_worse, items, workers=2, limit=1.5, preload=["accidents"]))
     assert {item: found[item] for item in items if isinstance(item, int)} == {1: 1, 2: 4, 3: 9, 4: 16, 5: 25}
     hang, die, leave = (found[item] for item in ("hang", "die", "leave"))
     assert hang == pool.overrun(1.5)
