@@ -17,3 +17,8 @@ def square_or_worse(item: int | str) -> int:
         os._exit(3)
     assert isinstance(item, int)
     return item * item
+
+
+def process_of(_: int) -> int:
+    """The process that it runs in."""
+    return os.getpid()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -15,7 +14,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray
-from accidents import square_or_worse
+from accidents import process_of, square_or_worse
 from definitions import TRACTION, VALID, changed, write
 
 from twindisc_cli.campaign import pool
@@ -23,6 +22,7 @@ from twindisc_cli.campaign.outcome import figure_of, outcome_of
 from twindisc_cli.campaign.plan import plan
 from twindisc_cli.campaign.table import Row, columns_of, csv_text, header, parquet_bytes, table_of
 from twindisc_cli.cli import main
+from twindisc_cli.commands._campaign_work import PRELOAD
 from twindisc_cli.definition import load_text
 from twindisc_cli.errors import DefinitionError
 
@@ -129,7 +129,7 @@ def test_what_would_write_the_same_files_is_refused_before_anything_runs(
 
 def test_what_hangs_or_dies_does_not_stop_the_others() -> None:
     items = [1, "hang", 2, "die", 3, "leave", 4, 5]
-    found = dict(pool.each(square_or_worse, items, workers=2, limit=1.5, preload=["accidents"]))
+    found = dict(pool.each(square_or_worse, items, workers=2, limit=1.5, preload=PRELOAD))
     assert {item: found[item] for item in items if isinstance(item, int)} == {1: 1, 2: 4, 3: 9, 4: 16, 5: 25}
     hang, die, leave = (found[item] for item in ("hang", "die", "leave"))
     assert hang == pool.overrun(1.5)
@@ -139,12 +139,8 @@ def test_what_hangs_or_dies_does_not_stop_the_others() -> None:
     assert leave.reason == "killed its worker process (exit code 3)"
 
 
-def process_of(_: int) -> int:
-    return os.getpid()
-
-
 def test_a_worker_is_started_once_and_not_for_every_item() -> None:
-    found = list(pool.each(process_of, range(40), workers=2, limit=60.0, preload=[]))
+    found = list(pool.each(process_of, range(40), workers=2, limit=60.0, preload=PRELOAD))
     assert sorted(item for item, _ in found) == list(range(40))
     assert len({process for _, process in found}) == 2
 
