@@ -217,7 +217,7 @@ def stamps(folder: Path) -> dict[str, int]:
 
 def written(folder: Path, count: int) -> None:
     """Wait until so many tests are there."""
-    deadline = time.monotonic() + 60.0
+    deadline = time.monotonic() + 300.0
     while len(stamps(folder)) < count and time.monotonic() < deadline:
         time.sleep(0.01)
 
