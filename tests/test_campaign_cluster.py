@@ -106,7 +106,7 @@ def test_one_dies_one_joins_late_and_one_does_not_fit(folder: Path, machines: Ma
 
 
 def test_when_the_scheduler_dies_the_rest_is_computed_by_the_next_call(folder: Path, machines: Machines) -> None:
-    named(folder, *(f"t{i}" for i in range(4)))
+    named(folder, *(f"t{i}" for i in range(8)))
     machines.worker("--no-nanny")
     running = campaign(folder, "--scheduler", machines.address)
     until(lambda: results(folder) >= 1)
@@ -115,9 +115,9 @@ def test_when_the_scheduler_dies_the_rest_is_computed_by_the_next_call(folder: P
     assert running.returncode == 2, told.decode()
     assert "is gone; what was computed is there" in told.decode().splitlines()[-1]
     there = results(folder)
-    assert 1 <= there < 4
+    assert 1 <= there < 8
     last, _ = campaign(folder).communicate()
-    assert f"{4 - there} computed, {there} up to date, 0 failed" in last.decode()
+    assert f"{8 - there} computed, {there} up to date, 0 failed" in last.decode()
 
 
 def test_what_hangs_or_kills_its_worker_is_lost_and_the_others_are_not(machines: Machines) -> None:
