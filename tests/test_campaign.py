@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -15,6 +14,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray
+from accidents import process_of, square_or_worse
 from definitions import TRACTION, VALID, changed, write
 
 from twindisc_cli.campaign import pool
@@ -22,6 +22,7 @@ from twindisc_cli.campaign.outcome import figure_of, outcome_of
 from twindisc_cli.campaign.plan import plan
 from twindisc_cli.campaign.table import Row, columns_of, csv_text, header, parquet_bytes, table_of
 from twindisc_cli.cli import main
+from twindisc_cli.commands._campaign_work import PRELOAD
 from twindisc_cli.definition import load_text
 from twindisc_cli.errors import DefinitionError
 
@@ -126,21 +127,9 @@ def test_what_would_write_the_same_files_is_refused_before_anything_runs(
 # The processes
 
 
-def square_or_worse(item: int | str) -> int:
-    """A number squared; "hang", "die" and "leave" do that."""
-    if item == "hang":
-        time.sleep(60.0)
-    if item == "die":
-        os.kill(os.getpid(), signal.SIGKILL)
-    if item == "leave":
-        os._exit(3)
-    assert isinstance(item, int)
-    return item * item
-
-
 def test_what_hangs_or_dies_does_not_stop_the_others() -> None:
     items = [1, "hang", 2, "die", 3, "leave", 4, 5]
-    found = dict(pool.each(square_or_worse, items, workers=2, limit=1.5, preload=["test_campaign"]))
+    found = dict(pool.each(square_or_worse, items, workers=2, limit=1.5, preload=PRELOAD))
     assert {item: found[item] for item in items if isinstance(item, int)} == {1: 1, 2: 4, 3: 9, 4: 16, 5: 25}
     hang, die, leave = (found[item] for item in ("hang", "die", "leave"))
     assert hang == pool.overrun(1.5)
@@ -150,12 +139,8 @@ def test_what_hangs_or_dies_does_not_stop_the_others() -> None:
     assert leave.reason == "killed its worker process (exit code 3)"
 
 
-def process_of(_: int) -> int:
-    return os.getpid()
-
-
 def test_a_worker_is_started_once_and_not_for_every_item() -> None:
-    found = list(pool.each(process_of, range(40), workers=2, limit=60.0, preload=[]))
+    found = list(pool.each(process_of, range(40), workers=2, limit=60.0, preload=PRELOAD))
     assert sorted(item for item, _ in found) == list(range(40))
     assert len({process for _, process in found}) == 2
 
@@ -232,7 +217,7 @@ def stamps(folder: Path) -> dict[str, int]:
 
 def written(folder: Path, count: int) -> None:
     """Wait until so many tests are there."""
-    deadline = time.monotonic() + 60.0
+    deadline = time.monotonic() + 300.0
     while len(stamps(folder)) < count and time.monotonic() < deadline:
         time.sleep(0.01)
 

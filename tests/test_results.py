@@ -1,6 +1,8 @@
 import errno
 import json
 import os
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -240,3 +242,14 @@ def test_a_number_that_is_none_is_never_written_unless_it_is_declared(tmp_path: 
             write(tmp_path, result, ORIGIN, {})
         assert not list(tmp_path.iterdir())
     write(tmp_path, replace(RESULT, json=or_null({"mu": broken})), ORIGIN, {})
+
+
+def test_what_a_killed_process_left_behind_is_removed_by_the_next_that_writes(tmp_path: Path) -> None:
+    killed = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"], capture_output=True, check=True)
+    abandoned = tmp_path / f".a.h5.{int(killed.stdout)}.tmp"
+    in_use = tmp_path / f".a.h5.{os.getppid()}.tmp"
+    other = tmp_path / f".b.h5.{int(killed.stdout)}.tmp"
+    for path in (abandoned, in_use, other):
+        path.write_text("half")
+    write_all({tmp_path / "a.h5": b"whole"})
+    assert {path.name for path in tmp_path.iterdir()} == {"a.h5", in_use.name, other.name}

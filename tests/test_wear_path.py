@@ -11,6 +11,7 @@ from twindisc_cli.model.experiment import Contact
 from twindisc_cli.model.patch import weighted_paths
 from twindisc_cli.model.wear import WearPath, first_section, wear_path
 from twindisc_cli.physics.half_space import OutOfRangeError
+from twindisc_cli.physics.half_space.normal import solve_profile
 
 CONTACTS: tuple[Contact, ...] = ("hertz", "half_space")
 both = pytest.mark.parametrize("contact", CONTACTS)
@@ -167,6 +168,25 @@ def test_half_the_step_agrees_as_the_path_says(contact: Contact, monkeypatch: py
     assert paths[1.0].error < 1e-3
     assert true < 3.0 * paths[1.0].error + 1e-6, "the reported error is the true one, to its order"
     assert abs(deepest[2.0] / deepest[0.25] - 1.0) > 1.5 * true, "halving the step pays"
+    fine, usual = paths[0.25], paths[1.0]
+    off = np.abs(np.interp(usual.section, fine.section, fine.p0) / usual.p0 - 1.0).max()
+    assert off < 1.5 * usual.pressure_error + 1e-4, "and so is that of the peak pressure"
+    assert usual.pressure_error < 0.02
+
+
+def test_the_peak_pressure_of_a_worn_track_is_that_of_the_full_solver() -> None:
+    """Within 1 %, and without jumps from node to node: it falls as the track widens."""
+    path, disc = wear_path(rig(), contact="half_space", section=SECTION), rig()
+    assert np.all(np.diff(path.p0) < 0.01 * path.p0[:-1])
+    node = int(np.searchsorted(path.section, 1e-9))
+    full = solve_profile(
+        y=path.y,
+        gap=0.5 * disc.curvature_y * path.y**2 + path.depth[node],
+        curvature_x=disc.curvature_x,
+        normal_load=disc.normal_load,
+        effective_modulus=disc.effective_modulus,
+    )
+    assert path.p0[node] == pytest.approx(full.pressure.max(), rel=0.01)
 
 
 def test_a_node_is_read_exactly_and_between_nodes_on_a_line() -> None:

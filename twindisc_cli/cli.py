@@ -144,15 +144,18 @@ def campaign(
     limit: Annotated[
         float, typer.Option("--limit", metavar="SECONDS", min=0.1, help="Stop a test that takes longer.")
     ] = 900.0,
+    scheduler: Annotated[
+        str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Use a Dask cluster: tcp://host:8786.")
+    ] = None,
     output: Folder = RESULTS,
     as_json: AsJson = False,
     force: Force = False,
 ) -> None:
-    """Run a command on many tests, on all cores, and gather one table of what comes out."""
+    """Run a command on many tests, on all cores or a Dask cluster, and gather one table of what comes out."""
     from twindisc_cli.commands._runner import Output
     from twindisc_cli.commands.campaign import Means, run
 
-    means = Means(workers=workers, limit=limit)
+    means = Means(workers=workers, limit=limit, scheduler=scheduler)
     raise typer.Exit(run(command, tests or ["configs/*.toml"], means, Output(output, as_json, force)))
 
 

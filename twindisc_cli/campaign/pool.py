@@ -127,7 +127,7 @@ class _Worker(Generic[Item, Outcome]):
             return item, self.pipe.recv() if self.pipe.poll() else overrun(limit)
         except (EOFError, OSError):
             self.process.join()
-            return item, Lost(1, f"killed its worker process ({_cause(self.process.exitcode)})")
+            return item, Lost(1, f"killed its worker process ({cause_of(self.process.exitcode)})")
 
     def stop(self) -> None:
         self.process.kill()
@@ -135,7 +135,8 @@ class _Worker(Generic[Item, Outcome]):
         self.pipe.close()
 
 
-def _cause(exit_code: int) -> str:
+def cause_of(exit_code: int) -> str:
+    """What an exit code says of a process that died."""
     if exit_code >= 0:
         return f"exit code {exit_code}"
     memory = "; is there memory enough?" if exit_code == -signal.SIGKILL else ""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from twindisc_cli.campaign.outcome import figure_of, outcome_of
 from twindisc_cli.campaign.plan import Job, plan
 from twindisc_cli.campaign.table import Row, csv_text, dataset_of, parquet_bytes, table_of
 from twindisc_cli.commands import _runner
-from twindisc_cli.commands._campaign_work import Order, Work
+from twindisc_cli.commands._campaign_work import Order, Task, Work, compute, deliver, prepare
 from twindisc_cli.errors import DefinitionError, Problem, did_you_mean
 from twindisc_cli.results import Result
 from twindisc_cli.results.store import Origin, write
@@ -35,10 +35,14 @@ WORST_FIRST = (1, 2, 3, 4, 5)
 
 @dataclass(frozen=True)
 class Means:
-    """How the tests are computed: worker processes (None: one a core), and the seconds allowed for each test."""
+    """How the tests are computed: on worker processes here (None: one a core) or on a Dask scheduler's workers.
+
+    limit: seconds allowed for each test.
+    """
 
     workers: int | None
     limit: float
+    scheduler: str | None = None
 
 
 def run(command: str, given: Sequence[str], means: Means, output: _runner.Output) -> int:
@@ -77,9 +81,40 @@ def _rows(jobs: Sequence[Job], order: Order, means: Means) -> list[Row]:
 
 def _finished(jobs: Sequence[Job], order: Order, means: Means) -> Generator[Row]:
     """The rows as they come; a test that was lost has one too."""
+    if means.scheduler:
+        yield from _on_cluster(jobs, order, means.scheduler, means.limit)
+        return
     workers = min(means.workers or pool.cores(), len(jobs))
     for job, row in pool.each(Work(order), jobs, workers=workers, limit=means.limit, preload=order.modules):
         yield row if isinstance(row, Row) else lost(job, row)
+
+
+def _on_cluster(jobs: Sequence[Job], order: Order, address: str, limit: float) -> Generator[Row]:
+    """The rows as they come from a cluster: tests are read here and travel, files come back and are written here."""
+    from twindisc_cli.campaign import cluster
+
+    ready: list[Row] = []
+
+    def tasks() -> Iterator[Task]:
+        for job in jobs:
+            task = prepare(order, job)
+            if isinstance(task, Row):
+                ready.append(task)
+            else:
+                yield task
+
+    def say(what: str) -> None:
+        sys.stderr.write(f"{what}\n")
+
+    with closing(cluster.each(compute, tasks(), address=address, limit=limit, say=say)) as answers:
+        for task, answer in answers:
+            yield from ready
+            ready.clear()
+            if isinstance(answer, pool.Lost):
+                yield replace(task.row, exit_code=answer.exit_code, error=answer.reason)
+            else:
+                yield deliver(task, *answer)
+    yield from ready
 
 
 def lost(job: Job, why: pool.Lost) -> Row:

@@ -39,6 +39,7 @@ def run(test: Test) -> Result:
             "wear_coefficient": k,
             "wear_coefficient_source": source,
             "error_estimate_percent": history.error * 100.0,
+            "p0_error_estimate_percent": history.pressure_error * 100.0,
             "iterations": [
                 {"iteration": i + 1, "time_s": t, "creepage_percent": history.creepage[i] * 100.0, "mu": history.mu[i]}
                 | _iteration(history, i)
@@ -79,7 +80,7 @@ def _summary(history: WearHistory, k: float, source: str) -> tuple[str, ...]:
         f"dissipated energy {history.energy[-1] * 1e-3:.3g} kJ",
         f"patch at the end: a {history.a[-1] * 1e3:.3g} mm, b {history.b[-1] * 1e3:.3g} mm, "
         f"p0 {history.p0[-1] * 1e-6:.3g} MPa",
-        f"estimated error of the depth: {history.error * 100.0:.2g} %",
+        f"estimated error of the depth: {history.error * 100.0:.2g} %, of p0: {history.pressure_error * 100.0:.2g} %",
     )
 
 
@@ -117,5 +118,10 @@ def _dataset(history: WearHistory, k: float, source: str) -> Dataset:
             Array("height", ("iteration", "y"), history.height, "m", "height change of disc 2"),
             Array("disc1_height", ("iteration", "y"), history.disc1_height, "m", "height change of disc 1"),
         ),
-        attrs={"wear_coefficient": k, "wear_coefficient_source": source, "relative_error_of_depth": history.error},
+        attrs={
+            "wear_coefficient": k,
+            "wear_coefficient_source": source,
+            "relative_error_of_depth": history.error,
+            "relative_error_of_p0": history.pressure_error,
+        },
     )

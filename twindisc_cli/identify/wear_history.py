@@ -22,7 +22,7 @@ class WearHistory:
     time [s], creepage and mu [1] of the iteration; energy dissipated so far [J]; volume worn off both discs [m3];
     y [m] (strip,); height [m], change of disc 2's profile, and disc1_height of disc 1's; track of disc 2; radius [m]
     of the best circle through disc 2's profile inside the patch, inf where it is flat, negative where hollow; a, b
-    semi-axes [m] and p0 [Pa] of the patch; error, the estimated relative error of the depth.
+    semi-axes [m] and p0 [Pa] of the patch; error and pressure_error, the estimated relative errors of depth and p0.
     """
 
     time: Floats
@@ -39,6 +39,7 @@ class WearHistory:
     b: Floats
     p0: Floats
     error: float
+    pressure_error: float
 
 
 def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) -> WearHistory:
@@ -70,6 +71,7 @@ def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) ->
         b=patch.b[0],
         p0=paths.at(lambda path: path.p0, own)[0] * scale,
         error=max(path.error for path in paths.paths),
+        pressure_error=max(path.pressure_error for path in paths.paths),
     )
 
 

@@ -14,7 +14,7 @@ since what is dissipated there is a small part of any test that wears.
 
 Steps: the half-space path is implicit (two-stage, L-stable, order 2), since sharp features of a profile die out much
 faster than it grows; the Hertz path is an explicit midpoint rule with small steps. `error` is the difference to a path
-of twice the step, over three.
+of twice the step, over three; `pressure_error` is such a difference as it stands.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class WearPath:
     section S [m2], a, b [m] semi-axes (in half-space contact those of `equivalent_ellipse`), p0 [Pa] peak
     pressure, area of the patch [m2], stiffness G a b C11 and stiffness_y G a b C22 [N], edge [m] half-width of the
     worn zone: each (node,); y [m] (strip,); depth [m], line_load [N/m]: (node, strip); error: relative error of the
-    greatest depth.
+    greatest depth; pressure_error: of p0, at the node where it is largest.
     """
 
     section: Floats
@@ -60,6 +60,7 @@ class WearPath:
     stiffness_y: Floats
     edge: Floats
     error: float
+    pressure_error: float
 
     def at(self, values: Floats, section: Floats) -> Floats:
         """Values (node, ...) at worn sections (...) [m2], linear between the nodes: (section..., ...)."""
@@ -99,12 +100,16 @@ def _path(rig: Rig, contact: Contact, section: float, wander: float) -> WearPath
     march = _march_half_space if contact == "half_space" else _march_hertz
     y = _grid(rig, section, wander)
     nodes, depth, patches = march(rig, y, section, wander, GROWTH)
-    error = _path(rig, contact, section, 0.0).error if wander else np.nan
-    if not wander:
-        coarse = march(rig, y, section, wander, 2.0 * GROWTH)[1]
-        error = abs(depth[-1].max() / coarse[-1].max() - 1.0) / 3.0
     a, b, p0, area = (np.array([getattr(p, name) for p in patches]) for name in ("a", "b", "p0", "area"))
     creepage = kalker.coefficients(a / b, rig.poisson_ratio)
+    if wander:
+        plain = _path(rig, contact, section, 0.0)
+        error, pressure_error = plain.error, plain.pressure_error
+    else:
+        coarse_nodes, coarse, coarse_patches = march(rig, y, section, wander, 2.0 * GROWTH)
+        error = abs(depth[-1].max() / coarse[-1].max() - 1.0) / 3.0
+        coarse_p0 = np.interp(nodes, coarse_nodes, [patch.p0 for patch in coarse_patches])
+        pressure_error = np.max(np.abs(coarse_p0 / p0 - 1.0))
     return WearPath(
         section=nodes,
         y=y,
@@ -118,6 +123,7 @@ def _path(rig: Rig, contact: Contact, section: float, wander: float) -> WearPath
         stiffness_y=rig.shear_modulus * a * b * creepage.c22,
         edge=_edges(y, depth, b),
         error=float(error),
+        pressure_error=float(pressure_error),
     )
 
 
@@ -177,7 +183,25 @@ def _march_half_space(
 
 def _patch_of(contact: StripContact) -> _Patch:
     a, b = equivalent_ellipse(contact)
-    return _Patch(contact.line_load, float(a), float(b), float(contact.peak_pressure), float(contact.area))
+    return _Patch(contact.line_load, float(a), float(b), _peak_pressure(contact), float(contact.area))
+
+
+def _peak_pressure(contact: StripContact) -> float:
+    """Largest pressure [Pa] that hangs on no single strip.
+
+    At the edge of a patch line load and half-length are not resolved: the last strip's pressure depends on where the
+    edge lies in it. What counts are the strips further from the edges than half of the largest half-length
+    along rolling (or of the half-width, if less), and the means over bands twice as wide anywhere, the edges included.
+    """
+    y, width = contact.y, contact.strip_width
+    first, last = (float(edge) for edge in contact.extent)
+    reach = 0.5 * min(float(contact.half_length.max()), 0.5 * (last - first))
+    inner = (y > first + reach) & (y < last - reach)
+    borders, starts = np.append(y - 0.5 * width, y[-1] + 0.5 * width), np.linspace(first, last - 2.0 * reach, len(y))
+    sums = [np.append(0.0, np.cumsum(v)) for v in (contact.line_load, 0.5 * np.pi * contact.half_length)]
+    load, area = (np.interp(starts + 2.0 * reach, borders, s) - np.interp(starts, borders, s) for s in sums)
+    band = np.divide(load, area, out=np.zeros_like(load), where=area > 0.0)
+    return float(max(contact.centre_pressure[inner].max(initial=0.0), band.max()))
 
 
 def _march_hertz(
