@@ -72,7 +72,7 @@ def _evidence(explanation: Explanation, block: Ints, drawn: Floats) -> Floats:
     g = np.add.reduceat((J * r[:, None])[order], starts, axis=0)
     s = np.add.reduceat((r**2)[order], starts)
     prior = precision(fitted.problem)
-    both = (drawn @ A).reshape(-1, k, k) + np.diag(prior)
+    both = (drawn @ A).reshape(len(drawn), k, k) + np.diag(prior)
     pull = drawn @ g
     step = np.linalg.solve(both, pull[..., None])[..., 0]
     chi2 = drawn @ s - np.sum(pull * step, axis=1)
