@@ -598,6 +598,59 @@ def test_exit_code_5_only_where_the_cause_is_in_no_catalogue(test: Test) -> None
     assert any(text.startswith("unexplained: ") for text in outcome.summary)
 
 
+def test_json_of_a_law(test: Test) -> None:
+    told_json = json.loads(json.dumps(plain(result(learnt, test).json)))
+    formula, curve = told_json["laws"]
+    assert (told_json["verdict"], told_json["effects"]) == ("law_learned", [])
+    assert {key: formula[key] for key in ("law", "quantity", "covariate", "form", "formula", "transfer", "valid")} == {
+        "law": "mu_over_time_in_step", "quantity": "mu", "covariate": "time_in_step", "form": "exponential",
+        "formula": "1 - 0.123 exp(-τ / 68.1 s)", "transfer": "inside", "valid": [0.0, 168.0],
+    }  # fmt: skip
+    assert formula["parameters"]["scale_s"]["unit"] == "s"
+    assert formula["resembles"] == [{"effect": "running_in_friction", "share": 0.93}]
+    assert (formula["probability"], formula["strength"]) == (0.95, "established")
+    assert formula["curve"]["low"] == learnt(test).laws[0].curve.low.tolist()
+    assert (curve["form"], curve["parameters"], curve["transfer"]) == ("curve", {}, "same_history")
+    assert "probability" not in curve, "absent where it was not computed"
+    assert curve["alternatives"] == [
+        {"quantity": "wear", "covariate": "time", "probability": 0.3},
+        {"effect": "running_in_wear", "probability": 0.1},
+    ]
+
+
+def test_a_law_is_told_in_the_same_words_everywhere(test: Test) -> None:
+    outcome, lines = result(learnt, test), summary(learnt(test))
+    reader = Reader(page(outcome))
+    assert lines[1] == f"{words.sentence(DIFFERS)}."
+    assert reader.text("p").index(lines[1]) < reader.text("p").index("Learnt from the data")
+    assert DIFFERS not in reader.text("li")
+    first = (
+        "the coefficient of friction times (1 - 0.123 exp(-τ / 68.1 s)), with τ the time since the creepage changed "
+        "from 0 to 168 s"
+    )
+    second = "the wear coefficient times a curve from 0.700 to 1.10, with E the dissipated energy from 0 to 8.40 kJ"
+    told_of_laws = (
+        first,
+        "established, 95 %",
+        "it holds inside its range on any history",
+        second,
+        "takes away 60 % of the misfit",
+        "dissipated energy cannot be told from what changed with it",
+        "running-in of friction (93 % of it)",
+    )
+    for text in told_of_laws:
+        assert any(text in row for row in lines)
+        assert text.casefold() in reader.text("p").casefold()
+    for text in (
+        "68.1 ± 5.0 s 60.0 to 77.0",
+        "a change of the wear coefficient with time (30 %)",
+        "running-in of wear (10 %)",
+        "What would tell them apart: low and high creepages in turn",
+    ):
+        assert text in reader.text()
+    assert "mu(n) = mu_0" not in reader.text("pre")
+
+
 # --- the revised definition
 
 
@@ -614,6 +667,14 @@ def test_revised_definition_runs_with_what_was_found(test: Test) -> None:
     assert again.measured.provenance == "reconstructed"
     assert again.history.creepage.tolist() == test.experiment.history.creepage.tolist()
     assert path.read_text().startswith("# small, with falling friction and lateral wander added")
+
+
+def test_revised_definition_declares_the_laws(test: Test) -> None:
+    path = test.path.with_name("revised_laws.toml")
+    path.write_text(revised(learnt(test), test), encoding="utf-8")
+    again = load(path).experiment
+    assert again.laws == {found.name: found.law for found in learnt(test).laws}
+    assert path.read_text().startswith("# small, with a change of the coefficient of friction with time since")
 
 
 def test_revised_definition_keeps_what_was_given(tmp_path: Path) -> None:

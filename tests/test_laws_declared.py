@@ -18,6 +18,7 @@ from twindisc_cli.identify.chart import friction_chart
 from twindisc_cli.laws.law import Law
 from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.laws.shapes import SHAPES
+from twindisc_cli.loop.diagnose import diagnose
 from twindisc_cli.model.experiment import Measured, ProfileSamples, TemperatureSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
 
@@ -238,3 +239,19 @@ def test_the_effect_file_of_which_law_must_be_clear(tmp_path: Path, capsys: pyte
 
 def test_a_definition_with_laws_loads_from_its_file(tmp_path: Path) -> None:
     assert set(load(write(tmp_path, VALID + FORMULA + CURVE)).experiment.laws) == {"mu_over_time_in_step", "fouling"}
+
+
+def test_close_loop_where_the_definition_leaves_nothing_to_fit(tmp_path: Path) -> None:
+    """A revised definition gives mu and its law: on data made by them (full sliding, T/N = mu) nothing is missing."""
+    time = np.arange(1.0, 85.0) * 5.0
+    begin, creepage = np.array([[0.0, 2.0], [168.0, 2.5], [336.0, 3.0]])[np.searchsorted([168.0, 336.0], time)].T
+    ratio = 0.6 * (1.0 - 0.123 * np.exp(-(time - begin) / 68.1))
+    ratio += 0.004 * np.random.default_rng(5).standard_normal(len(time))
+    rows = "".join(f"{t},{c},{r}\n" for t, c, r in zip(time, creepage, ratio, strict=True))
+    text = VALID
+    for old, new in (("2.0", "3.0"), ("1.0", "2.5"), ("0.5", "2.0")):
+        text = text.replace(f"creepage_percent = {old}", f"creepage_percent = {new}")
+    path = write(tmp_path, text + FORMULA, traction=f"time [s],creepage [%],traction ratio [1]\n{rows}")
+    found = diagnose([load(path).experiment], validate=None, progress=lambda _what, _fraction: None)
+    assert (found.verdict, found.base) == ("no_missing_effect", {})
+    assert found.errors["traction"].after == pytest.approx(0.004, rel=0.2)
