@@ -215,6 +215,8 @@ def _outcome(diagnosis: Diagnosis, channel: str) -> str:
     p = diagnosis.p_values.get(channel, float("nan"))
     if not np.isfinite(p):
         return "not searched"
+    if diagnosis.effects or diagnosis.laws:
+        return "nothing else is missing here"
     return f"nothing is missing here\n({p_value(p)}; alarm below {THRESHOLDS.alarm:g})"
 
 

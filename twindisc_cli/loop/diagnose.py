@@ -8,6 +8,7 @@ from time import monotonic
 
 import numpy as np
 
+from twindisc_cli.effects._effect import Effect
 from twindisc_cli.laws.law import Law, formula_text, warnings
 from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.channels import channels, measured_channels
@@ -153,10 +154,27 @@ def _found(found: Outcome) -> tuple[list[FoundEffect], list[FoundLaw]]:
             laws.append(_law(found, name, effect, probability, rivals, strength, remains))
         else:
             labels = tuple(_text(label) for label, _ in rivals)
-            effects.append(
-                FoundEffect(name, effect.channel, _parameters(found.sure, name), labels, probability, strength, remains)
-            )
+            parameters = _parameters(found.sure, name)
+            strength = "possible" if unfixed(effect, parameters) else strength
+            effects.append(FoundEffect(name, effect.channel, parameters, labels, probability, strength, remains))
     return effects, laws
+
+
+def unfixed(effect: Effect, parameters: Mapping[str, Estimate]) -> list[str]:
+    """Keys of parameters at a bound of theirs, or with an interval from one to the other: the data do not fix them.
+
+    A bound where an effect is off or complete is none.
+    """
+    found = []
+    for p in effect.params:
+        estimate, near = parameters[p.name], THRESHOLDS.near_bound * (p.upper - p.lower)
+        low, high = estimate.value - p.lower < near, p.upper - estimate.value < near
+        bound = p.lower if low else p.upper
+        natural = bound == p.off or (p.unit == "1" and p.off == 0.0 and bound == 1.0)
+        everywhere = estimate.low - p.lower < near and p.upper - estimate.high < near
+        if everywhere or ((low or high) and not natural):
+            found.append(p.name)
+    return found
 
 
 def _text(label: tuple[str, ...]) -> str:
@@ -461,6 +479,9 @@ def _notes(found: Outcome) -> list[str]:
     stops = max((len(recorded_stops(case.test)) for case in cases), default=0)
     for name in found.answer.terms:
         effect = found.answer.effect(name)
+        keys = [] if isinstance(effect, Trial) else unfixed(effect, _parameters(found.sure, name))
+        if keys:
+            notes.append(f"{' and '.join(keys)} of {name}: at a bound, or not fixed by these data")
         if effect.needs_stops and stops - len(effect.params) - 1 < THRESHOLDS.spare_stops:
             notes.append(
                 f"{stops} profiles fix K and the parameters of {name} and leave little to refuse it: a wear "

@@ -50,6 +50,7 @@ class Thresholds:
     rise, rise_at_most  growth of an error that counts where it is significant, and that counts in any case [1].
     rise_errors         standard errors at which a growth is significant; judged_blocks, fewest_judged: blocks of
                         neighbours it is taken from, and samples below which nothing is judged.
+    near_bound          share of a parameter's range from a bound at which it counts as being there.
     most_refused        answers that are refused for a rising error before none is given.
     spare_stops         fewer profiles beyond the parameters than this hardly test the form of a law of wear.
 
@@ -99,6 +100,7 @@ class Thresholds:
     rise_errors: float = 2.5
     judged_blocks: int = 12
     fewest_judged: int = 6
+    near_bound: float = 1e-3
     most_refused: int = 4
     spare_stops: int = 3
 
