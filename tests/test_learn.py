@@ -1,0 +1,120 @@
+"""Learning against integrals that can be written down, noise alone, and changes planted at a known place."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from rigs import Floats, experiment, history, spread, traction_samples
+from scipy.integrate import quad
+
+from twindisc_cli.loop.fit import fit
+from twindisc_cli.loop.learn import LENGTHS, LEVELS, Pair, pairs
+from twindisc_cli.loop.problem import Problem, case_of
+from twindisc_cli.model.experiment import Measured
+
+COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015, 0.05, 0.025), 2)
+TIME = spread(COURSE, 10)
+AT = COURSE.creepage[np.searchsorted(COURSE.end_time, TIME)]
+SIGMA = 0.004
+
+
+def seen(change: Floats, seed: int = 0) -> list[Pair]:
+    ratio = 0.6 * (1.0 + change) + SIGMA * np.random.default_rng(seed).standard_normal(len(TIME))
+    samples = traction_samples(COURSE, TIME, ratio, SIGMA)
+    test = experiment(COURSE, thermal=None, measured=Measured(traction=samples))
+    return pairs(fit(Problem([case_of(test)], ("traction",))))
+
+
+@cache
+def noise_alone() -> list[float]:
+    return [seen(0.0 * TIME, seed)[0].log_evidence for seed in range(12)]
+
+
+# ------------------------------------------------------------------------------------------------ integrals
+
+
+@pytest.mark.parametrize(("response", "along"), [(9.0, 2.0), (400.0, 55.0), (0.01, 0.1)])
+def test_evidence_of_one_bin_is_its_integral(response: float, along: float) -> None:
+    """Z = int N(f; 0, s^2) exp(g f - A f^2 / 2) df, averaged over the sizes s and the families.
+
+    With two bins of which only the second is seen, a line, and a rise over the scale of each exponential, is that bin
+    times a number; a curve has the variance of one bin.
+    """
+    pair = Pair("mu", "time", np.array([0.0, 1.0, 2.0]), np.array([0.5, 1.5]), np.diag([0.0, response]),
+                np.array([0.0, along]), 0.3)  # fmt: skip
+
+    def marginal(height: float, level: float) -> float:
+        def integrand(f: float) -> float:
+            x = height * f
+            return float(np.exp(along * x - 0.5 * response * x**2 - 0.5 * (f / level) ** 2 - peak))
+
+        best = along * height / (response * height**2 + level**-2)
+        peak = along * height * best - 0.5 * response * (height * best) ** 2 - 0.5 * (best / level) ** 2
+        width = (response * height**2 + level**-2) ** -0.5
+        area = quad(integrand, best - 12.0 * width, best + 12.0 * width)[0]
+        return float(np.exp(peak) * area / (level * np.sqrt(2.0 * np.pi)))
+
+    families = []
+    for _, _, columns in pair.members:
+        families.append(np.mean([marginal(float(h), s * 0.3) for h in columns[1] for s in LEVELS]))
+    families.append(np.mean([marginal(1.0, s * 0.3) for s in LEVELS for _ in LENGTHS]))
+    assert {shape for shape, *_ in pair.members} == {"linear", "exponential"}
+    assert pair.log_evidence == pytest.approx(np.log(np.mean(families)), abs=1e-4)
+
+
+# ------------------------------------------------------------------------------------------------ noise alone
+
+
+def test_noise_alone_teaches_nothing() -> None:
+    """Evidence is a ratio to nothing: over noise its mean of exp is one for each pair, so that large values are rare."""
+    best = np.array(noise_alone())
+    assert best.max() < 4.0
+    assert np.median(best) < 1.0
+
+
+def test_the_best_of_noise_promises_less_than_it_costs() -> None:
+    promised = [max(pair.proposals(len(TIME))[0][0] for pair in seen(0.0 * TIME, seed)) for seed in range(3)]
+    assert max(promised) < 3.0
+
+
+# ------------------------------------------------------------------------------------------------ planted
+
+PLANTED: dict[str, tuple[Floats, str, str]] = {
+    "step": (0.05 * (TIME > 700.0), "time", "step"),
+    "window": (0.05 * ((TIME > 420.0) & (TIME < 672.0)), "time", "window"),
+    "hump over time": (0.06 * np.exp(-0.5 * ((TIME - 800.0) / 110.0) ** 2), "time", "bump"),
+    "hump over creepage": (0.06 * np.exp(-0.5 * ((AT - 0.045) / 0.012) ** 2), "creepage", "bump"),
+}
+
+
+@pytest.mark.parametrize("name", PLANTED)
+def test_a_planted_change_is_found_over_its_covariate_and_at_its_place(name: str) -> None:
+    change, covariate, shape = PLANTED[name]
+    found = seen(change)
+    best = found[0]
+    assert best.log_evidence > 30.0
+    assert best.quantity in ("mu", "traction_ratio")
+    alike = [pair for pair in found if best.log_evidence - pair.log_evidence < 3.0]
+    assert covariate in {pair.covariate for pair in alike}
+    (own,) = [pair for pair in found if (pair.quantity, pair.covariate) == ("mu", covariate)]
+    starts = {shape: starts for shape, starts, _ in own.members}
+    trial = next(trial for _, trial, _ in own.proposals(len(TIME)) if trial.shape == shape)
+    values = {p.name: p.start for p in trial.params} | dict(trial.fixed)
+    width = float(np.median(np.diff(own.edges)))
+    if shape == "step":
+        assert values["at_s"] == pytest.approx(700.0, abs=width)
+    elif shape == "window":
+        assert values["begin_s"] == pytest.approx(420.0, abs=width)
+        assert values["end_s"] == pytest.approx(672.0, abs=width)
+    else:
+        key, place = ("at_s", 800.0) if covariate == "time" else ("at_percent", 4.5)
+        centres = sorted({start["at"] for start in starts["bump"]})
+        assert values[key] == pytest.approx(place, abs=1.5 * (centres[1] - centres[0]))
+
+
+def test_what_the_parameters_imitate_is_not_learnt() -> None:
+    """A level of mu everywhere is mu itself: no pair sees it."""
+    one, two = (seen(level + 0.0 * TIME, seed=3)[0] for level in (0.0, 0.1))
+    assert one.log_evidence == pytest.approx(two.log_evidence, abs=0.3)

@@ -1,0 +1,25 @@
+"""The calibrated numbers of the loop: none without a meaning."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import fields
+
+import pytest
+
+from twindisc_cli.loop.thresholds import THRESHOLDS, Thresholds
+
+
+@pytest.mark.parametrize("name", [field.name for field in fields(Thresholds)])
+def test_every_number_says_what_it_means(name: str) -> None:
+    """A line of the record's docstring begins with the number's name, alone or among others, and says something."""
+    text = Thresholds.__doc__ or ""
+    entries = re.findall(r"^    ((?:\w+, )*\w+)  +(\S.*)$", text, flags=re.MULTILINE)
+    (meaning,) = [meaning for names, meaning in entries if name in names.split(", ")]
+    assert len(meaning.split()) >= 4
+
+
+def test_a_term_is_not_left_out_for_what_it_was_added_for() -> None:
+    assert THRESHOLDS.law_seen < THRESHOLDS.enough <= THRESHOLDS.law_enough
+    assert 0.0 < THRESHOLDS.probable < THRESHOLDS.established < 1.0
+    assert 0.0 < THRESHOLDS.resembles < THRESHOLDS.alike < 1.0

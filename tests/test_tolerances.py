@@ -1,0 +1,89 @@
+"""Tolerances of the inputs are relative to what is declared, and an answer that raises an error is never given."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+
+import numpy as np
+import pytest
+from rigs import Floats, experiment, history, spread, traction_samples
+
+from twindisc_cli.loop.explain import Outcome, explain, problem_of, rises
+from twindisc_cli.loop.fit import Fit, refit
+from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.model.experiment import Experiment, Measured
+from twindisc_cli.model.forward import ForwardModel
+
+COURSE = history((0.001, 0.0015, 0.002, 0.0012, 0.02, 0.04), 2)
+TIME = spread(COURSE, 6)
+SIGMA = 0.002
+DECLARED: dict[str, dict[str, float]] = {
+    "third_body_layer": {"slope_ratio": 0.75},
+    "load_error": {"error_percent": -12.0},
+}
+
+
+def recorded(effects: Mapping[str, Mapping[str, float]]) -> Experiment:
+    """Partial slip and full sliding, made with these effects and declared with them."""
+    nothing = traction_samples(COURSE, TIME, np.zeros(len(TIME)))
+    test = experiment(COURSE, thermal=None, measured=Measured(traction=nothing), effects=effects)
+    base = {"mu": np.array([0.5]), "K": np.array([0.0]), "convection_W_K": np.array([np.nan])}
+    ratio = ForwardModel(test).predict(base).traction[0]
+    noisy = ratio + SIGMA * np.random.default_rng(0).standard_normal(len(TIME))
+    measured = Measured(traction=traction_samples(COURSE, TIME, noisy, SIGMA))
+    return experiment(COURSE, thermal=None, measured=measured, effects=effects)
+
+
+@cache
+def fitted(name: str) -> Fit:
+    return refit(problem_of([recorded({name: DECLARED[name]} if name else {})]))
+
+
+@pytest.mark.parametrize("name", DECLARED)
+def test_the_tolerance_of_a_declared_effect_is_as_small_as_of_one_that_is_not(name: str) -> None:
+    """A few noise units for a standard deviation: what is declared is moved a little, and not replaced."""
+    declared, plain = (f.problem.nuisance for f in (fitted(name), fitted("")))
+    assert declared is not None
+    assert plain is not None
+    lengths, without = (np.linalg.norm(n.columns, axis=0) for n in (declared, plain))
+    assert len(lengths) == len(without)
+    assert lengths[: len(DECLARED)].max() < 8.0
+    assert np.all(lengths[: len(DECLARED)] < 1.5 * without[: len(DECLARED)] + 0.1)
+
+
+@cache
+def explained(name: str) -> Outcome:
+    return explain([recorded({name: DECLARED[name]})], validate=None, quick=True, progress=lambda stage, part: None)
+
+
+@pytest.mark.parametrize("name", DECLARED)
+def test_nothing_is_found_beside_a_declared_effect_that_is_all_there_is(name: str) -> None:
+    found = explained(name)
+    assert found.answer.terms == ()
+    for held_out in (False, True):
+        before, after = ("unseen_before", "unseen_after") if held_out else ("before", "after")
+        first, last = (found.judged.error("traction", kind, held_out=held_out) for kind in (before, after))
+        assert last <= first * (1.0 + 1e-9)
+    assert found.judged.error("traction", "after", held_out=False) == pytest.approx(SIGMA, rel=0.3)
+
+
+# ------------------------------------------------------------------------------------------------ errors that rise
+
+NOISE: Floats = np.random.default_rng(1).standard_normal(240)
+HALF: Floats = np.repeat([0.0, 1.0], 120)
+CASES: dict[str, tuple[Floats, Floats, bool]] = {
+    "the same": (NOISE, NOISE, False),
+    "smaller": (NOISE, 0.5 * NOISE, False),
+    "five times as large": (NOISE, 5.0 * NOISE, True),
+    "larger everywhere by five per cent": (NOISE, 1.05 * NOISE, True),
+    "smaller in one half, much larger in the other": (NOISE, NOISE * (0.9 + 0.9 * HALF), True),
+    "other noise of the same size": (NOISE, np.roll(NOISE, 7), False),
+    "too few to judge": (NOISE[: THRESHOLDS.fewest_judged - 1], 9.0 * NOISE[: THRESHOLDS.fewest_judged - 1], False),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_an_error_rises_where_it_grew_beyond_chance(name: str) -> None:
+    before, after, risen = CASES[name]
+    assert rises(before, after) == risen
