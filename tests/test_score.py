@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import tomllib
 from itertools import product
 
 import numpy as np
@@ -298,12 +299,18 @@ def test_the_other_history_is_the_same_rig_within_the_range_of_its_creepages(not
     assert dataclasses.replace(other, **given) == dataclasses.replace(own, **given)
 
 
-def test_what_is_off_by_its_tolerance_is_not_in_the_definition(nothing_hidden):
+def test_what_is_off_by_its_tolerance_is_not_in_the_definition_and_a_wide_tolerance_is(nothing_hidden):
     rig = nothing_hidden.own.rig
-    off = off_by_tolerance(np.random.default_rng(1), rig)
-    assert off.curvature_y != rig.curvature_y and off.shear_modulus != rig.shear_modulus
-    assert off.curvature_y == pytest.approx(rig.curvature_y, rel=0.02)
-    assert definition(off, "a", "") == definition(rig, "a", "")
+    narrow, wide = (off_by_tolerance(np.random.default_rng(1), rig, wide=wide) for wide in (False, True))
+    for off in (narrow, wide):
+        assert off.curvature_y != rig.curvature_y and off.shear_modulus != rig.shear_modulus
+    assert narrow.curvature_y == pytest.approx(rig.curvature_y, rel=0.01)
+    plain = definition(dataclasses.replace(rig, declared_std=0.0), "a", "")
+    assert definition(narrow, "a", "") == plain
+    told = tomllib.loads(definition(wide, "a", ""))
+    crown, modulus = told["rig"]["disc2"]["transverse_radius_mm"], told["material"]["youngs_modulus_GPa"]
+    assert (crown["value"], modulus["value"]) == (1e3 * rig.crown[1], 206.0)
+    assert crown["std"] / crown["value"] == pytest.approx(0.03 / 3**0.5, rel=0.01)
 
 
 def test_a_fault_of_a_sensor_is_nothing_hidden_and_has_no_size(bench, nothing_hidden):

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from .rig import Rig
 
-CROWN_TOLERANCE = 0.01
-MODULUS_TOLERANCE = 0.01
-"""How far, relatively, the relative curvature across and the modulus may be off what the definition says."""
+TOLERANCE, WIDE_TOLERANCE = 0.01, 0.03
+"""How far, relatively, the curvature across and the modulus may be off; a wide tolerance is told in the definition."""
 KINDS = ("rising", "up_and_down", "repeated", "there_and_back")
 """Of the creepages: rising; then falling again or in any order, in full sliding; or all the way back."""
 _ROUND: tuple[float, ...] = (
@@ -134,10 +133,12 @@ def _drawn(rng: Generator, ends: tuple[float, float]) -> float:
     return float(ends[0] if np.isinf(ends[0]) else np.round(rng.uniform(*ends), 4))
 
 
-def off_by_tolerance(rng: Generator, rig: Rig) -> Rig:
-    """The rig with crowns and modulus that are not quite what the definition says."""
-    crown, modulus = 1.0 + CROWN_TOLERANCE * rng.uniform(-1.0, 1.0), 1.0 + MODULUS_TOLERANCE * rng.uniform(-1.0, 1.0)
-    return replace(rig, crown_tolerance=crown, modulus_tolerance=modulus)
+def off_by_tolerance(rng: Generator, rig: Rig, *, wide: bool) -> Rig:
+    """The rig with crowns and modulus that are not quite what the definition says; it tells a `wide` tolerance."""
+    tolerance = WIDE_TOLERANCE if wide else TOLERANCE
+    crown, modulus = 1.0 + tolerance * rng.uniform(-1.0, 1.0, 2)
+    told = round(tolerance / 3.0**0.5, 4) if wide else 0.0
+    return replace(rig, crown_tolerance=float(crown), modulus_tolerance=float(modulus), declared_std=told)
 
 
 def other_history(rng: Generator, rig: Rig) -> Rig:

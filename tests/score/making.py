@@ -112,7 +112,7 @@ def _setting(rng: Generator, effects: tuple[str, ...]) -> Setting:
     declared = law if rng.random() < 0.6 or any(hiding.effect_of(name) for name in effects) else "fastsim"
     rig = draw_rig(rng, geometry=geometry, kind=kind, contact=contact, law=law, declared_law=declared)
     if rng.random() < OFF_BY_TOLERANCE:
-        rig = off_by_tolerance(rng, rig)
+        rig = off_by_tolerance(rng, rig, wide=rng.random() < 0.5)
     stops = any(hiding.needs_stops(name) for name in effects) or rng.random() < 0.3
     both = rng.random() < (0.5 if "wear_partition" in effects else 0.1)
     plan = draw_plan(rng, rig, correlated=rng.random() < 0.35, stops=stops, discs=(1, 2) if both else (2,))

@@ -55,6 +55,7 @@ class Rig:
     load_tolerance: float = 1.0  # true load over the nominal one
     crown_tolerance: float = 1.0  # true curvature across over the one of `crown`
     modulus_tolerance: float = 1.0  # true modulus over `modulus`
+    declared_std: float = 0.0  # of the crown and the modulus, relative, as the definition says
     modulus: float = 206e9
     hardness: float = 700.0  # HV
     presses: int = 12  # how often the discs are pressed together anew while they wear as much as is expected

@@ -56,12 +56,20 @@ def definition(rig: Rig, name: str, tables: str) -> str:
         f"  {{ creepage_percent = {round(100.0 * creepage, 6)!r}, iterations = {count} }},"
         for creepage, count in zip(rig.creepage, rig.iterations, strict=True)
     )
-    crown = [repr(round(1e3 * r, 4)) for r in rig.crown]
+    crown = [_uncertain(round(1e3 * r, 4), rig.declared_std) for r in rig.crown]
     return _DEFINITION.format(
         name=name, load=rig.load, rpm=rig.rpm, radius=round(1e3 * rig.radius, 4), crown1=crown[0], crown2=crown[1],
-        modulus=rig.modulus / 1e9, hardness=rig.hardness, environment=rig.environment, capacity=rig.capacity,
+        modulus=_uncertain(rig.modulus / 1e9, rig.declared_std),
+        hardness=rig.hardness, environment=rig.environment, capacity=rig.capacity,
         revolutions=rig.revolutions, steps=steps, contact=rig.contact, law=rig.declared_law, tables=tables,
     )  # fmt: skip
+
+
+def _uncertain(value: float, share: float) -> str:
+    """A number of a definition, with its standard deviation where it is told."""
+    if share == 0.0 or np.isinf(value):
+        return repr(value)
+    return f"{{ value = {value!r}, std = {round(abs(value) * share, 6)!r} }}"
 
 
 def write_tables(folder: Path, tables: str, *, rig: Rig, plan: Plan, measured: Channels) -> None:
