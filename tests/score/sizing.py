@@ -21,7 +21,7 @@ from .sensors import CHANNELS, Channels, Plan, read, whiten
 Floats = NDArray[np.float64]
 _BASE = ("mu", "wear", "convection")
 _STEP = 0.01  # change of a base parameter's logarithm for its slope
-_DISCS = 0.005  # relative standard deviation of crown and modulus
+_DISCS = 0.005  # relative standard deviation of crown and modulus where a definition tells none
 _SMALL = 0.02  # step of the fit below which the slopes hold
 
 
@@ -71,7 +71,7 @@ class Ruler:
     @cached_property
     def _off(self) -> list[Channels]:
         """What the readings change when the crown and the modulus are off by one standard deviation."""
-        rig, std = self._bench.rig, _DISCS
+        rig, std = self._bench.rig, max(self._bench.rig.declared_std, _DISCS)
         changed = (
             replace(rig, crown_tolerance=rig.crown_tolerance * (1.0 + std)),
             replace(rig, modulus_tolerance=rig.modulus_tolerance * (1.0 + std)),
