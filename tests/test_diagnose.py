@@ -127,7 +127,7 @@ def test_one_channel_is_enough_where_it_shows(plant: str, name: str, key: str, t
     found = of(plant, "traction")
     assert list(named(found)) == [name]
     value(named(found)[name], key, truth)
-    assert any("profile and temperature not measured" in note for note in found.notes)
+    assert any("temperature and profile not measured" in note for note in found.notes)
 
 
 def test_a_lag_of_the_thermocouple_is_named() -> None:
