@@ -72,7 +72,12 @@ def diagnose(
         curves=_curves(found),
         p_values={channel: rest.p_value for channel, rest in before.items()},
         held_out_steps={test.name: steps_withheld(test) for test in tests},
-        notes=[*_differences(found), *(_warned(laws, told, validate) if validate else []), *_notes(found)],
+        notes=[
+            *_differences(found),
+            *_unfixed(found),
+            *(_warned(laws, told, validate) if validate else []),
+            *_notes(found),
+        ],
         next_experiment=_next(found, left),
         validation=_validation(told, validate) if validate is not None and told else None,
         seconds=monotonic() - started,
@@ -445,6 +450,16 @@ def _differences(found: Outcome) -> list[str]:
     return notes
 
 
+def _unfixed(found: Outcome) -> list[str]:
+    """Parameters of the effects added that the data do not fix."""
+    return [
+        f"{' and '.join(keys)} of {name}: at a bound, or not fixed by these data"
+        for name in found.answer.terms
+        if not isinstance(effect := found.answer.effect(name), Trial)
+        and (keys := unfixed(effect, _parameters(found.sure, name)))
+    ]
+
+
 def _notes(found: Outcome) -> list[str]:
     """What the reader must know to weigh the verdict."""
     cases, notes = found.problem.cases, []
@@ -479,9 +494,6 @@ def _notes(found: Outcome) -> list[str]:
     stops = max((len(recorded_stops(case.test)) for case in cases), default=0)
     for name in found.answer.terms:
         effect = found.answer.effect(name)
-        keys = [] if isinstance(effect, Trial) else unfixed(effect, _parameters(found.sure, name))
-        if keys:
-            notes.append(f"{' and '.join(keys)} of {name}: at a bound, or not fixed by these data")
         if effect.needs_stops and stops - len(effect.params) - 1 < THRESHOLDS.spare_stops:
             notes.append(
                 f"{stops} profiles fix K and the parameters of {name} and leave little to refuse it: a wear "
