@@ -68,7 +68,7 @@ def test_evidence_of_one_bin_is_its_integral(response: float, along: float) -> N
 
 
 def test_noise_alone_teaches_nothing() -> None:
-    """Evidence is a ratio to nothing: over noise its mean of exp is one for each pair, so that large values are rare."""
+    """Evidence is a ratio to nothing: over noise its mean of exp is one for each pair, so large values are rare."""
     best = np.array(noise_alone())
     assert best.max() < 4.0
     assert np.median(best) < 1.0
