@@ -187,7 +187,6 @@ def test_noise_alone_is_missing_nothing() -> None:
     assert sum(answer != () for answer in answers) <= 1
 
 
-@pytest.mark.xfail(strict=True, reason="a first sample that is far off is learnt as a law of time")
 def test_a_stray_sample_is_no_finding() -> None:
     """The first sample of all is far off: friction that settles at once would explain it, and only it."""
     assert found_in("a stray sample").answer.terms == ()

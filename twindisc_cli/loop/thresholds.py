@@ -23,6 +23,7 @@ class Thresholds:
     enough, law_enough  evidence [nats, cooled] that an effect, a law must add. From the seeds: on empty tests the
                         largest was 3.0 and 2.5. Two nats more lose small effects, two fewer double the false alarms.
     law_seen            what a law must add where a generic function of its channel is significant, too.
+    one_sample          share of what a term takes away that one sample may carry: a stray sample is no effect.
     within              cooled difference of evidence up to which two explanations cannot be told apart: 3 nats are odds
                         of twenty to one (H. Jeffreys, Theory of Probability, 1961).
     cooling             by how much differences are cooled, per square root of what was explained [1]: the formulas'
@@ -74,6 +75,7 @@ class Thresholds:
     enough: float = 5.0
     law_enough: float = 6.0
     law_seen: float = 1.5
+    one_sample: float = 0.5
     within: float = 3.0
     cooling: float = 0.02
     formulas: int = 9
