@@ -23,7 +23,6 @@ class Thresholds:
     enough, law_enough  evidence [nats, cooled] that an effect, a law must add. From the seeds: on empty tests the
                         largest was 3.0 and 2.5. Two nats more lose small effects, two fewer double the false alarms.
     law_seen            what a law must add where a generic function of its channel is significant, too.
-    one_sample          share of what a term takes away that one sample may carry: a stray sample is no effect.
     within              cooled difference of evidence up to which two explanations cannot be told apart: 3 nats are odds
                         of twenty to one (H. Jeffreys, Theory of Probability, 1961).
     cooling             by how much differences are cooled, per square root of what was explained [1]: the formulas'
@@ -37,7 +36,7 @@ class Thresholds:
     half, halves        share of what a law takes away that an effect must take to be tried as one of two in its place,
                         and how many such effects are.
     nothing_left        significance above which a third term is not looked for.
-    tried_at_least      effects that are fitted in any case, if they promise no less than `hopeless` [nats]: a formula
+    tried_at_least, hopeless  effects that are fitted in any case if they promise no less than this [nats]: a formula
                         often does better than it promises to first order.
     most_terms          terms of an answer at most: four fixed all pairs of the seeds, more are not asked of one test.
     rivals              other explanations that are fitted beside the answer.
@@ -49,14 +48,15 @@ class Thresholds:
     short               length of a leftover, in those of what was explained, below which it is the formulas' own error.
     covariates          covariates named for a leftover.
     rise, rise_at_most  growth of an error that counts where it is significant, and that counts in any case [1].
-    rise_errors         standard errors at which a growth is significant; judged_blocks, fewest_judged: blocks of
-                        neighbours it is taken from, and samples below which nothing is judged.
+    rise_errors         standard errors at which a growth of an error is significant.
+    judged_blocks, fewest_judged  blocks of neighbours this is taken from, and samples below which nothing is judged.
     near_bound          share of a parameter's range from a bound at which it counts as being there.
     most_refused        answers that are refused for a rising error before none is given.
     spare_stops         fewer profiles beyond the parameters than this hardly test the form of a law of wear.
 
     Probability:
-    draws, blocks       resamples, and blocks of each channel of each test; block_samples: samples of a block at least.
+    draws, blocks       resamples of the data, and blocks of each channel of each test at most.
+    block_samples       samples of a block at least, where a channel has so many.
     alike               share of an effect's response that a law must have to be the same mechanism in other words.
     resembles           share from which on a learnt law is said to resemble an effect.
     rival_share         share of the resamples from which on an explanation is named as an alternative.
@@ -75,7 +75,6 @@ class Thresholds:
     enough: float = 5.0
     law_enough: float = 6.0
     law_seen: float = 1.5
-    one_sample: float = 0.5
     within: float = 3.0
     cooling: float = 0.02
     formulas: int = 9
