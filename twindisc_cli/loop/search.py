@@ -180,11 +180,11 @@ def chosen(before: Explanation, tried: Sequence[Explanation]) -> Explanation | N
 def _says_enough(explanation: Explanation, before: Explanation) -> bool:
     """Whether one more term says enough: more is asked of a law, and where much was explained before by formulas.
 
-    What a single sample says alone is no finding. A law may say less where the generic functions of its channel
-    see that something is missing, too.
+    What a sample says alone, which whitening spreads over its neighbours, is no finding. A law may say less where the
+    generic functions of its channel see that something is missing, too.
     """
     taken = before.fit.residual**2 - explanation.fit.residual**2
-    if explanation.evidence - before.evidence < 0.5 * np.max(taken):
+    if explanation.evidence - before.evidence < 0.5 * np.max(np.convolve(taken, np.ones(3))):
         return False
     said = (explanation.evidence - before.evidence) / before.heat
     new = [explanation.effect(name) for name in explanation.terms if name not in before.terms]
