@@ -23,6 +23,7 @@ from matplotlib.figure import Figure
 
 from twindisc_cli import cli
 from twindisc_cli.commands import close_loop
+from twindisc_cli.commands._loop_data import dataset_of
 from twindisc_cli.commands.close_loop import result_of, revised, run, summary
 from twindisc_cli.definition import Test, load
 from twindisc_cli.effects import catalogue
@@ -760,10 +761,20 @@ def test_all_numbers_are_in_the_hdf5_file(
             assert data["candidate_gain"].values[1] == 950.0
         for law in diagnosis.laws:
             assert np.array_equal(data[f"{law.name}_low"], law.curve.low)
-            assert data[f"{law.name}_at"].attrs["units"] == law.law.over.unit
+            assert data[f"{law.name}_place"].attrs["units"] == law.law.over.unit
     with h5py.File(str(path)) as file:
         named = [item for item in file.values() if isinstance(item, h5py.Dataset)]
         assert all(item.attrs["units"] and item.attrs["long_name"] for item in named)
+
+
+def test_a_hump_across_the_track_can_be_written(test: Test) -> None:
+    """Its parameter `at` has no unit in its key and is not the axis of its curve."""
+    values = {"size_um": 0.4, "at": 0.3, "width": 0.1}
+    law = Law("profile", "y_over_edge", "bump", values, valid=(-1.5, 1.5))
+    estimates = {key: Estimate(value, 0.01, value - 0.02, value + 0.02, "1") for key, value in values.items()}
+    hump = FoundLaw(law.name, "profile", law, formula_text(law), estimates, banded(law), (), (), 0.9, "probable")
+    names = [array.name for array in dataset_of(replace(learnt(test), laws=[hump])).arrays]
+    assert {f"{law.name}_at", f"{law.name}_value"} <= set(names)
 
 
 def test_a_test_without_data_is_refused(tmp_path: Path) -> None:

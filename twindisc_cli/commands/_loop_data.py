@@ -42,7 +42,7 @@ def dataset_of(diagnosis: Diagnosis) -> Dataset:
         for key, estimate in term.parameters.items():
             arrays.append(_estimate(f"{term.name}_{key}", estimate, f"parameter {key} of {term.name}"))
     for found in diagnosis.laws:
-        axes.append(Axis(f"{found.name}_at", found.curve.at, found.law.over.unit, found.law.over.label))
+        axes.append(Axis(f"{found.name}_place", found.curve.at, found.law.over.unit, found.law.over.label))
         arrays += _law(found)
     arrays += _candidates(diagnosis.tried)
     numbers: dict[str, int] = {}
@@ -69,7 +69,7 @@ def _law(found: FoundLaw) -> list[Array]:
     """A law over its covariate with its 90 % band."""
     act = "factor on" if found.law.of.kind == "factor" else "shift of"
     return [
-        Array(f"{found.name}_{key}", (f"{found.name}_at",), getattr(found.curve, key), found.law.of.unit,
+        Array(f"{found.name}_{key}", (f"{found.name}_place",), getattr(found.curve, key), found.law.of.unit,
               f"{act} {found.law.of.label}, {what}")
         for key, what in (("value", "learnt"), ("low", "5 % quantile"), ("high", "95 % quantile"))
     ]  # fmt: skip
