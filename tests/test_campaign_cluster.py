@@ -112,6 +112,8 @@ def test_when_the_scheduler_dies_the_rest_is_computed_by_the_next_call(folder: P
     until(lambda: results(folder) >= 1)
     machines.scheduler.kill()
     _, told = running.communicate(timeout=300)
+    if running.returncode == 0:
+        pytest.skip("the run had ended before the scheduler was gone")
     assert running.returncode == 2, told.decode()
     assert "is gone; what was computed is there" in told.decode().splitlines()[-1]
     there = results(folder)
@@ -124,9 +126,9 @@ def test_what_hangs_or_kills_its_worker_is_lost_and_the_others_are_not(machines:
     machines.worker("--no-nanny", "--nthreads", "2")
     items: Sequence[int | str] = [1, "hang", 2, "die", 3, 4]
     said: list[str] = []
-    found = dict(cluster.each(square_or_worse, items, address=machines.address, limit=2.0, say=said.append))
+    found = dict(cluster.each(square_or_worse, items, address=machines.address, limit=5.0, say=said.append))
     assert {item: found[item] for item in items if isinstance(item, int)} == {1: 1, 2: 4, 3: 9, 4: 16}
-    assert found["hang"] == pool.overrun(2.0)
+    assert found["hang"] == pool.overrun(5.0)
     die = found["die"]
     assert isinstance(die, pool.Lost)
     assert die.reason == "killed its worker process (SIGKILL; is there memory enough?)"
