@@ -387,7 +387,7 @@ def test_ranking_puts_what_holds_first_and_says_why_others_do_not(test: Test) ->
     assert [text.get_fontweight() for text in first.texts[:4]] == ["bold", "normal", "normal", "normal"]
     assert first.patches[0].get_width() == pytest.approx(math.sqrt(910.0))
     assert second.texts[2].get_text().replace("\n", " ") == "a change of the wear across the track"
-    assert "nothing is missing here" in text_of(drawn)
+    assert "nothing else is missing here" in text_of(drawn)
 
 
 def test_a_law_is_drawn_with_its_band_its_formula_and_where_data_were(test: Test) -> None:

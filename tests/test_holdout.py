@@ -182,10 +182,12 @@ def test_held_out_samples_do_not_move_what_they_judge(both: tuple[Judged, Judged
 
 
 def test_held_out_errors_are_of_a_fit_without_them(both: tuple[Judged, Judged]) -> None:
-    """Nonsense in the held-out samples shows in their error in full."""
+    """Nonsense in the held-out samples shows in their error, and not in the other's; what is an outlier is left out."""
     one, two = both
     assert one.error("traction", "unseen_after", held_out=True) < 0.05 * two.error(
         "traction", "unseen_after", held_out=True
     )
     assert two.error("traction", "unseen_after", held_out=True) == pytest.approx(0.2, rel=0.05)
-    assert two.error("temperature", "unseen_after", held_out=True) == pytest.approx(5.0, rel=0.1)
+    assert one.error("temperature", "unseen_after", held_out=True) < 0.3 * two.error(
+        "temperature", "unseen_after", held_out=True
+    )

@@ -3,27 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
-from functools import cache
 
 import numpy as np
-import pytest
 from definitions import shipped
 
 from twindisc_cli.loop.channels import channels, measured_channels
+from twindisc_cli.loop.diagnose import diagnose
 from twindisc_cli.loop.explain import Outcome, explain, rises
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.experiment import Experiment
 
 Label = tuple[str, ...]
+SPLITS = 5
 
 
-def part(test: Experiment, number: int) -> Experiment:
-    """One half of the samples of every channel, pairs of neighbours drawn at random; the same two halves each time."""
+def part(test: Experiment, number: int, *, seed: int) -> Experiment:
+    """One half of the samples of every channel, pairs of neighbours drawn at random; 0 and 1 are complements."""
     measured = test.measured
     for name in measured_channels(test):
         samples = channels()[name].samples(test)
         count = len(channels()[name].values(samples))
-        drawn = np.random.default_rng(2).integers(0, 2, count // 2 + 1)
+        drawn = np.random.default_rng(seed).integers(0, 2, count // 2 + 1)
         first = np.repeat(drawn, 2)[:count]
         second = np.repeat(1 - drawn, 2)[:count]
         kept = (first, second)[number] == 1
@@ -32,11 +32,8 @@ def part(test: Experiment, number: int) -> Experiment:
     return replace(test, measured=measured)
 
 
-@cache
-def explained(name: str, half: int | None = None) -> Outcome:
-    test = shipped(name).experiment
-    seen = test if half is None else part(test, half)
-    return explain([seen], validate=None, quick=True, progress=lambda stage, share: None)
+def explained(name: str) -> Outcome:
+    return explain([shipped(name).experiment], validate=None, quick=True, progress=lambda stage, share: None)
 
 
 def told(found: Outcome) -> set[Label]:
@@ -45,23 +42,45 @@ def told(found: Outcome) -> set[Label]:
     return {label for member in [found.answer, *near] for label in member.labels}
 
 
-@pytest.mark.parametrize("name", ["eurosprinter", "mtm_running_in"])
-def test_the_answer_raises_no_error_of_what_was_held_out(name: str) -> None:
-    judged = explained(name).judged
-    for channel in judged.before.problem.channels:
-        before, after = (judged.misses(channel, k, held_out=True) for k in ("unseen_before", "unseen_after"))
-        assert not rises(before, after)
+def raises_nothing(found: Outcome) -> bool:
+    """Whether no channel's held-out error rises."""
+    judged = found.judged
+    pairs = [
+        tuple(judged.misses(channel, k, held_out=True) for k in ("unseen_before", "unseen_after"))
+        for channel in judged.before.problem.channels
+    ]
+    return not any(rises(before, after) for before, after in pairs)
+
+
+def test_the_answer_to_the_locomotive_raises_no_error_of_what_was_held_out() -> None:
+    assert raises_nothing(explained("eurosprinter"))
 
 
 def test_what_one_half_of_eurosprinter_names_is_in_the_set_of_the_other() -> None:
-    one, two = explained("eurosprinter", 0), explained("eurosprinter", 1)
-    assert one.answer.labels <= told(two)
-    assert two.answer.labels <= told(one)
+    """In four of five, over splits at random: no formula is exact there, and a name must come back to be told."""
+    test = shipped("eurosprinter").experiment
+    found = []
+    for seed in range(SPLITS):
+        halves = [named(part(test, half, seed=seed)) for half in (0, 1)]
+        for (own, _), (_, others) in (halves, halves[::-1]):
+            found += [name in others for name in own]
+    assert found
+    assert np.mean(found) >= 0.8
+
+
+def named(test: Experiment) -> tuple[list[str], set[str]]:
+    """What is named, and with it all that these data cannot tell from it."""
+    answer = diagnose([test], validate=None, progress=lambda stage, share: None)
+    laws = [f"{law.law.quantity} over {law.law.covariate}" for law in answer.laws]
+    beside = {f"{q} over {c}" if c else q for law in answer.laws for q, c, _ in law.alternatives}
+    names = [effect.name for effect in answer.effects] + laws
+    return names, {*names, *beside, *(other for effect in answer.effects for other in effect.alternatives)}
 
 
 def test_friction_settles_in_the_tribometer() -> None:
-    """Friction of the MTM falls and rises over two hours: a law of the time, or the effect of that name."""
+    """Friction of the MTM grows over two hours: a law of the time, or the effect of that name; no error rises."""
     found = explained("mtm_running_in")
     assert found.answer.terms
     of_time = {"time", "cycles", "energy"}
     assert any(label[-1] in of_time or label[0] == "running_in_friction" for label in told(found))
+    assert raises_nothing(found)
