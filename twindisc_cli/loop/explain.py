@@ -17,7 +17,7 @@ from twindisc_cli.loop.problem import Case, Problem, case_of
 from twindisc_cli.loop.resample import unseen, weights
 from twindisc_cli.loop.search import Explanation, Search, ranked, search
 from twindisc_cli.loop.thresholds import THRESHOLDS
-from twindisc_cli.loop.validate import foretell
+from twindisc_cli.loop.validate import foretell, rms
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import Prediction
 
@@ -72,11 +72,6 @@ class Judged:
                 if rises(before, after):
                     found.append(channel)
         return list(dict.fromkeys(found))
-
-
-def rms(misses: Floats) -> float:
-    """Root mean square; NaN without samples."""
-    return float(np.sqrt(np.mean(misses**2))) if len(misses) else float("nan")
 
 
 def rises(before: Floats, after: Floats) -> bool:

@@ -27,7 +27,12 @@ class Foretold:
 
     def error(self, channel: str) -> float:
         """Root mean square of measured minus predicted; NaN where the channel cannot be predicted."""
-        return float(np.sqrt(np.mean(self.misses(channel) ** 2)))
+        return rms(self.misses(channel))
+
+
+def rms(misses: Floats) -> float:
+    """Root mean square; NaN without samples."""
+    return float(np.sqrt(np.mean(misses**2))) if len(misses) else float("nan")
 
 
 def foretell(test: Experiment, fitted: Fit) -> Foretold:
