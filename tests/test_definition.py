@@ -193,7 +193,7 @@ def test_all_mistakes_come_in_one_go() -> None:
         poisson_ratio="poison_ratio = 0.3",
         hardness_HV="hardness_HV = 700 HV",
     )
-    text += '\n[measured]\nrig_log = "log.csv"\ntorque_disk = 2\n[effect.falling_friction]\nratio = 0.4\n'
+    text += '\n[measured]\nlog = "log.csv"\ntorque_disk = 2\n[effect.falling_friction]\nratio = 0.4\n'
     found: dict[int, str] = {}
     for problem in problems(text):
         found[problem.line] = found.get(problem.line, "") + str(problem)
@@ -218,8 +218,8 @@ def test_all_mistakes_come_in_one_go() -> None:
         ("[loop]\nhold_out_steps = [1, 1]\n", "named twice"),
         ("[loop]\nhold_out_steps = [1, 2, 3]\n", "none is left to fit"),
         ("[loop]\nhold_out_steps = [0]\n", "must be at least 1"),
-        ('[measured]\ntraction = "a.csv"\nrig_log = "b.csv"\ntorque_disc = 2\n', "keep one of them"),
-        ("[measured]\ntorque_disc = 2\n", "only a rig_log has a torque"),
+        ('[measured]\ntraction = "a.csv"\nlog = "b.csv"\ntorque_disc = 2\n', "keep one of them"),
+        ("[measured]\ntorque_disc = 2\n", "only a log has a torque"),
         (
             '[measured]\ntraction = ""\n',
             "measured.traction: must name a file; leave the key out where nothing was measured",
@@ -230,6 +230,13 @@ def test_all_mistakes_come_in_one_go() -> None:
 def test_rules_between_keys(extra: str, says: str) -> None:
     (problem,) = problems(VALID + extra)
     assert says in str(problem)
+
+
+def test_a_log_says_whose_torque_it_holds_where_the_radii_differ() -> None:
+    text = changed(disc1="disc1 = { rolling_radius_mm = 25.0, transverse_radius_mm = inf }")
+    (problem,) = problems(text + '\n[measured]\nlog = "log.csv"\n')
+    assert "say with torque_disc = 1 or 2 which disc the torque was measured on" in str(problem)
+    assert parse(VALID + '\n[measured]\nlog = "log.csv"\n', "small.toml").measured.torque_disc is None
 
 
 @pytest.mark.parametrize(

@@ -336,7 +336,7 @@ def rig_log(*, lead: float = 0.0, disc: int = 2, scale: float = 1.0, speeds: tup
 
 def with_log(folder: Path, log: str, text: str = VALID, disc: int = 2) -> Path:
     (folder / "log.csv").write_text(log)
-    return write(folder, f'{text}\n[measured]\nrig_log = "log.csv"\ntorque_disc = {disc}\n')
+    return write(folder, f'{text}\n[measured]\nlog = "log.csv"\ntorque_disc = {disc}\n')
 
 
 @pytest.mark.parametrize(("lead", "disc"), [(0.0, 2), (37.0, 1)])

@@ -213,7 +213,7 @@ REFUSED: dict[str, tuple[Manner, str]] = {
 
 def read(folder: Path, manner: Manner):  # type: ignore[no-untyped-def]
     (folder / "log.csv").write_bytes(manner.data())
-    extra = f'\n[measured]\nrig_log = "log.csv"\ntorque_disc = 2\n{manner.settings}\n'
+    extra = f'\n[measured]\nlog = "log.csv"\ntorque_disc = 2\n{manner.settings}\n'
     return load(write(folder, SLIDING + extra))
 
 

@@ -57,7 +57,7 @@ def log(
 
 def read(folder: Path, text: str, setting: str = "") -> Test:
     (folder / "log.csv").write_text(text)
-    return load(write(folder, f'{SLIDING}\n[measured]\nrig_log = "log.csv"\ntorque_disc = 2\n{setting}\n'))
+    return load(write(folder, f'{SLIDING}\n[measured]\nlog = "log.csv"\ntorque_disc = 2\n{setting}\n'))
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])

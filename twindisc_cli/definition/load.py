@@ -48,7 +48,7 @@ def load_text(text: str, path: Path) -> Test:
     table = definition.measured
     columns = table.columns.model_dump(exclude_none=True) if table.columns else {}
     naming = {key.replace("_", " "): measurement.Named(**named) for key, named in columns.items()}
-    files = table.model_dump(exclude={"provenance", "columns"})
+    files = table.model_dump(exclude={"provenance", "columns"}, exclude_none=True)
     sources = measurement.Sources(path.parent, **files, columns=naming)
     recorded = measurement.read(sources, rig=rig, history=history, provenance=table.provenance)
     resolved = _resolved(definition)

@@ -86,12 +86,13 @@ def heat(raw: Raw) -> Iterator[Finding]:
 
 
 def measured(raw: Raw) -> Iterator[Finding]:
-    """Traction comes from one file; a rig log needs to say whose torque it holds."""
+    """Traction comes from one file; a log needs to say whose torque it holds where the discs' radii differ."""
     table = _table(raw, "measured")
-    if "rig_log" in table and "traction" in table:
-        yield ("measured", "rig_log"), "traction is given too; keep one of them"
-    if "rig_log" in table and "torque_disc" not in table:
-        yield ("measured", "rig_log"), "say with torque_disc = 1 or 2 which disc the torque was measured on"
+    if "log" in table and "traction" in table:
+        yield ("measured", "log"), "traction is given too; keep one of them"
+    radii = _numbers(_table(raw, "rig"), "rolling_radius_mm")
+    if "log" in table and "torque_disc" not in table and radii[0] != radii[1]:
+        yield ("measured", "log"), "say with torque_disc = 1 or 2 which disc the torque was measured on"
     material = _table(raw, "material")
     if "mass" in table and "density_kg_m3" not in material:
         for disc in ("disc1", "disc2"):
@@ -99,8 +100,8 @@ def measured(raw: Raw) -> Iterator[Finding]:
                 yield ("material", "density_kg_m3"), "is missing: a weighed mass says nothing of a volume without it"
                 return
     for key in ("torque_disc", "torque_zero"):
-        if key in table and "rig_log" not in table:
-            yield ("measured", key), "only a rig_log has a torque; remove it or give rig_log"
+        if key in table and "log" not in table:
+            yield ("measured", key), "only a log has a torque; remove it or give log"
 
 
 def hold_out(raw: Raw) -> Iterator[Finding]:

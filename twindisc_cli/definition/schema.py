@@ -231,10 +231,12 @@ class MeasuredTable(Table):
     """Measured data: tables, with paths relative to this file."""
 
     traction: FileName | None = None
-    rig_log: FileName | None = Field(default=None, description="raw speeds, torque and load, instead of traction")
-    torque_disc: Literal[1, 2] | None = Field(default=None, description="the disc whose torque rig_log holds")
+    log: FileName | None = Field(default=None, description="raw speeds, torque and load, instead of traction")
+    torque_disc: Literal[1, 2] | None = Field(
+        default=None, description="the disc whose torque the log holds, where their radii differ"
+    )
     torque_zero: ZeroOfTorque | None = Field(
-        default=None, description='of rig_log: "unloaded", from its rows without load, as by default where it has any; '
+        default=None, description='of the log: "unloaded", from its rows without load, as by default where it has any; '
         'a torque in N m; or "as recorded"',
     )  # fmt: skip
     profile: FileName | None = None

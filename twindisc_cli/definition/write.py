@@ -11,7 +11,7 @@ import tomli_w
 
 from twindisc_cli.laws.law import Law
 
-_PATHS = ("traction", "rig_log", "profile", "temperature", "mass")
+_PATHS = ("traction", "log", "profile", "temperature", "mass")
 
 
 def dump(

@@ -29,11 +29,11 @@ class Sources:
 
     folder: Path
     traction: str | None = None
-    rig_log: str | None = None
+    log: str | None = None
     profile: str | None = None
     temperature: str | None = None
     mass: str | None = None
-    torque_disc: int | None = None
+    torque_disc: int = 2
     torque_zero: ZeroSetting = None
     columns: Naming = field(default_factory=dict)
 
@@ -68,17 +68,17 @@ def read(sources: Sources, *, rig: Rig, history: History, provenance: Provenance
     traction = profile = temperature = mass = zero = None
     named = sources.columns
     with gathered():
-        if sources.rig_log and sources.torque_disc:
-            log = read_rig_log(
-                *content(sources.rig_log),
+        if sources.log:
+            found = read_rig_log(
+                *content(sources.log),
                 rig=rig,
                 history=history,
                 torque_disc=sources.torque_disc,
                 torque_zero=sources.torque_zero,
                 naming=named,
             )
-            traction, zero, count = log.samples, log.zero, log.rows
-            rows.append(replace(count, file=sources.rig_log))
+            traction, zero, count = found.samples, found.zero, found.rows
+            rows.append(replace(count, file=sources.log))
         elif sources.traction:
             traction, count = read_traction(*content(sources.traction), history=history, naming=named)
             rows.append(replace(count, file=sources.traction))
