@@ -169,8 +169,8 @@ def test_radii(disc: str, says: str) -> None:
 @pytest.mark.parametrize(
     ("value", "says"),
     [
-        ("101", "must be at most 100, not 101"),
-        ("-1.0", "must be at least 0, not -1.0"),
+        ("201", "must be at most 200, not 201"),
+        ("-200.5", "must be at least -200, not -200.5"),
         ("nan", "must be a finite number"),
         ('"2"', "must be a number"),
     ],

@@ -91,19 +91,21 @@ class Facts:
 
     @cached_property
     def ratio(self) -> Floats:
-        """T/N of each iteration: measured, else given or declared; NaN where nothing is known. (iteration,)."""
+        """T/N along the creepage of each iteration: measured, else given or declared; NaN: not known. (iteration,)."""
         history, samples = self.test.history, self.test.measured.traction
         ratio = np.where(np.isfinite(history.given_mu), history.given_mu, self.test.options.friction_coefficient)
         if samples is not None:
             for step in np.unique(samples.step):
-                ratio = np.where(history.step == step, np.mean(samples.ratio[samples.step == step]), ratio)
+                mean = np.mean(samples.ratio[samples.step == step]) * np.where(history.creepage < 0.0, -1.0, 1.0)
+                ratio = np.where(history.step == step, mean, ratio)
         return np.where(history.creepage == 0.0, 0.0, ratio)
 
     @cached_property
     def power(self) -> Floats:
         """Dissipated power of each iteration [W], (iteration,)."""
-        rig = self.test.rig
-        return self.ratio * rig.normal_load * rig.rolling_speed * self.test.history.creepage
+        rig, history = self.test.rig, self.test.history
+        load, speed = rig.normal_load * history.load_factor, rig.rolling_speed * history.speed_factor
+        return self.ratio * load * speed * np.abs(history.creepage)
 
     @cached_property
     def energy(self) -> float:
@@ -283,9 +285,11 @@ def elastic_limit(facts: Facts) -> Iterator[Finding]:
     slope = rig.shear_modulus * float(rig.patch.a * rig.patch.b) * c11 / rig.normal_load
     for step in np.unique(samples.step):
         mine = samples.step == step
-        creepage, ratio = float(np.mean(samples.creepage[mine])), samples.ratio[mine]
+        creepage = float(np.mean(samples.creepage[mine]))
+        ratio = samples.ratio[mine] * np.sign(creepage)
         error = float(np.std(ratio)) / np.sqrt(len(ratio))
-        if creepage > 0.0 and slope * creepage < 1.0:
+        creepage, nominal = abs(creepage), facts.test.history.step_creepage[step]
+        if nominal != 0.0 and slope * creepage < 1.0:
             yield Finding(
                 rule="elastic limit",
                 subject=f"T/N of step {step + 1}",
@@ -299,13 +303,14 @@ def elastic_limit(facts: Facts) -> Iterator[Finding]:
 
 
 def traction_sign(facts: Facts) -> Iterator[Finding]:
-    """A faster disc 1 drives: T/N is positive at positive creepage."""
+    """The faster disc drives: T/N has the sign of the creepage."""
     samples = facts.test.measured.traction
     if samples is not None:
-        driven = samples.creepage > 0.0
-        share = float(np.mean(samples.ratio[driven] < 0.0)) if np.any(driven) else 0.0
-        why = "a faster disc 1, which drives disc 2,"
-        yield Finding("sign", "the share of samples with negative T/N", share, 0.0, 0.5, "1", why)
+        sense = np.sign(facts.test.history.step_creepage[samples.step])
+        driven = sense != 0.0
+        share = float(np.mean((samples.ratio * sense)[driven] < 0.0)) if np.any(driven) else 0.0
+        why = "the faster disc, which drives the other,"
+        yield Finding("sign", "the share of samples with T/N against the creepage", share, 0.0, 0.5, "1", why)
 
 
 def pressure(facts: Facts) -> Iterator[Finding]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from twindisc_cli.definition import Test
 from twindisc_cli.identify.chart import Chart, friction_chart
+from twindisc_cli.identify.friction import NO_CREEPAGE, SATURATED
 from twindisc_cli.identify.steps import StepFriction, identify_friction
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import ForwardModel
@@ -64,7 +65,7 @@ def _summary(one: Chart, many: Chart, measured: StepFriction | None) -> tuple[st
         f"{many.full_slip[-1] * 100.0:.3g} % (mu = {many.mu[-1]})",
     ]
     if measured is not None:
-        left = [i + 1 for i, state in enumerate(measured.state) if state not in (None, "saturated")]
+        left = [i + 1 for i, state in enumerate(measured.state) if state not in (None, SATURATED, NO_CREEPAGE)]
         named = f"all but step {', '.join(map(str, left))}" if left else "all"
         lines.append(f"measured steps on the saturated part, where T/N is mu: {named}")
     return tuple(lines)

@@ -45,8 +45,8 @@ def _step(found: StepFriction, i: int) -> dict[str, Any]:
         "mu": or_null(found.mu[i]),
         "mu_low": or_null(found.low[i]),
         "mu_high": or_null(found.high[i]),
-        "naive_mu": or_null(found.ratio[i]),
-        "saturation": None if state in (None, ABOVE_LIMIT) else found.share[i],
+        "naive_mu": or_null(abs(found.ratio[i])),
+        "saturation": None if state in (None, ABOVE_LIMIT) else or_null(found.share[i]),
         "state": state,
     }
     if state == ABOVE_LIMIT:
@@ -69,7 +69,7 @@ def _summary(found: StepFriction) -> tuple[str, ...]:
             lines.append(f"{i + 1:>4}  not measured")
             continue
         mu, low, high = (f"{v:.4f}" if np.isfinite(v) else "none" for v in (found.mu[i], found.low[i], found.high[i]))
-        measured = f"{found.creepage[i] * 100.0:>6.3g} %  {found.ratio[i]:.4f}"
+        measured = f"{found.creepage[i] * 100.0:>6.3g} % {found.ratio[i]:>7.4f}"
         lines.append(f"{i + 1:>4}  {measured}  {mu:>6}  {low:>6} ... {high:<6}  {state}")
     return (*lines, *(f"step {i + 1}: {_message(found, i)}" for i, s in enumerate(found.state) if s == ABOVE_LIMIT))
 

@@ -14,10 +14,12 @@ from twindisc_cli.definition.parse import parse
 from twindisc_cli.definition.record import Test
 from twindisc_cli.definition.schema import (
     DefinitionBase,
+    HistoryTable,
     LawTable,
     MaterialOverride,
     MaterialTable,
     RigTable,
+    StepTable,
     ThermalTable,
     Uncertain,
 )
@@ -44,7 +46,7 @@ def load_text(text: str, path: Path) -> Test:
     """A definition by its text; measured files are sought beside `path`, which the messages name."""
     definition = parse(text, str(path))
     rig = _rig(definition.rig, definition.material)
-    history = _history(definition, rig)
+    history = _history(definition.history, rig)
     table = definition.measured
     columns = table.columns.model_dump(exclude_none=True) if table.columns else {}
     naming = {key.replace("_", " "): measurement.Named(**named) for key, named in columns.items()}
@@ -108,11 +110,8 @@ def _rig(rig: RigTable, material: MaterialTable) -> Rig:
             density=_or_nan(values["density_kg_m3"]),
         )
         discs.append(disc)
-    if rig.rolling_speed_m_s is not None:
-        speed = float(rig.rolling_speed_m_s)
-    else:
-        assert rig.mean_speed_rpm is not None  # a rule of the definition
-        speed = _angular_speed(rig.mean_speed_rpm) * _mean_radius(discs)
+    speed = _speed_of(rig, _mean_radius(discs))
+    assert speed is not None  # a rule of the definition
     return Rig(disc1=discs[0], disc2=discs[1], normal_load=float(rig.normal_load_N), rolling_speed=speed)
 
 
@@ -147,8 +146,11 @@ def _law(table: LawTable) -> Law:
     )
 
 
-def _angular_speed(rpm: float) -> float:
-    return rpm * 2.0 * math.pi / 60.0
+def _speed_of(table: RigTable | StepTable, radius: float) -> float | None:
+    """Rolling speed [m/s] of the rig or of a step; None where none is given."""
+    if table.mean_speed_rpm is not None:
+        return float(table.mean_speed_rpm) * 2.0 * math.pi / 60.0 * radius
+    return table.rolling_speed_m_s
 
 
 def _mean_radius(discs: list[Disc]) -> float:
@@ -157,18 +159,22 @@ def _mean_radius(discs: list[Disc]) -> float:
     return len(finite) / sum(finite)
 
 
-def _history(definition: DefinitionBase, rig: Rig) -> History:
+def _history(table: HistoryTable, rig: Rig) -> History:
     """Every iteration of the history; its duration is that of its revolutions at the mean angular speed."""
-    table = definition.history
-    counts = [step.iterations for step in table.steps]
-    size = sum(counts)
-    turn = 2.0 * math.pi * _mean_radius([rig.disc1, rig.disc2]) / rig.rolling_speed
+    steps, radius = table.steps, _mean_radius([rig.disc1, rig.disc2])
+    counts = [step.iterations for step in steps]
+    pause = np.repeat([_or_nan(step.pause_s) for step in steps], counts)
+    speed = np.repeat([_speed_of(step, radius) or rig.rolling_speed for step in steps], counts)
+    revolutions = np.where(np.isnan(pause), float(table.revolutions_per_iteration), 0.0)
     return History(
         step=np.repeat(np.arange(len(counts)), counts),
-        creepage=np.repeat([step.creepage_percent / 100.0 for step in table.steps], counts),
-        duration=np.full(size, table.revolutions_per_iteration * turn),
-        revolutions=np.full(size, float(table.revolutions_per_iteration)),
-        given_mu=np.repeat([math.nan if step.mu is None else float(step.mu) for step in table.steps], counts),
+        creepage=np.repeat([(step.creepage_percent or 0.0) / 100.0 for step in steps], counts),
+        duration=np.where(np.isnan(pause), revolutions * 2.0 * math.pi * radius / speed, pause),
+        revolutions=revolutions,
+        given_mu=np.repeat([_or_nan(step.mu) for step in steps], counts),
+        load_factor=np.repeat([(step.normal_load_N or rig.normal_load) / rig.normal_load for step in steps], counts),
+        speed_factor=np.where(np.isnan(pause), speed / rig.rolling_speed, 0.0),
+        yaw=np.repeat([step.yaw_mrad * 1e-3 for step in steps], counts),
     )
 
 

@@ -104,6 +104,27 @@ def measured(raw: Raw) -> Iterator[Finding]:
             yield ("measured", key), "only a log has a torque; remove it or give log"
 
 
+def steps(raw: Raw) -> Iterator[Finding]:
+    """A step has a creepage and at most one speed, or it is a pause and nothing else."""
+    listed = _table(raw, "history").get("steps")
+    found = [step if isinstance(step, Mapping) else {} for step in listed] if isinstance(listed, list) else []
+    flat = any(math.isinf(r) for r in _numbers(_table(raw, "rig"), "rolling_radius_mm"))
+    for index, step in enumerate(found):
+        key: Key = ("history", "steps", index)
+        if "pause_s" in step:
+            more = [name for name in step if name not in ("pause_s", "iterations", "yaw_mrad")]
+            if more or step.get("iterations", 1) != 1 or step.get("yaw_mrad", 0.0) != 0.0:
+                yield key, f"a pause is a step of its own: {{ pause_s = {step['pause_s']} }}"
+        elif step and "creepage_percent" not in step:
+            yield (*key, "creepage_percent"), "is missing; a step has a creepage_percent, or is a pause (pause_s)"
+        if "mean_speed_rpm" in step and "rolling_speed_m_s" in step:
+            yield (*key, "rolling_speed_m_s"), "mean_speed_rpm is given too; keep one of them"
+        elif "mean_speed_rpm" in step and flat:
+            yield (*key, "mean_speed_rpm"), "a disc of radius inf does not turn: give rolling_speed_m_s instead"
+    if found and all("pause_s" in step for step in found):
+        yield ("history", "steps"), "all steps are pauses"
+
+
 def hold_out(raw: Raw) -> Iterator[Finding]:
     """Steps held out must exist, once each, and leave some to fit."""
     steps = _table(raw, "history").get("steps")
@@ -193,7 +214,7 @@ def _curve(law: Raw, of: Quantity, key: Key) -> Iterator[Finding]:
         yield (*key, "parameters"), "only a formula has parameters; remove them or give shape"
 
 
-RULES = (speed, curvature, heat, measured, hold_out, laws)
+RULES = (speed, curvature, heat, measured, steps, hold_out, laws)
 
 
 def broken(raw: Raw) -> list[Finding]:

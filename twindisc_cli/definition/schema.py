@@ -166,15 +166,23 @@ class ThermalTable(Table):
 
 
 class StepTable(Table):
-    """A step of constant creepage."""
+    """A step of constant creepage, and what differs in it from [rig]; or a pause."""
 
-    creepage_percent: float = Field(ge=0.0, le=100.0, description="(R1 w1 - R2 w2) / mean, disc 1 the faster")
+    creepage_percent: float | None = Field(
+        default=None, ge=-200.0, le=200.0,
+        description="(R1 w1 - R2 w2) / mean, positive where disc 1 is the faster; 200: disc 2 is held fast",
+    )  # fmt: skip
     iterations: int = Field(default=1, ge=1, le=100_000)
     mu: Friction | None = Field(default=None, description="used instead of an identified coefficient of friction")
+    normal_load_N: Positive | None = Field(default=None, le=1e7, description="in this step, instead of the rig's")
+    mean_speed_rpm: Positive | None = Field(default=None, le=1e6, description="in this step, instead of the rig's")
+    rolling_speed_m_s: Positive | None = Field(default=None, le=1e3, description="in this step, instead of the rig's")
+    yaw_mrad: float = Field(default=0.0, ge=-100.0, le=100.0, description="angle between the axes, in this step")
+    pause_s: Positive | None = Field(default=None, description="stands still so long: cools, does not wear")
 
 
 class HistoryTable(Table):
-    """The load history: steps of constant creepage, each some iterations of equal length."""
+    """The load history: steps of constant creepage, each some iterations of equal length, and pauses."""
 
     revolutions_per_iteration: Positive
     steps: list[StepTable] = Field(min_length=1)

@@ -46,7 +46,8 @@ class State:
 
     Given: time [s] at the end of each point, duration [s], cycles (revolutions so far), time_in_step [s] since the
     creepage last changed, greatest_creepage of the history so far [1], all (point,); rolling_radius [m] of disc 2;
-    nominal_load [N]; initial_temperature [K] of disc and sensor.
+    nominal_load [N] of the rig, recorded_load [N] by which the traction is divided; initial_temperature [K] of disc and
+    sensor.
 
     operation  creepage, lateral_creepage [1], spin [1/m], normal_load [N], rolling_speed [m/s]
     friction   mu, the local coefficient of friction [1]
@@ -70,6 +71,7 @@ class State:
     greatest_creepage: Floats
     rolling_radius: float
     nominal_load: float
+    recorded_load: Floats
     initial_temperature: float
 
     creepage: Floats

@@ -15,8 +15,8 @@ from twindisc_cli.effects._state import Floats, State
 
 
 def apply(s: State, *, power_W: Floats) -> State:
-    """Add a constant power to what warms the disc."""
-    return s.replace(heat=s.heat + power_W)
+    """Add a constant power to what warms the disc while it turns."""
+    return s.replace(heat=s.heat + power_W * (s.rolling_speed > 0.0))
 
 
 EFFECT = Effect(

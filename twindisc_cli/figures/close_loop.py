@@ -137,7 +137,8 @@ def _history(axes: Axes, view: View) -> None:
     beside.plot(edges, levels, color=GREEN, linewidth=0.8, alpha=0.7)
     beside.set_ylabel("creepage [%]", fontsize=TEXT, color=GREEN)
     beside.tick_params(labelsize=SMALL, length=2.0, width=0.5, colors=GREEN)
-    beside.set_ylim(0.0, 1.15 * max(max(span.creepage for span in view.spans), 1e-9))
+    least, most = (reach(span.creepage for span in view.spans) for reach in (min, max))
+    beside.set_ylim(1.15 * min(least, 0.0), 1.15 * max(most, 1e-9))
     for side in ("top", "left", "bottom"):
         beside.spines[side].set_visible(False)
     beside.spines["right"].set_color(GREEN)

@@ -37,9 +37,10 @@ def chart(one: Chart, many: Chart, measured: StepFriction | None, *, name: str, 
     name_axes(right, CREEPAGE, APPARENT, "$\\mu$ from 0.05 to 0.70")
     for axes in (left, right):
         if measured is not None:
-            measured_points(
-                axes, measured.creepage * 100.0, measured.ratio, measured.half, label=f"{provenance}, 90 % interval"
-            )
+            sense = np.where(measured.creepage < 0.0, -1.0, 1.0)
+            creepage, ratio = np.abs(measured.creepage) * 100.0, sense * measured.ratio
+            back = ", without sign" if np.any(sense < 0.0) else ""
+            measured_points(axes, creepage, ratio, measured.half, label=f"{provenance}{back}, 90 % interval")
         axes.set_ylim(0.0, None)
         legend(axes, "lower right" if axes is left else "upper left")
     left.set_xlim(0.0, None)
@@ -56,15 +57,16 @@ def identified(steps: StepFriction, measured: Measured, *, name: str) -> Figure:
     ends = np.nan_to_num(np.array([mu - low, np.where(np.isfinite(high), high, mu) - mu]))
     right.errorbar(order[known], mu, yerr=ends, ecolor=BLUE, elinewidth=0.8,
                    linestyle="none", marker="s", markersize=4.0, color=BLUE, label="identified $\\mu$")  # fmt: skip
-    right.plot(
-        order, steps.ratio, linestyle="none", marker="_", markersize=9.0, color=BLACK, label="$T/N$ taken as $\\mu$"
-    )
+    naive = np.abs(steps.ratio)
+    right.plot(order, naive, linestyle="none", marker="_", markersize=9.0, color=BLACK, label="$T/N$ taken as $\\mu$")
     if np.any(beyond):
-        right.plot(order[beyond], steps.ratio[beyond], linestyle="none", marker="x", color=RED, label="no $\\mu$ fits")
+        right.plot(order[beyond], naive[beyond], linestyle="none", marker="x", color=RED, label="no $\\mu$ fits")
     name_axes(right, "step", "coefficient of friction $\\mu$ [1]", "behind it, with its 90 % interval")
     right.set_xticks(order[:: int(np.ceil(len(order) / 12))])
+    right.set_ylim(0.0, None)
+    if not np.any(steps.ratio < 0.0):
+        left.set_ylim(0.0, None)
     for axes in (left, right):
-        axes.set_ylim(0.0, None)
         legend(axes, "lower right")
     return figure
 
@@ -100,4 +102,4 @@ def _traction(axes: Axes, steps: StepFriction, measured: Measured) -> None:
         label=f"{measured.provenance}, mean of a step, 90 % interval",
     )
     name_axes(axes, CREEPAGE, APPARENT, "measured traction")
-    axes.set_xlim(0.0, 105.0 * float(samples.creepage.max()))
+    axes.set_xlim(min(0.0, 105.0 * float(samples.creepage.min())), max(0.0, 105.0 * float(samples.creepage.max())))

@@ -19,14 +19,14 @@ from twindisc_cli.model.forward import ForwardModel, Prediction
 
 _FULL = 1.0 - 1e-13
 _MOMENT = 1e-9  # s; long enough for a traction, too short to wear or to warm
-_SMALLEST, _LARGEST = 1e-9, 1.0
+_SMALLEST, _LARGEST = 1e-9, 2.0
 
 
 @dataclass(frozen=True)
 class Chart:
     """Apparent friction (mu, creepage) [1] over mu (mu,) and creepage (creepage,) [1], and where its lines are.
 
-    light_line, full_slip: creepage [1] of each mu (mu,), inf where it is not reached below 100 %.
+    light_line, full_slip: creepage [1] of each mu (mu,), inf where it is not reached below 200 %.
     """
 
     mu: Floats

@@ -11,7 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from twindisc_cli.errors import MeasurementError
-from twindisc_cli.identify.friction import HIGHEST, HIGHEST_THAT_WEARS, mean_and_interval, mu_from_traction, states
+from twindisc_cli.identify.friction import (
+    HIGHEST,
+    HIGHEST_THAT_WEARS,
+    NO_CREEPAGE,
+    mean_and_interval,
+    mu_from_traction,
+    states,
+)
 from twindisc_cli.identify.law import unworn_law
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, TractionSamples
@@ -24,8 +31,9 @@ Explanation = tuple[Callable[[Floats], Floats], Callable[[Floats], Floats]]
 class StepFriction:
     """What the measured traction of each step says, each (step,); NaN where nothing was measured.
 
-    creepage and ratio T/N, means of the samples [1]; half, half the 90 % interval of ratio; mu and its interval
-    low ... high [1], inf above the elastic limit; share, T/(mu N) at mu; state, None where nothing was measured.
+    creepage and ratio T/N, means of the samples [1], with their signs; half, half the 90 % interval of ratio; mu and
+    its interval low ... high [1], inf above the elastic limit; share, T/(mu N) at mu; state, None where nothing was
+    measured.
     """
 
     creepage: Floats
@@ -47,16 +55,22 @@ def identify_friction(model: ForwardModel) -> StepFriction:
     ratio, half = mean_and_interval(samples.ratio, samples.uncertainty, samples.step, steps)
     creepage, _ = mean_and_interval(samples.creepage, samples.uncertainty, samples.step, steps)
     sense = np.where(creepage < 0.0, -1.0, 1.0)
-    plain = model.experiment.is_plain and not _wears(model.experiment)
+    plain = model.experiment.is_plain and model.experiment.history.is_constant and not _wears(model.experiment)
     explain = _in_closed_form if plain else _through_model
     traction, share_at = explain(model, samples)
     targets = np.stack([sense * ratio, sense * ratio - half, sense * ratio + half])
     highest = HIGHEST_THAT_WEARS if _wears(model.experiment) else HIGHEST
     mu, low, high = mu_from_traction(targets, traction=lambda mu: sense * traction(mu), highest_mu=highest)
     share = share_at(np.where(np.isfinite(mu) & (mu > 0.0), mu, 1.0))
-    return StepFriction(
-        creepage=creepage, ratio=ratio, half=half, mu=mu, low=low, high=high, share=share, state=states(mu, share)
-    )
+    idle = model.experiment.history.step_creepage == 0.0
+    mu, low, high, share = (np.where(idle, np.nan, values) for values in (mu, low, high, share))
+    state = [_idle(r) if no_slip else s for s, no_slip, r in zip(states(mu, share), idle, ratio, strict=True)]
+    return StepFriction(creepage=creepage, ratio=ratio, half=half, mu=mu, low=low, high=high, share=share, state=state)
+
+
+def _idle(ratio: float) -> str | None:
+    """The state of a step without creepage, of which no mu is seen; None where nothing was measured."""
+    return NO_CREEPAGE if np.isfinite(ratio) else None
 
 
 def friction_in_use(model: ForwardModel) -> tuple[Floats, list[str]]:

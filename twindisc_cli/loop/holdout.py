@@ -22,13 +22,14 @@ FEWEST_LEFT = 8
 
 
 def held_out_steps(history: History) -> tuple[int, ...]:
-    """Steps held out whole (index from 0): none of the extremes, which say most about both ends of the model.
+    """Steps held out whole (index from 0): by the size of the creepage none of the extremes, and no pause.
 
-    Nor the second lowest creepage: what happens below saturation is seen in few steps.
+    The extremes say most about both ends of the model. Nor is the second lowest creepage held out: what happens below
+    saturation is seen in few steps.
     """
-    creepage = history.step_creepage
-    count = len(creepage)
-    order = np.lexsort((np.arange(count), creepage))
+    driven = np.flatnonzero(history.step_driven)
+    count = len(driven)
+    order = driven[np.lexsort((driven, np.abs(history.step_creepage[driven])))]
     if count >= MANY_STEPS:
         chosen = [order[2], order[count // 2], order[-2]]
     elif count >= 5:

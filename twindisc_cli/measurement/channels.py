@@ -12,7 +12,7 @@ from twindisc_cli.measurement.units import COUNT, LENGTH, MASS, PERCENTAGE, RATI
 from twindisc_cli.model.experiment import History, MassSamples, ProfileSamples, Rig, TemperatureSamples, TractionSamples
 
 CREEPAGE_TOLERANCE = (0.25, 2e-4)
-"""How far a creepage may lie from its step's: relative, plus absolute."""
+"""How far a creepage may lie from its step's: relative, of a step without creepage to the smallest; plus absolute."""
 LARGEST_RATIO = 3.0
 HEAVIEST = 0.1
 """A mass loss [kg] that no test discs survive."""
@@ -70,14 +70,15 @@ def read_profile(
         Column("iteration", COUNT, required=False),
     )
     table = read_table(data, file, wanted, naming)
-    columns, last = table.columns, len(history.step)
+    columns, last = table.columns, int(history.driven.sum())
     disc = columns.get("disc", np.full(len(table), 2.0)).astype(np.int64)
     iteration = columns.get("iteration", np.full(len(table), float(last))).astype(np.int64)
     _check_place(table, disc, iteration, last)
     for which in np.unique(np.stack([disc, iteration]), axis=1).T:
         _check_profile(table, np.flatnonzero((disc == which[0]) & (iteration == which[1])), rig)
     table.check()
-    return ProfileSamples(y=columns["y"], height=columns["height"], disc=disc, iteration=iteration), table.count()
+    samples = ProfileSamples(y=columns["y"], height=columns["height"], disc=disc, iteration=history.entry(iteration))
+    return samples, table.count()
 
 
 def read_temperature(
@@ -109,7 +110,7 @@ def read_mass(
         Column("uncertainty", MASS, required=False),
     )
     table = read_table(data, file, wanted, naming)
-    columns, last = table.columns, len(history.step)
+    columns, last = table.columns, int(history.driven.sum())
     disc = columns.get("disc", np.full(len(table), 2.0)).astype(np.int64)
     iteration = columns["iteration"].astype(np.int64)
     _check_place(table, disc, iteration, last)
@@ -126,7 +127,7 @@ def read_mass(
     if "uncertainty" in columns:
         table.flag(columns["uncertainty"] <= 0.0, "uncertainty", lambda _: "must be greater than 0")
     table.check()
-    samples = MassSamples(iteration, loss, disc, columns.get("uncertainty", np.full(len(table), np.nan)))
+    samples = MassSamples(history.entry(iteration), loss, disc, columns.get("uncertainty", np.full(len(table), np.nan)))
     return samples, table.count()
 
 
@@ -137,10 +138,12 @@ def _check_place(table: Table, disc: Ints, iteration: Ints, last: int) -> None:
     table.flag(outside, "iteration", lambda row: f"the history has iterations 1 to {last}, not {iteration[row]}")
 
 
-def tolerance(creepage: Floats) -> Floats:
-    """How far from `creepage` a measured one may lie [1]."""
+def tolerance(history: History) -> Floats:
+    """How far from each step's creepage a measured one may lie [1], (step,)."""
     relative, absolute = CREEPAGE_TOLERANCE
-    return relative * creepage + absolute
+    size = np.abs(history.step_creepage)
+    smallest = float(np.min(size[size > 0.0], initial=np.inf))
+    return np.asarray(relative * np.where(size > 0.0, size, smallest if np.isfinite(smallest) else 0.0) + absolute)
 
 
 def _enough(table: Table, fewest: int) -> None:
@@ -163,29 +166,31 @@ def _check_time(table: Table, history: History, *, partner: str) -> None:
 
 def _steps(table: Table, history: History) -> Ints:
     """The step of each row, from 0: as the file says, else by time, else the one nearest in creepage."""
-    creepage, steps = table.columns["creepage"], history.step_creepage
+    creepage, steps, driven = table.columns["creepage"], history.step_creepage, np.flatnonzero(history.step_driven)
     if "step" in table.columns:
         given = table.columns["step"].astype(np.int64)
         unknown = (given < 1) | (given > len(steps))
         table.flag(unknown, "step", lambda row: f"there is no step {given[row]}; the history has 1 to {len(steps)}")
         step = np.clip(given, 1, len(steps)) - 1
+        table.flag(~history.step_driven[step], "step", lambda row: f"step {given[row]} of the history is a pause")
         if "time" in table.columns:
             _check_step_times(table, history, step)
         return step
     if "time" in table.columns:
         return step_at(history, table.columns["time"])
-    if len(creepage) == len(steps) and np.all(np.abs(creepage - steps) <= tolerance(steps)):
-        return np.arange(len(steps))
-    return _nearest(creepage, steps)
+    if len(creepage) == len(driven) and np.all(np.abs(creepage - steps[driven]) <= tolerance(history)[driven]):
+        return driven
+    return _nearest(creepage, history)
 
 
-def _nearest(values: Floats, steps: Floats) -> Ints:
+def _nearest(values: Floats, history: History) -> Ints:
     """The step whose creepage is nearest to each value, the first of several."""
-    distinct, first = np.unique(steps, return_index=True)
+    driven = np.flatnonzero(history.step_driven)
+    distinct, first = np.unique(history.step_creepage[driven], return_index=True)
     above = np.minimum(np.searchsorted(distinct, values), len(distinct) - 1)
     below = np.maximum(above - 1, 0)
     lower = values - distinct[below] <= np.abs(distinct[above] - values)
-    return np.asarray(first[np.where(lower, below, above)], dtype=np.int64)
+    return np.asarray(driven[first[np.where(lower, below, above)]], dtype=np.int64)
 
 
 def _check_step_times(table: Table, history: History, step: Ints) -> None:
@@ -204,16 +209,16 @@ def _check_step_times(table: Table, history: History, step: Ints) -> None:
 
 def _check_creepage(table: Table, history: History, step: Ints) -> None:
     """Creepages are those of the history."""
-    creepage, steps = table.columns["creepage"], history.step_creepage
+    creepage, steps, allowed = table.columns["creepage"], history.step_creepage, tolerance(history)
     expected = steps[step]
 
     def what(row: int) -> str:
         other = int(np.argmin(np.abs(steps - creepage[row])))
         text = f"{creepage[row] * 100:g} % is not the history's: step {step[row] + 1} has {expected[row] * 100:g} %"
-        near = abs(steps[other] - creepage[row]) <= tolerance(steps[other])
+        near = abs(steps[other] - creepage[row]) <= allowed[other]
         return f"{text}, step {other + 1} has {steps[other] * 100:g} %" if near and other != step[row] else text
 
-    table.flag(np.abs(creepage - expected) > tolerance(expected), "creepage", what)
+    table.flag(np.abs(creepage - expected) > allowed[step], "creepage", what)
 
 
 def _swapped(table: Table, history: History) -> bool:
@@ -225,8 +230,8 @@ def _swapped(table: Table, history: History) -> bool:
     ratio = written["traction ratio"] * factor
 
     def matched(values: Floats) -> tuple[bool, int]:
-        nearest_step = _nearest(values, steps)
-        fits = np.abs(values - steps[nearest_step]) <= tolerance(steps[nearest_step])
+        nearest_step = _nearest(values, history)
+        fits = np.abs(values - steps[nearest_step]) <= tolerance(history)[nearest_step]
         return bool(np.all(fits)), len(np.unique(steps[nearest_step[fits]]))
 
     (fits, many), (_, few) = matched(ratio), matched(creepage)

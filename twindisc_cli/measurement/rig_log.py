@@ -224,7 +224,7 @@ def _align(time: Floats, creepage: Floats, history: History) -> Ints:
     starts = np.concatenate([[0.0], ends[:-1]])
     since = (time - time[0])[:, None]
     late = np.maximum(since - ends, 0.0) + np.maximum(starts - since, 0.0)
-    cost = np.minimum(np.abs(creepage[:, None] - steps) / tolerance(steps), 3.0) ** 2 + 1e-3 * late / ends[-1]
+    cost = np.minimum(np.abs(creepage[:, None] - steps) / tolerance(history), 3.0) ** 2 + 1e-3 * late / ends[-1]
     came_from = np.empty(cost.shape, dtype=np.int64)
     total = cost[0]
     for row in range(1, len(cost)):
@@ -242,7 +242,7 @@ def _align(time: Floats, creepage: Floats, history: History) -> Ints:
 def _settled(creepage: Floats, step: Ints, history: History) -> Bools:
     """Averages at their step's creepage that do not straddle a change of step."""
     steps = history.step_creepage
-    settled = np.abs(creepage - steps[step]) <= tolerance(steps[step])
+    settled = np.abs(creepage - steps[step]) <= tolerance(history)[step]
     change = np.flatnonzero(np.diff(step))
     settled[change] = False
     settled[change + 1] = False

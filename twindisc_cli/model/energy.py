@@ -14,8 +14,9 @@ def measured_energy(test: Experiment) -> float:
     mu = np.where(np.isfinite(history.given_mu), history.given_mu, mu)
     if test.measured.traction is not None:
         samples = test.measured.traction
-        level = {s: float(np.mean(samples.ratio[samples.step == s])) for s in np.unique(samples.step)}
-        mean = float(np.mean(samples.ratio))
+        level = {s: abs(float(np.mean(samples.ratio[samples.step == s]))) for s in np.unique(samples.step)}
+        mean = float(np.mean(np.abs(samples.ratio)))
         mu = np.array([level.get(int(s), mean) for s in history.step])
-    power = mu * test.rig.normal_load * np.abs(history.creepage) * test.rig.rolling_speed
+    load, speed = test.rig.normal_load * history.load_factor, test.rig.rolling_speed * history.speed_factor
+    power = mu * load * np.abs(history.creepage) * speed
     return max(float(np.sum(power * history.duration)), 1e-9)

@@ -113,9 +113,11 @@ class Thermal:
 
 @dataclass(frozen=True)
 class History:
-    """The load history, one entry an iteration (a block of revolutions at constant creepage).
+    """The load history, one entry an iteration (a block of revolutions at constant creepage), or a pause.
 
-    step [index from 0], creepage [1], duration [s], revolutions, given_mu [1] (NaN: not given); each (iteration,).
+    step [index from 0], creepage [1], duration [s], revolutions, given_mu [1] (NaN: not given), load_factor and
+    speed_factor, normal load and rolling speed over the rig's [1], yaw [rad]; each (iteration,). A pause has no
+    revolutions, no creepage and no speed.
     """
 
     step: Ints
@@ -123,6 +125,29 @@ class History:
     duration: Floats
     revolutions: Floats
     given_mu: Floats
+    load_factor: Floats = field(default_factory=lambda: np.ones(1))
+    speed_factor: Floats = field(default_factory=lambda: np.ones(1))
+    yaw: Floats = field(default_factory=lambda: np.zeros(1))
+
+    def __post_init__(self) -> None:
+        """What is the same in all iterations may be given once."""
+        for name in ("load_factor", "speed_factor", "yaw"):
+            object.__setattr__(self, name, np.broadcast_to(getattr(self, name), self.step.shape))
+
+    @property
+    def driven(self) -> NDArray[np.bool_]:
+        """Whether the discs turn, (iteration,): not in a pause."""
+        return self.revolutions > 0.0
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether load, speed and yaw are the rig's wherever the discs turn."""
+        steady = (self.load_factor == 1.0) & (self.speed_factor == 1.0) & (self.yaw == 0.0)
+        return bool(np.all(steady | ~self.driven))
+
+    def entry(self, iteration: Ints) -> Ints:
+        """The entry, from 1, of an iteration, counted from 1 without the pauses."""
+        return np.asarray(np.flatnonzero(self.driven)[iteration - 1] + 1, dtype=np.int64)
 
     @property
     def end_time(self) -> Floats:
@@ -139,6 +164,11 @@ class History:
         """Creepage of each step [1], (step,)."""
         first = np.unique(self.step, return_index=True)[1]
         return self.creepage[first]
+
+    @property
+    def step_driven(self) -> NDArray[np.bool_]:
+        """Whether each step drives the discs, (step,): not a pause."""
+        return self.driven[np.unique(self.step, return_index=True)[1]]
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,8 @@
     S  = integral of (K/H) P dt / (2 pi R),  profile and patch from the wear path  wear
     rho C v dT/dt = P - h S (T - T_env)                                            heat (Eq. 18)
 
+Load, speed and yaw are those of each step; in a pause nothing rolls, and the disc cools. Under a load that changes, the
+worn profile is taken for the one that the present load makes with the same section.
 The stages feed each other (a worn patch is stiffer, a warm disc may slide more easily), so the chain is passed until
 energy and temperature stand still. Everything is vectorised over parameter sets: arrays are (set, point).
 """
@@ -34,6 +36,8 @@ SPIN_ARM = 1.0 / np.sqrt(5.0)
 """Spin acts on T like a lateral creepage of phi a / sqrt(5): in full sliding T = mu N (1 - phi^2 <x^2> / (2 v^2)), with
 <x^2> = a^2 / 5 over an elliptic pressure; what the spin does along y cancels to first order."""
 SETTLED = 1e-7
+_STANDING = 1e-9
+"""A speed [m/s] at which nothing rolls."""
 Parameters = Mapping[str, Floats]
 
 
@@ -85,9 +89,10 @@ class ForwardModel:
         wear_coefficient = self.experiment.options.wear_coefficient
         if np.isfinite(wear_coefficient):
             history = self.experiment.history
-            sliding = float(np.sum(history.duration * np.abs(history.creepage))) * rig.rolling_speed
+            pace = history.duration * history.speed_factor * history.load_factor
+            sliding = float(np.sum(pace * np.abs(history.creepage))) * rig.rolling_speed
             sections.append(1.2 * wear_coefficient * rig.normal_load * sliding / self.circumference_hardness)
-        return max(sections)
+        return max(sections) / min(1.0, float(self.experiment.history.load_factor.min()))
 
     def path(self, contact: Contact, wander: float, section: float = 0.0) -> WearPath:
         """The wear path of this rig; beyond `reach` only where no profile tells how far the wear went."""
@@ -156,6 +161,7 @@ class _Chain:
         shape = (self.sets, len(points.time))
         creepage = np.broadcast_to(points.creepage, shape) * self._at_points(self.base.creepage_factor)
         environment = test.thermal.environment_temperature if test.thermal else np.nan
+        history, load = test.history, test.rig.normal_load * test.history.load_factor[points.iteration]
         return State(
             time=points.time,
             duration=points.duration,
@@ -164,10 +170,12 @@ class _Chain:
             greatest_creepage=points.greatest_creepage,
             rolling_radius=self.model.radius,
             nominal_load=test.rig.normal_load,
+            recorded_load=load,
             initial_temperature=test.thermal.initial_temperature if test.thermal else environment,
             creepage=creepage,
-            normal_load=np.full(shape, test.rig.normal_load),
-            rolling_speed=np.full(shape, test.rig.rolling_speed),
+            normal_load=np.broadcast_to(load, shape),
+            rolling_speed=np.broadcast_to(test.rig.rolling_speed * history.speed_factor[points.iteration], shape),
+            lateral_creepage=np.broadcast_to(history.yaw[points.iteration], shape),
             environment=np.full(shape, environment),
             temperature=np.full(shape, test.thermal.initial_temperature if test.thermal else environment),
             energy=np.zeros(shape),
@@ -219,10 +227,10 @@ class _Chain:
         force, side = traction * east, traction * north
         power = state.rolling_speed * (force * state.creepage + side * sideways)
         return state.replace(
-            traction_ratio=force / state.nominal_load,
+            traction_ratio=force / state.recorded_load,
             power=power,
             energy=np.cumsum(power * state.duration, axis=1),
-            wear_index=power / state.rolling_speed / patch.area,
+            wear_index=power / np.maximum(state.rolling_speed, _STANDING) / patch.area,
         )
 
     def _law(self, state: State, xi: Floats, ratio: Floats) -> Floats:
@@ -242,7 +250,8 @@ class _Chain:
         return worn * np.nan_to_num(self.base.K) / self.model.circumference_hardness
 
     def _paths(self, state: State) -> WeightedPaths:
-        path = partial(self.model.path, section=float(np.max(self.section(state))))
+        own = self.section(state) / (state.normal_load / state.nominal_load)
+        path = partial(self.model.path, section=float(np.max(own)))
         return weighted_paths(path, self.model.experiment.options.contact, state.half_space, state.wander)
 
     def _heat(self, state: State) -> State:

@@ -32,6 +32,8 @@ _FAST_MAXIMUM = 2.1883066738
 _FAST_MEAN = 1.1990761641
 _SLOW_MAXIMUM = 1.0
 _SLOW_MEAN = 0.75
+_STANDING = 1e-12
+"""A surface speed [m/s] at which the slow limit holds."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,7 @@ def flash_temperature(
     slow: Floats = peak_flux * a * b * elliprf(0.0, a**2, b**2) / (2.0 * conductivity)
     effusivity = np.sqrt(conductivity * density * specific_heat)
     fast = peak_flux * np.sqrt(a / np.pi) / effusivity
-    speeds = (speed * (1.0 + 0.5 * creepage), speed * (1.0 - 0.5 * creepage))
+    speeds = [np.maximum(np.abs(speed * (1.0 + side * creepage)), _STANDING) for side in (0.5, -0.5)]
     return Flash(
         maximum=_meeting(*(_joined(_FAST_MAXIMUM * fast / np.sqrt(v), _SLOW_MAXIMUM * slow) for v in speeds)),
         mean=_meeting(*(_joined(_FAST_MEAN * fast / np.sqrt(v), _SLOW_MEAN * slow) for v in speeds)),

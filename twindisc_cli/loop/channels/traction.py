@@ -54,7 +54,8 @@ def noise(test: Experiment) -> Noise:
         return given(samples.uncertainty, times)
     varied = np.ptp(samples.creepage - test.history.step_creepage[samples.step]) > 1e-9
     if varied and not timed:
-        trends = [polynomials(np.log(np.maximum(np.abs(samples.creepage), 1e-9)), np.zeros_like(samples.step), 8, 10)]
+        way = (samples.creepage < 0.0).astype(np.int64)
+        trends = [polynomials(np.log(np.maximum(np.abs(samples.creepage), 1e-9)), way, 8, 10)]
     else:
         trends = [polynomials(times, samples.step, degree, 6) for degree in range(4)]
     size = float(np.sqrt(np.mean(samples.ratio**2)))
