@@ -1,5 +1,6 @@
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -81,6 +82,78 @@ def test_a_run_writes_and_the_next_is_up_to_date(folder: Path, stub: Stub, capsy
     assert exit_code("thermal", "small.toml", "-o", "elsewhere") == 0
     assert stub.runs == 3
     assert (folder / "elsewhere/small/thermal.h5").read_bytes() == (folder / "results/small/thermal.h5").read_bytes()
+
+
+def test_what_is_up_to_date_is_told_without_reading_the_test(
+    folder: Path, stub: Stub, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write(folder, traction=TRACTION)
+    exit_code("thermal", "small.toml")
+
+    def unread(*_: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(_runner, "load", unread)
+    assert exit_code("thermal", "small.toml") == 0
+    assert "up to date: results/small/thermal.h5" in capsys.readouterr().out
+
+
+def test_a_dry_run_says_why_and_computes_nothing(folder: Path, stub: Stub, capsys: pytest.CaptureFixture[str]) -> None:
+    path = write(folder, traction=TRACTION)
+
+    def told(*options: str) -> str:
+        capsys.readouterr()
+        assert exit_code("thermal", "small.toml", "--dry-run", *options) == 0
+        return capsys.readouterr().out
+
+    assert told() == "would be made: results/small/thermal.h5: is not there\n"
+    assert stub.runs == 0
+    exit_code("thermal", "small.toml")
+    assert told() == "up to date: results/small/thermal.h5\n"
+    assert json.loads(told("--json")) == {"file": "results/small/thermal.h5", "would_be_made": False, "why": None}
+    (folder / "traction.csv").write_text(TRACTION.replace("0.58", "0.59"))
+    assert told() == "would be made: results/small/thermal.h5: traction.csv was changed\n"
+    path.write_text(path.read_text().replace("hardness_HV = 700", "hardness_HV = 701"))
+    assert "says something else at material.hardness_HV; traction.csv was changed" in told()
+    assert stub.runs == 1
+
+
+def test_a_depfile_names_what_make_has_to_watch(folder: Path, stub: Stub) -> None:
+    write(folder, traction=TRACTION)
+    (folder / "Makefile").write_text("results/small/thermal.h5:\n\t@echo made\n-include deps\n")
+    for _ in range(2):  # written, and up to date
+        exit_code("thermal", "small.toml", "--depfile", "deps")
+        make = ["make", "-s", "results/small/thermal.h5"]
+        os.utime(folder / "results/small/thermal.h5")
+        assert subprocess.run(make, capture_output=True, text=True, check=True).stdout == ""
+        later = (folder / "results/small/thermal.h5").stat().st_mtime + 5.0
+        os.utime(folder / "traction.csv", (later, later))
+        assert subprocess.run(make, capture_output=True, text=True, check=True).stdout == "made\n"
+        os.utime(folder / "traction.csv", (1.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--format", "gif"], "--format knows png, pdf, svg, not gif"),
+        (["--format", ""], "not nothing"),
+        (["--dpi", "0"], "--dpi"),
+    ],
+)
+def test_a_format_that_is_none_is_refused(
+    folder: Path, capsys: pytest.CaptureFixture[str], options: list[str], says: str
+) -> None:
+    write(folder)
+    assert exit_code("thermal", "small.toml", *options) == 2
+    assert says in capsys.readouterr().err
+
+
+def test_quiet_says_nothing_and_verbose_says_why(folder: Path, stub: Stub, capsys: pytest.CaptureFixture[str]) -> None:
+    write(folder)
+    exit_code("thermal", "small.toml", "-q")
+    assert capsys.readouterr() == ("", "")
+    exit_code("thermal", "small.toml", "-v", "--force")
+    assert "thermal.h5 is made again: --force" in capsys.readouterr().err
 
 
 def test_changed_data_or_definition_run_again_but_a_remark_does_not(folder: Path, stub: Stub) -> None:
@@ -214,11 +287,44 @@ def test_a_bug_leaves_with_1_in_one_line(
     assert "Traceback (most recent call last)" in capsys.readouterr().err
 
 
-def test_an_interrupt_leaves_with_130(folder: Path, stub: Stub) -> None:
-    stub.error = KeyboardInterrupt()
+@pytest.mark.parametrize(
+    ("number", "code", "word"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated")]
+)
+@pytest.mark.parametrize("swallowed", [False, True])
+def test_a_signal_leaves_with_its_code_and_one_sentence(
+    folder: Path,
+    stub: Stub,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    number: signal.Signals,
+    code: int,
+    word: str,
+    swallowed: bool,
+) -> None:
+    """Also where a library turns the exception into another one, as extension modules do while they are imported."""
+
+    def interrupted(*_: object) -> Result:
+        try:
+            signal.raise_signal(number)
+        except BaseException as error:
+            if not swallowed:
+                raise
+            raise ImportError("numpy.core failed") from error
+        raise AssertionError
+
+    monkeypatch.setattr(stub, "run", interrupted)
     write(folder)
-    assert exit_code("thermal", "small.toml") == 130
+    before = signal.getsignal(number)
+    assert exit_code("thermal", "small.toml") == code
+    assert capsys.readouterr().err == f"{word}; nothing half-written is left\n"
     assert not (folder / "results").exists()
+    assert signal.getsignal(number) is before
+
+
+def test_memory_that_is_not_enough_leaves_with_4(folder: Path, stub: Stub) -> None:
+    stub.error = MemoryError()
+    write(folder)
+    assert exit_code("thermal", "small.toml") == 4
 
 
 def test_with_json_a_failure_is_one_object_too(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

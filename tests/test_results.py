@@ -18,7 +18,8 @@ from twindisc_cli.errors import OutputError, ValidityError
 from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 from twindisc_cli.results import files as files_module
 from twindisc_cli.results.files import write_all
-from twindisc_cli.results.store import Origin, plain, up_to_date, write
+from twindisc_cli.results.recorded import up_to_date, why
+from twindisc_cli.results.store import Origin, images, plain, put, write
 
 ORIGIN = Origin("small", ('schema = 1\nname = "µ"\n',), {"../data/t.csv": "ab" * 32}, "reconstructed", {})
 
@@ -96,15 +97,14 @@ def assert_well_formed(path: Path) -> None:
                 assert all(len(dimension.keys()) == 1 for dimension in item.dims), name
         for name in ("Conventions", "title", "schema", "twindisc_version", "run_key", "provenance"):
             assert name in file.attrs, name
-        assert file["config"].asstr()[()]
+        assert file["config"].attrs["toml"]
         assert "provenance" in file
 
 
 def test_the_origin_is_in_the_file(tmp_path: Path) -> None:
     write(tmp_path, RESULT, replace(ORIGIN, configs=("a = 1\n", "b = 2\n")), {})
     with h5py.File(str(tmp_path / "friction-chart.h5")) as file:
-        assert file["config"].asstr()[()] == "a = 1\n"
-        assert file["config_2"].asstr()[()] == "b = 2\n"
+        assert dict(file["config"].attrs) == {"toml": "a = 1\n", "toml_2": "b = 2\n"}
         assert dict(file["provenance"].attrs) == {"../data/t.csv": "ab" * 32, "kind": "reconstructed"}
 
 
@@ -152,6 +152,99 @@ def test_a_damaged_or_incomplete_result_is_not_up_to_date(tmp_path: Path) -> Non
     write(tmp_path, RESULT, ORIGIN, {})
     path.write_bytes(path.read_bytes()[:3000])
     assert up_to_date(path, key) is None
+
+
+def test_texts_are_no_variables_that_a_table_would_repeat(tmp_path: Path) -> None:
+    write(tmp_path, RESULT, ORIGIN, {})
+    with xarray.open_dataset(tmp_path / "friction-chart.h5", engine="h5netcdf") as data:
+        assert set(data.variables) == {a.name for a in (*dataset().axes, *dataset().arrays)}
+
+
+def test_a_bit_that_flipped_is_found_wherever_it_is(tmp_path: Path) -> None:
+    path, key = tmp_path / "friction-chart.h5", ORIGIN.run_key("friction-chart")
+    write(tmp_path, RESULT, ORIGIN, {})
+    whole = path.read_bytes()
+    for place in np.linspace(0, len(whole) - 1, 400).astype(int):
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 4]) + whole[place + 1 :])
+        assert up_to_date(path, key) is None, place
+    path.write_bytes(whole)
+    assert up_to_date(path, key) is not None
+
+
+@pytest.mark.parametrize("content", [b"", b"of another run"])
+def test_a_neighbour_that_was_emptied_or_exchanged_is_found(tmp_path: Path, content: bytes) -> None:
+    path, key = tmp_path / "friction-chart.h5", ORIGIN.run_key("friction-chart")
+    write(tmp_path, RESULT, ORIGIN, {"page.html": b"<p>"})
+    (tmp_path / "page.html").write_bytes(content)
+    assert up_to_date(path, key) is None
+    assert why(path, "friction-chart", ORIGIN) == "page.html beside it was changed"
+
+
+@pytest.mark.parametrize("number", [0, 1, 2])
+def test_a_run_killed_while_it_puts_its_files_in_place_leaves_no_mixture(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    """As if killed at its `number`-th renaming: the new page beside the old HDF5 file would pass for a result."""
+    path, extra = tmp_path / "friction-chart.h5", {"page.html": b"<p>"}
+    write(tmp_path, RESULT, ORIGIN, extra)
+    renamed, uses = Path.replace, iter(range(9))
+
+    def dying(source: Path, target: Path) -> Path:
+        if next(uses) >= number:
+            raise KeyboardInterrupt
+        return renamed(source, target)
+
+    monkeypatch.setattr(Path, "replace", dying)
+    changed = replace(ORIGIN, configs=("schema = 1\n",))
+    with pytest.raises(KeyboardInterrupt):
+        write(tmp_path, replace(RESULT, summary=("other",)), changed, {"page.html": b"<p>other"})
+    assert not path.exists()
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_what_the_last_result_had_beside_it_goes_with_it(tmp_path: Path) -> None:
+    write(tmp_path, RESULT, ORIGIN, {"page.html": b"<p>"})
+    (tmp_path / "mine.txt").write_text("not of this result")
+    put(tmp_path, images(RESULT, ORIGIN, {}, formats=("pdf", "svg"), dpi=80))
+    assert {p.name for p in tmp_path.iterdir()} == {
+        "friction-chart.h5",
+        "friction-chart.pdf",
+        "friction-chart.svg",
+        "mine.txt",
+    }
+
+
+def test_a_figure_is_the_same_bytes_in_every_format() -> None:
+    first, second = (images(RESULT, ORIGIN, {}, formats=("png", "pdf", "svg")) for _ in range(2))
+    assert first == second
+    assert first["friction-chart.pdf"].startswith(b"%PDF")
+    assert b"<svg" in first["friction-chart.svg"]
+
+
+def test_two_that_write_at_once_leave_the_files_of_one(tmp_path: Path) -> None:
+    script = (
+        "import sys; from pathlib import Path; from twindisc_cli.results.files import write_all\n"
+        "for _ in range(60): write_all({Path(sys.argv[1]) / n: sys.argv[2].encode() for n in ('a', 'b', 'c')})"
+    )
+    both = [subprocess.Popen([sys.executable, "-c", script, str(tmp_path), name]) for name in ("one", "two")]
+    assert [process.wait() for process in both] == [0, 0]
+    assert len({(tmp_path / name).read_bytes() for name in "abc"}) == 1
+    assert {p.name for p in tmp_path.iterdir()} == set("abc")
+
+
+def test_why_a_result_is_made_again_is_said(tmp_path: Path) -> None:
+    path = tmp_path / "friction-chart.h5"
+    assert why(path, "friction-chart", ORIGIN) == "is not there"
+    write(tmp_path, RESULT, replace(ORIGIN, configs=("a.b = 1\nc = 2\n",)), {})
+    assert why(path, "friction-chart", replace(ORIGIN, configs=("a.b = 3\nc = 2\n",))) == (
+        "the definition says something else at a.b"
+    )
+    write(tmp_path, RESULT, ORIGIN, {})
+    assert why(path, "friction-chart", ORIGIN) == ""
+    assert why(path, "friction-chart", replace(ORIGIN, inputs={"../data/t.csv": "cd"})) == "../data/t.csv was changed"
+    assert why(path, "friction-chart", replace(ORIGIN, options={"dpi": 300})) == "dpi is another"
+    (tmp_path / "friction-chart.png").unlink()
+    assert why(path, "friction-chart", ORIGIN) == "friction-chart.png beside it is gone"
 
 
 def test_json_holds_no_nan_and_no_numpy() -> None:

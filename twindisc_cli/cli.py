@@ -2,50 +2,120 @@
 
 from __future__ import annotations
 
-import json
+import functools
+import inspect
 import os
+import signal
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, cast
+from types import FrameType
+from typing import Annotated, Any, cast
 
 import typer
 
-from twindisc_cli import __version__
-from twindisc_cli.errors import DefinitionError, TwindiscError, bug
+from twindisc_cli import __version__, terminal
+from twindisc_cli.commands._output import DPI, FORMATS, Output
+from twindisc_cli.errors import DefinitionError, OutputError, TwindiscError, ValidityError, bug
 
-INTERRUPTED = 130
+INTERRUPTED, TERMINATED = 130, 143
+_LEFT = {
+    INTERRUPTED: "interrupted; nothing half-written is left",
+    TERMINATED: "terminated; nothing half-written is left",
+}
 LINEAR_ALGEBRA_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 """The matrices here are small: more threads would only wait for each other."""
 UsageError = cast(type[Exception], typer.BadParameter.__bases__[0])
 """What typer raises for every mistake on the command line; it does not export it by name."""
+_HELP = {"help_option_names": ["-h", "--help"]}
 
 app = typer.Typer(
     name="twindisc",
     help="Friction, wear, temperature and missing physics of twin-disc tests.",
     rich_markup_mode=None,
-    add_completion=False,
+    add_completion=True,
     pretty_exceptions_enable=False,
+    context_settings=_HELP,
 )
 
 TestFile = Annotated[Path, typer.Argument(metavar="TEST.toml", help="The test definition.", show_default=False)]
 Folder = Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Where results go.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print exactly one JSON object on stdout.")]
 Force = Annotated[bool, typer.Option("--force", help="Run even where the result is up to date.")]
+Formats = Annotated[
+    str, typer.Option("--format", metavar="png,pdf,svg", help="What the figure is written as, one or several.")
+]
+Dpi = Annotated[int, typer.Option("--dpi", metavar="N", min=20, max=2400, help="Pixels an inch of the figure.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but what went wrong.")]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Say on stderr why the result is made, and how long.")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say whether the result would be made, and why.")]
+Depfile = Annotated[
+    Path | None, typer.Option("--depfile", metavar="FILE", help="Write what the result depends on, as a rule for make.")
+]
 RESULTS = Path("results")
 
 
-def _run(command: str, test: Path, output: Path, as_json: bool, force: bool, **options: float | None) -> None:
-    from twindisc_cli.commands import _runner
+def _command(name: str, *, without: Sequence[str] = ()) -> Callable[[Callable[..., int]], Callable[..., None]]:
+    """Register a function as a command that takes, as its `output`, the options that all commands have.
+
+    without: the options that it has not.
+    """
+
+    def register(function: Callable[..., int]) -> Callable[..., None]:
+        own = [p for p in inspect.signature(function, eval_str=True).parameters.values() if p.name != "output"]
+        every = inspect.signature(_output, eval_str=True).parameters
+        common = {key: parameter for key, parameter in every.items() if key not in without}
+
+        @functools.wraps(function)
+        def run(**given: Any) -> None:
+            output = _output(**{key: given.pop(key) for key in common})
+            raise typer.Exit(function(**given, output=output))
+
+        del run.__wrapped__
+        named = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in (*own, *common.values())]
+        run.__signature__ = inspect.Signature(named)  # type: ignore[attr-defined]
+        run.__annotations__ = {p.name: p.annotation for p in named}
+        app.command(name, context_settings=_HELP)(run)
+        return run
+
+    return register
+
+
+def _output(
+    folder: Folder = RESULTS,
+    as_json: AsJson = False,
+    force: Force = False,
+    formats: Formats = "png",
+    dpi: Dpi = DPI,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    dry_run: DryRun = False,
+    depfile: Depfile = None,
+) -> Output:
+    """What the options that all commands have ask for."""
+    chosen = tuple(dict.fromkeys(part.strip().lower() for part in formats.split(",")))
+    if unknown := [part for part in chosen if part not in FORMATS]:
+        raise typer.BadParameter(f"--format knows {', '.join(FORMATS)}, not {unknown[0] or 'nothing'}")
+    return Output(folder, as_json, force, chosen, dpi, quiet, verbose, dry_run, depfile)
+
+
+def _run(command: str, test: Path, output: Output, **options: float | None) -> int:
+    from twindisc_cli.commands._told import tell_unchanged
 
     given = {name: value for name, value in options.items() if value is not None}
-    raise typer.Exit(_runner.run_command(command, test, _runner.Output(output, as_json, force), **given))
+    told = tell_unchanged(command, [test], given, output)
+    if told is not None:
+        return told
+    from twindisc_cli.commands import _runner
+
+    return _runner.run_command(command, test, output, **given)
 
 
 def _version(wanted: bool) -> None:
     if wanted:
-        typer.echo(f"twindisc {__version__}")
+        terminal.say([f"twindisc {__version__}"])
         raise typer.Exit
 
 
@@ -58,39 +128,40 @@ def _main(
     pass
 
 
-@app.command("friction-chart")
-def friction_chart(test: TestFile, output: Folder = RESULTS, as_json: AsJson = False, force: Force = False) -> None:
+@_command("friction-chart")
+def friction_chart(test: TestFile, output: Output) -> int:
     """Apparent friction over creepage for a family of mu, the 98 % line, and the measured points."""
-    _run("friction-chart", test, output, as_json, force)
+    return _run("friction-chart", test, output)
 
 
-@app.command("identify-mu")
-def identify_mu(test: TestFile, output: Folder = RESULTS, as_json: AsJson = False, force: Force = False) -> None:
+@_command("identify-mu")
+def identify_mu(test: TestFile, output: Output) -> int:
     """The coefficient of friction behind each measured T/N, with its interval."""
-    _run("identify-mu", test, output, as_json, force)
+    return _run("identify-mu", test, output)
 
 
-@app.command("simulate-wear")
-def simulate_wear(test: TestFile, output: Folder = RESULTS, as_json: AsJson = False, force: Force = False) -> None:
+@_command("simulate-wear")
+def simulate_wear(test: TestFile, output: Output) -> int:
     """Profile, contact patch and dissipated energy after each iteration of the history."""
-    _run("simulate-wear", test, output, as_json, force)
+    return _run("simulate-wear", test, output)
 
 
-@app.command("fit-k")
-def fit_k(test: TestFile, output: Folder = RESULTS, as_json: AsJson = False, force: Force = False) -> None:
+@_command("fit-k")
+def fit_k(test: TestFile, output: Output) -> int:
     """Archard's wear coefficient from the measured profile, by bisection and by least squares."""
-    _run("fit-k", test, output, as_json, force)
+    return _run("fit-k", test, output)
 
 
-@app.command("thermal")
-def thermal(test: TestFile, output: Folder = RESULTS, as_json: AsJson = False, force: Force = False) -> None:
+@_command("thermal")
+def thermal(test: TestFile, output: Output) -> int:
     """Temperature of the disc over the test, and the flash temperature of the contact."""
-    _run("thermal", test, output, as_json, force)
+    return _run("thermal", test, output)
 
 
-@app.command("contact")
+@_command("contact")
 def contact(
     test: TestFile,
+    output: Output,
     step: Annotated[
         int | None, typer.Option("--step", metavar="N", help="Step of the test. [default: most in partial slip]")
     ] = None,
@@ -100,40 +171,43 @@ def contact(
     mu: Annotated[
         float | None, typer.Option("--mu", metavar="MU", min=1e-4, help="Another mu: an illustrative case.")
     ] = None,
-    output: Folder = RESULTS,
-    as_json: AsJson = False,
-    force: Force = False,
-) -> None:
+) -> int:
     """Pressure, traction and slip over the patch: exact theory beside FASTSIM."""
-    _run("contact", test, output, as_json, force, step=step, creepage=creepage, mu=mu)
+    return _run("contact", test, output, step=step, creepage=creepage, mu=mu)
 
 
-@app.command("check")
-def check(test: TestFile, output: Folder = RESULTS, as_json: AsJson = False, force: Force = False) -> None:
+@_command("check")
+def check(test: TestFile, output: Output) -> int:
     """The definition, the data, and whether geometry, energy and heat agree with each other."""
-    _run("check", test, output, as_json, force)
+    return _run("check", test, output)
 
 
-@app.command("close-loop")
+@_command("close-loop")
 def close_loop(
     tests: Annotated[list[Path], typer.Argument(metavar="TEST.toml [MORE.toml ...]", show_default=False)],
+    output: Output,
     validate: Annotated[
         Path | None, typer.Option("--validate", metavar="OTHER.toml", help="A test that is only predicted.")
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="No resampling, and so no probabilities.")] = False,
-    output: Folder = RESULTS,
-    as_json: AsJson = False,
-    force: Force = False,
-) -> None:
+) -> int:
     """Find what the model lacks, add it, and report the error before and after on held-out data."""
+    from twindisc_cli.commands._told import tell_unchanged
+
+    paths, unseen = [*tests, *([validate] if validate else [])], validate is not None
+    options = {"validate": unseen, "fitted": len(tests), **({"quick": True} if quick else {})}
+    told = tell_unchanged("close-loop", paths, options, output)
+    if told is not None:
+        return told
     from twindisc_cli.commands import _runner
 
-    raise typer.Exit(_runner.run_close_loop(tests, validate, _runner.Output(output, as_json, force), quick=quick))
+    return _runner.run_close_loop(paths, unseen, options, output, quick=quick)
 
 
-@app.command("campaign")
+@_command("campaign", without=("depfile",))
 def campaign(
     command: Annotated[str, typer.Argument(metavar="COMMAND", help="What is run on every test.", show_default=False)],
+    output: Output,
     tests: Annotated[
         list[str] | None,
         typer.Argument(metavar="[TESTS ...]", help="Definitions, globs, campaign files. [default: configs/*.toml]"),
@@ -147,19 +221,15 @@ def campaign(
     scheduler: Annotated[
         str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Use a Dask cluster: tcp://host:8786.")
     ] = None,
-    output: Folder = RESULTS,
-    as_json: AsJson = False,
-    force: Force = False,
-) -> None:
+) -> int:
     """Run a command on many tests, on all cores or a Dask cluster, and gather one table of what comes out."""
-    from twindisc_cli.commands._runner import Output
     from twindisc_cli.commands.campaign import Means, run
 
     means = Means(workers=workers, limit=limit, scheduler=scheduler)
-    raise typer.Exit(run(command, tests or ["configs/*.toml"], means, Output(output, as_json, force)))
+    return run(command, tests or ["configs/*.toml"], means, output)
 
 
-@app.command("effects")
+@app.command("effects", context_settings=_HELP)
 def effects(
     name: Annotated[str | None, typer.Argument(metavar="[NAME]", show_default=False)] = None,
     source: Annotated[
@@ -178,7 +248,7 @@ def effects(
     )
 
 
-@app.command("init")
+@app.command("init", context_settings=_HELP)
 def init(
     test: Annotated[Path, typer.Argument(metavar="[TEST.toml]", show_default=False)] = Path("test.toml"),
     as_json: AsJson = False,
@@ -192,15 +262,19 @@ def init(
     if as_json:
         _runner.tell_json({"written": str(test)})
     else:
-        typer.echo(f"written: {test}")
+        terminal.say([f"written: {test}"])
 
 
-@app.command("schema")
+@app.command("schema", context_settings=_HELP)
 def schema() -> None:
     """Print the JSON schema of a test definition, for editors."""
     from twindisc_cli.commands.schema import run
 
-    typer.echo(run(), nl=False)
+    terminal.say_text(run())
+
+
+class _Terminated(BaseException):
+    """Somebody asked this process to end."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -208,30 +282,64 @@ def main(arguments: Sequence[str] | None = None) -> None:
     given = list(sys.argv[1:] if arguments is None else arguments)
     for threads in LINEAR_ALGEBRA_THREADS:
         os.environ.setdefault(threads, "1")
+    asked: list[int] = []
+    before = _listen(asked)
     try:
-        code = app(given or ["--help"], prog_name="twindisc", standalone_mode=False) or 0
-        sys.stdout.flush()
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        code = 0
+        code, problems = _done(given)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    if asked or code in _LEFT:
+        code = asked[0] if asked else code
+        problems = [_LEFT[code]]
+    sys.exit(_failed(given, code, problems) if problems else code)
+
+
+def _listen(asked: list[int]) -> dict[int, Any]:
+    """Note what a signal asks for, whatever becomes of the exception that it raises; the handlers there were before."""
+
+    def interrupt(_number: int, _frame: FrameType | None) -> None:
+        asked.append(INTERRUPTED)
+        raise KeyboardInterrupt
+
+    def terminate(_number: int, _frame: FrameType | None) -> None:
+        asked.append(TERMINATED)
+        raise _Terminated
+
+    try:
+        return {number: signal.signal(number, do) for number, do in ((2, interrupt), (15, terminate))}
+    except ValueError:  # signals reach the main thread only
+        return {}
+
+
+def _done(given: Sequence[str]) -> tuple[int, list[str]]:
+    """Run the command line: the exit code, and what went wrong."""
+    try:
+        return int(app(given or ["--help"], prog_name="twindisc", standalone_mode=False) or 0), []
     except (KeyboardInterrupt, typer.Abort):
-        code = _failed(given, INTERRUPTED, ["interrupted; nothing half-written is left"])
+        return INTERRUPTED, []
+    except _Terminated:
+        return TERMINATED, []
+    except BrokenPipeError:
+        return 0, []
     except UsageError as error:
-        code = _failed(given, DefinitionError.exit_code, [_usage(error)])
+        return DefinitionError.exit_code, [_usage(error)]
     except TwindiscError as error:
-        code = _failed(given, error.exit_code, [str(problem) for problem in error.problems])
+        return error.exit_code, [str(problem) for problem in error.problems]
+    except MemoryError:
+        return ValidityError.exit_code, ["there is not enough memory for a test of this size"]
     except Exception as error:
         if os.environ.get("TWINDISC_DEBUG"):
             traceback.print_exception(error)
-        code = _failed(given, 1, [bug(error)])
-    sys.exit(code)
+        return 1, [bug(error)]
 
 
 def _failed(given: Sequence[str], code: int, problems: Sequence[str]) -> int:
     """Tell what went wrong on stderr, and with --json on stdout as the one object there."""
-    sys.stderr.write("".join(f"{problem}\n" for problem in problems))
+    terminal.say_failure(problems)
     if "--json" in given:
-        sys.stdout.write(json.dumps({"exit_code": code, "error": list(problems)}, ensure_ascii=False) + "\n")
+        with suppress(OutputError):
+            terminal.say_json({"exit_code": code, "error": list(problems)}, indent=None)
     return code
 
 

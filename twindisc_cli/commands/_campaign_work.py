@@ -20,8 +20,8 @@ from twindisc_cli.campaign.table import Row, Value, columns_of, header
 from twindisc_cli.commands import _runner
 from twindisc_cli.definition import Test, load, load_text
 from twindisc_cli.errors import TwindiscError, bug
-from twindisc_cli.results.files import write_all
-from twindisc_cli.results.store import plain, up_to_date
+from twindisc_cli.results.recorded import up_to_date
+from twindisc_cli.results.store import plain, put
 
 PRELOAD = ("twindisc_cli.commands._campaign_work", "h5py", "matplotlib.backends.backend_agg", "matplotlib.font_manager")
 """What every worker needs, imported before the workers are forked off; the command's own module comes to it."""
@@ -98,7 +98,8 @@ def compute(task: Task) -> tuple[Row, Mapping[str, bytes]]:
 def deliver(task: Task, row: Row, files: Mapping[str, bytes]) -> Row:
     """Write the files of a test; the row, which says so where that was not possible."""
     try:
-        write_all({task.folder / name: data for name, data in files.items()})
+        if files:
+            put(task.folder, files)
     except TwindiscError as error:
         return failed(task.row, error)
     return row

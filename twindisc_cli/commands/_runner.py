@@ -5,38 +5,35 @@ The command modules are imported only when they are called, so that a command pa
 
 from __future__ import annotations
 
-import json
 import sys
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from twindisc_cli import __version__, terminal
+from twindisc_cli.commands._output import Output
+from twindisc_cli.commands._told import tell, write_depfile
 from twindisc_cli.definition import Test, dump, load, relocate
 from twindisc_cli.errors import DefinitionError, MeasurementError, Problem, TwindiscError, ValidityError
 from twindisc_cli.physics.half_space import ContactError
 from twindisc_cli.results import Result
 from twindisc_cli.results.files import write_all
-from twindisc_cli.results.store import Origin, images, plain, put, up_to_date
+from twindisc_cli.results.recorded import up_to_date, why
+from twindisc_cli.results.store import Origin, Source, images, plain, put
 
 Progress = Callable[[str, float], None]
 
 
-@dataclass(frozen=True)
-class Output:
-    """Where results go, and how they are told."""
-
-    folder: Path
-    as_json: bool = False
-    force: bool = False
-
-
 def run_command(command: str, path: Path, output: Output, **options: float) -> int:
     """Run a command on one test, with the command's own options. The exit code."""
-    test = load(path)
-    return _deliver(command, [test], options, output, lambda: _module(command).run(test, **options))
+    with progress_bar() as progress:
+        progress(f"{command}: reading", 0.0)
+        tests = load_all([path])
+        progress(command, 0.05)
+        return _deliver(command, tests, options, output, lambda: _module(command).run(tests[0], **options))
 
 
 def quiet(command: str, test: Test, folder: Path) -> tuple[Result, dict[str, bytes]]:
@@ -44,7 +41,7 @@ def quiet(command: str, test: Test, folder: Path) -> tuple[Result, dict[str, byt
     module = _module(command)
     further = (None, lambda _what, _fraction: None)
     compute = (lambda: module.run([test], *further)) if command == "close-loop" else (lambda: module.run(test))
-    return _made([test], single_origin(command, test), folder, compute)
+    return _made([test], single_origin(command, test), Output(folder), folder, compute)
 
 
 def single_origin(command: str, test: Test) -> Origin:
@@ -52,20 +49,22 @@ def single_origin(command: str, test: Test) -> Origin:
     return origin_of([test], {"validate": False, "fitted": 1} if command == "close-loop" else {})
 
 
-def run_close_loop(paths: Sequence[Path], validate: Path | None, output: Output, *, quick: bool = False) -> int:
-    """Run close-loop on several tests, and predict one that is not fitted. The exit code."""
-    *tests, last = load_all([*paths, *([validate] if validate else [])])
-    unseen = last if validate else None
-    fitted = tests if validate else [*tests, last]
-    _refuse_equal_names([*tests, last])
+def run_close_loop(
+    paths: Sequence[Path], unseen: bool, options: Mapping[str, Any], output: Output, *, quick: bool = False
+) -> int:
+    """Run close-loop on several tests; where one is `unseen`, the last is predicted and not fitted. The exit code."""
+    with progress_bar() as progress:
+        progress("close-loop: reading", 0.0)
+        tests = load_all(paths)
+        validate = tests[-1] if unseen else None
+        fitted = tests[:-1] if unseen else tests
+        _refuse_equal_names(tests)
 
-    def compute() -> Result:
-        with progress_bar() as progress:
-            result: Result = _module("close-loop").run(fitted, unseen, progress, quick=quick)
+        def compute() -> Result:
+            result: Result = _module("close-loop").run(fitted, validate, progress, quick=quick)
             return result
 
-    options = {"validate": validate is not None, "fitted": len(fitted), **({"quick": True} if quick else {})}
-    return _deliver("close-loop", [*tests, last], options, output, compute)
+        return _deliver("close-loop", tests, options, output, compute)
 
 
 def load_all(paths: Sequence[Path]) -> list[Test]:
@@ -89,7 +88,7 @@ def run_effects(name: str | None, as_json: bool) -> int:
     if as_json:
         tell_json(result.json)
     else:
-        sys.stdout.write("".join(f"{line}\n" for line in result.summary))
+        terminal.say(result.summary)
     return result.exit_code
 
 
@@ -97,16 +96,16 @@ def write_effect(path: Path, name: str | None, output: Path | None) -> int:
     """Write a law of a definition as an effect file, to a file or to the terminal. The exit code."""
     text: str = _module("effects").from_law(path, name)
     if output is None:
-        sys.stdout.write(text)
+        terminal.say_text(text)
     else:
         write_all({output: text.encode()})
-        sys.stdout.write(f"written: {output}\n")
+        terminal.say([f"written: {output}"])
     return 0
 
 
 def tell_json(value: Mapping[str, Any]) -> None:
     """Print the one JSON object of a run."""
-    sys.stdout.write(json.dumps(plain(value), indent=2, ensure_ascii=False) + "\n")
+    terminal.say_json(plain(value))
 
 
 def _module(command: str) -> Any:
@@ -133,6 +132,7 @@ def origin_of(tests: Sequence[Test], options: Mapping[str, Any]) -> Origin:
         },
         provenance=tests[0].experiment.measured.provenance,
         options=options,
+        sources=tuple(Source(test.digest, test.inputs) for test in tests),
     )
 
 
@@ -140,19 +140,52 @@ def _deliver(
     command: str, tests: Sequence[Test], options: Mapping[str, Any], output: Output, compute: Callable[[], Result]
 ) -> int:
     """Tell the stored outcome where it is up to date; else compute, write and tell."""
-    origin = origin_of(tests, options)
+    origin = origin_of(tests, {**options, **output.options})
     folder = output.folder / origin.name
-    stored = None if output.force else up_to_date(folder / f"{command}.h5", origin.run_key(command))
+    path = folder / f"{command}.h5"
+    if output.dry_run:
+        return _foretell(path, why(path, command, origin), output)
+    definitions = [test.path for test in tests]
+    inputs = [test.path.parent / name for test in tests for name in test.inputs]
+    stored = None if output.force else up_to_date(path, origin.run_key(command))
     if stored:
-        _tell(stored.summary, stored.json, stored.files, folder, output, "up to date")
+        write_depfile(output, stored.files, definitions, inputs)
+        tell(stored.summary, stored.json, stored.files, output, "up to date")
         return stored.exit_code
-    result, files = _made(tests, origin, folder, compute)
-    _tell(result.summary, result.json, put(folder, files), folder, output, "written")
+    say_more = _told_more(output)
+    say_more(lambda: f"twindisc {__version__}: {path} {why(path, command, origin) or 'is made again: --force'}")
+    result, files = _made(tests, origin, output, folder, compute)
+    say_more(lambda: "computed")
+    written = put(folder, files)
+    say_more(lambda: "written")
+    write_depfile(output, written, definitions, inputs)
+    tell(result.summary, plain(result.json), written, output, "written")
     return result.exit_code
 
 
+def _foretell(path: Path, reason: str, output: Output) -> int:
+    """Say whether a result would be made, and why; nothing is computed."""
+    reason = reason or ("--force" if output.force else "")
+    if output.as_json:
+        tell_json({"file": str(path), "would_be_made": bool(reason), "why": reason or None})
+    else:
+        terminal.say([f"would be made: {path}: {reason}" if reason else f"up to date: {path}"])
+    return 0
+
+
+def _told_more(output: Output) -> Callable[[Callable[[], str]], None]:
+    """say(what): with --verbose a line on stderr, with the seconds since the start."""
+    began = time.perf_counter()
+
+    def say(what: Callable[[], str]) -> None:
+        if output.verbose:
+            terminal.say([f"{time.perf_counter() - began:7.2f} s  {what()}"], error=True)
+
+    return say
+
+
 def _made(
-    tests: Sequence[Test], origin: Origin, folder: Path, compute: Callable[[], Result]
+    tests: Sequence[Test], origin: Origin, output: Output, folder: Path, compute: Callable[[], Result]
 ) -> tuple[Result, dict[str, bytes]]:
     """A result, and its files by name, made for a folder; a failure says which definition it is of."""
     from twindisc_cli.commands._base import with_data
@@ -161,7 +194,7 @@ def _made(
     try:
         result = with_data(compute(), tests)
         extra = {name: _content(name, text, test, folder) for name, text in result.extra_files.items()}
-        return result, images(result, origin, extra)
+        return result, images(result, origin, extra, formats=output.formats, dpi=output.dpi)
     except ContactError as error:
         raise ValidityError(str(error)).of(test.path) from error
     except TwindiscError as error:
@@ -177,27 +210,17 @@ def _content(name: str, content: str | bytes, test: Test, folder: Path) -> bytes
     return content.encode()
 
 
-def _tell(
-    summary: Sequence[str], outcome: Mapping[str, Any], files: Sequence[Path], folder: Path, output: Output, state: str
-) -> None:
-    """Summary and paths to the terminal; with --json the object to stdout and the rest to stderr."""
-    told = sys.stderr if output.as_json else sys.stdout
-    lines = [*summary, *(f"{state}: {path}" for path in files)]
-    told.write("".join(f"{line}\n" for line in lines))
-    if output.as_json:
-        revised = outcome.get("revised")
-        tell_json({**outcome, "revised": str(folder / revised)} if isinstance(revised, str) else outcome)
-
-
 @contextmanager
 def progress_bar() -> Iterator[Progress]:
     """Return progress(what, fraction): a bar on stderr where that is a terminal, nothing elsewhere."""
-    if not sys.stderr.isatty():
+    if sys.stderr is None or not sys.stderr.isatty():
         yield lambda _what, _fraction: None
         return
     from rich.console import Console
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bars
 
-    with Bars(console=Console(stderr=True), transient=True) as bars:
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
+    with Bars(*columns, console=Console(stderr=True), transient=True) as bars:
         task = bars.add_task("", total=1.0)
-        yield lambda what, fraction: bars.update(task, description=what, completed=fraction)
+        yield lambda what, fraction: bars.update(task, description=terminal.plain_line(what), completed=fraction)

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 
+from twindisc_cli import terminal
 from twindisc_cli.campaign import pool
 from twindisc_cli.campaign.outcome import figure_of, outcome_of
 from twindisc_cli.campaign.plan import Job, plan
 from twindisc_cli.campaign.table import Row, csv_text, dataset_of, parquet_bytes, table_of
 from twindisc_cli.commands import _runner
 from twindisc_cli.commands._campaign_work import Order, Task, Work, compute, deliver, prepare
+from twindisc_cli.commands._output import Output
 from twindisc_cli.errors import DefinitionError, Problem, did_you_mean
 from twindisc_cli.results import Result
 from twindisc_cli.results.store import Origin, write
@@ -45,7 +46,7 @@ class Means:
     scheduler: str | None = None
 
 
-def run(command: str, given: Sequence[str], means: Means, output: _runner.Output) -> int:
+def run(command: str, given: Sequence[str], means: Means, output: Output) -> int:
     """Run a command on all tests and write their table. The exit code of the worst."""
     if command not in COMMANDS:
         what = f"no command for a campaign{did_you_mean(command, COMMANDS)}; one of {', '.join(COMMANDS)}"
@@ -73,7 +74,7 @@ def _rows(jobs: Sequence[Job], order: Order, means: Means) -> list[Row]:
             rows[place[row.test]] = row
             failures += row.failed
             if row.failed:
-                sys.stderr.write(f"failed: {row.test}: {row.error}\n")
+                terminal.say([f"failed: {row.test}: {row.error}"], error=True)
             state = f"{len(rows)} of {len(jobs)}{f', {failures} failed' if failures else ''}"
             progress(f"{order.command}: {state}", len(rows) / len(jobs))
     return [rows[number] for number in range(len(jobs))]
@@ -104,7 +105,7 @@ def _on_cluster(jobs: Sequence[Job], order: Order, address: str, limit: float) -
                 yield task
 
     def say(what: str) -> None:
-        sys.stderr.write(f"{what}\n")
+        terminal.say([what], error=True)
 
     with closing(cluster.each(compute, tasks(), address=address, limit=limit, say=say)) as answers:
         for task, answer in answers:
@@ -162,10 +163,10 @@ def _count(rows: Sequence[Row]) -> str:
     return f"{len(rows)} tests: {computed} computed, {len(rows) - computed - broken} up to date, {broken} failed"
 
 
-def _tell(result: Result, count: str, files: Sequence[Path], output: _runner.Output) -> None:
+def _tell(result: Result, count: str, files: Sequence[Path], output: Output) -> None:
     """Summary and paths to the terminal; with --json the object to stdout and the rest to stderr."""
-    told = sys.stderr if output.as_json else sys.stdout
-    told.write("".join(f"{line}\n" for line in (count, *result.summary, *(f"written: {path}" for path in files))))
+    if not output.quiet:
+        terminal.say([count, *result.summary, *(f"written: {path}" for path in files)], error=output.as_json)
     if output.as_json:
         table = next(path for path in files if path.suffix == ".csv")
         _runner.tell_json({**result.json, "table": str(table)})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +29,11 @@ from twindisc_cli.laws.covariates import COVARIATES, covariate_named
 from twindisc_cli.laws.law import Law
 from twindisc_cli.laws.shapes import SHAPES
 from twindisc_cli.model.experiment import Disc, Experiment, History, Options, Rig, Thermal
+from twindisc_cli.reading import read_regular
 
 CELSIUS = 273.15
+_LARGEST = 2**22
+"""Bytes of a definition; what is longer is something else."""
 VICKERS = 9.80665e6
 """Pa in one HV: kilogram-force per square millimetre."""
 
@@ -68,13 +72,14 @@ def load_text(text: str, path: Path) -> Test:
         hold_out_steps=tuple(step - 1 for step in definition.loop.hold_out_steps or ()),
         reported=_reported(definition),
     )
-    return Test(path, experiment, resolved, recorded.hashes, recorded.rows)
+    digest = sha256(text.encode()).hexdigest()
+    return Test(path, experiment, resolved, recorded.hashes, recorded.rows, digest)
 
 
 def _text(path: Path) -> str:
     """The text of a definition file, or a clear reason why there is none."""
     try:
-        text = path.read_bytes().decode("utf-8-sig")
+        text = read_regular(path, largest=_LARGEST).decode("utf-8-sig")
     except FileNotFoundError:
         near = ", ".join(sorted(p.name for p in path.parent.glob("*.toml"))[:5]) if path.parent.is_dir() else ""
         raise DefinitionError(Problem(f"no such file{f'; here are {near}' if near else ''}", path)) from None
@@ -84,7 +89,7 @@ def _text(path: Path) -> str:
         line = error.object[: error.start].count(b"\n") + 1
         raise DefinitionError(Problem("is not UTF-8 text; save it as UTF-8", path, line)) from None
     except OSError as error:
-        raise DefinitionError(Problem(f"cannot be read: {error.strerror}", path)) from None
+        raise DefinitionError(Problem(f"cannot be read: {error.strerror or error}", path)) from None
     if not text.strip():
         raise DefinitionError(Problem("is empty; `twindisc init` writes a commented definition", path))
     return text

@@ -16,7 +16,7 @@ class Test:
     """One test definition with its measured data.
 
     resolved: the definition with every default filled in, ready for tomli-w. inputs: sha256 by the name of each
-    measured file, as the definition names it. rows: what became of the rows of each.
+    measured file, as the definition names it. rows: what became of the rows of each. digest: sha256 of the text.
     """
 
     __test__: ClassVar[bool] = False
@@ -26,3 +26,4 @@ class Test:
     resolved: Mapping[str, Any]
     inputs: Mapping[str, str]
     rows: tuple[RowCount, ...] = ()
+    digest: str = ""

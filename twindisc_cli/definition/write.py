@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import tomllib
 from collections.abc import Iterable, Mapping
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +13,9 @@ import tomli_w
 
 from twindisc_cli.laws.law import Law
 
-_PATHS = ("traction", "log", "profile", "temperature", "mass")
+_FILES = ("traction", "log", "profile", "temperature", "mass")
+_PATHS = (*(("measured", key) for key in _FILES), ("loop", "effects"))
+"""The keys that name a file or a folder, with their tables."""
 
 
 def dump(
@@ -47,14 +51,24 @@ def law_table(law: Law, *, digits: int) -> dict[str, Any]:
 
 
 def relocate(text: str, *, source: Path, target: Path) -> str:
-    """The same definition for another folder: relative paths of measured data lead from `target` to the same files."""
-    lines = text.split("\n")
-    inside = False
-    for number, line in enumerate(lines):
-        if line.startswith("["):
-            inside = line.strip() == "[measured]"
-        key, _, value = (part.strip() for part in line.partition("="))
-        if inside and key in _PATHS:
-            path = os.path.relpath(source / value.strip('"'), target)
-            lines[number] = f'{key} = "{Path(path).as_posix()}"'
-    return "\n".join(lines)
+    """The same definition for another folder: relative paths in it lead from `target` to the same files.
+
+    Paths lead through the folders that links stand for, as the system itself follows `..`. Of the remarks, those at
+    the top stay.
+    """
+    remarks = "".join(f"{line}\n" for line in takewhile(lambda line: line.startswith("#"), text.split("\n")))
+    document = tomllib.loads(text)
+    for table, key in _PATHS:
+        named = document.get(table, {}).get(key)
+        if isinstance(named, str):
+            document[table][key] = _from(target, source / named)
+    return remarks + tomli_w.dumps(document)
+
+
+def _from(folder: Path, file: Path) -> str:
+    """A path that leads from a folder to a file, with `/` between its parts."""
+    there = file.parent.resolve() / file.name
+    try:
+        return Path(os.path.relpath(there, folder.resolve())).as_posix()
+    except ValueError:  # on another drive
+        return there.as_posix()

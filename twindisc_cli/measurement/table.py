@@ -18,6 +18,7 @@ from twindisc_cli.measurement.header import Column, Match, Naming, Place, clock,
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import UNCLOSED, Floats, Ints, Rows, Sheet, open_sheet
 from twindisc_cli.measurement.units import COUNT
+from twindisc_cli.reading import read_regular
 
 Bools = NDArray[np.bool_]
 
@@ -70,14 +71,14 @@ class Table:
 def read_bytes(path: Path) -> bytes:
     """The content of a measured file, or a clear reason why there is none."""
     try:
-        return path.read_bytes()
+        return read_regular(path)
     except FileNotFoundError:
         here = sorted(p.name for p in path.parent.glob("*.csv")) if path.parent.is_dir() else []
         raise MeasurementError(Problem(f"no such file{did_you_mean(path.name, here)}", str(path))) from None
     except IsADirectoryError:
         raise MeasurementError(Problem("is a folder; name a CSV file in it", str(path))) from None
     except OSError as error:
-        raise MeasurementError(Problem(f"cannot be read: {error.strerror}", str(path))) from None
+        raise MeasurementError(Problem(f"cannot be read: {error.strerror or error}", str(path))) from None
 
 
 def read_table(

@@ -1,14 +1,14 @@
-"""A result as files: HDF5 for programs, PNG for people, JSON kept inside the HDF5 file.
+"""A result as files: HDF5 for programs, a figure for people, JSON kept inside the HDF5 file.
 
 The HDF5 file opens with `xarray.open_dataset(path, engine="h5netcdf")`. It holds no times and no paths, so that the
-same inputs give the same bytes; `run_key` tells whether it is up to date.
+same inputs give the same bytes. It knows the sha256 of each file beside it, and ends in its own.
 """
 
 from __future__ import annotations
 
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -19,16 +19,30 @@ import numpy as np
 from twindisc_cli import __version__
 from twindisc_cli.errors import ValidityError
 from twindisc_cli.results.files import write_all
+from twindisc_cli.results.recorded import SCHEMA, beside, sealed
 from twindisc_cli.results.result import Array, Axis, Dataset, Result
 
 if TYPE_CHECKING:
     import h5py
     from matplotlib.figure import Figure
 
-SCHEMA = 1
 CONVENTIONS = "CF-1.11"
 _COMPRESSED_FROM = 8192
 _DPI = 150
+_UNDATED: dict[str, dict[str, None]] = {
+    "png": {"Software": None},
+    "pdf": {"CreationDate": None, "Producer": None, "Creator": None},
+    "svg": {"Date": None, "Creator": None},
+}
+"""What matplotlib would note of the day and of itself, by format."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """A definition as it was read: sha256 of its text, and of each file that it names, by that name."""
+
+    definition: str
+    inputs: Mapping[str, str]
 
 
 @dataclass(frozen=True)
@@ -36,7 +50,8 @@ class Origin:
     """What a result was made from.
 
     configs: the resolved definition as TOML, of the test first, then of further tests. inputs: sha256 of each measured
-    file by name. provenance: what kind of data they are. options: what else decides the result.
+    file by name. provenance: what kind of data they are. options: what else decides the result. sources: the same
+    definitions and files as they lie on the disk.
     """
 
     name: str
@@ -44,6 +59,7 @@ class Origin:
     inputs: Mapping[str, str]
     provenance: str
     options: Mapping[str, Any]
+    sources: tuple[Source, ...] = ()
 
     def run_key(self, command: str) -> str:
         """sha256 of version, command, definitions and inputs: the same key, the same result."""
@@ -51,18 +67,15 @@ class Origin:
         return sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 
-@dataclass(frozen=True)
-class Stored:
-    """What an up-to-date result file still knows of its run."""
-
-    summary: tuple[str, ...]
-    json: dict[str, Any]
-    exit_code: int
-    files: tuple[Path, ...]
-
-
-def images(result: Result, origin: Origin, extra: Mapping[str, bytes]) -> dict[str, bytes]:
-    """The files of a result by name: the extra files, COMMAND.png, and COMMAND.h5, which knows the others, last.
+def images(
+    result: Result,
+    origin: Origin,
+    extra: Mapping[str, bytes],
+    *,
+    formats: Sequence[str] = ("png",),
+    dpi: int = _DPI,
+) -> dict[str, bytes]:
+    """The files of a result by name: the extra files, the figure, and COMMAND.h5, which knows the others, last.
 
     ValidityError where a number is not finite that must be.
     """
@@ -71,16 +84,22 @@ def images(result: Result, origin: Origin, extra: Mapping[str, bytes]) -> dict[s
         raise ValidityError(f"{what}; nothing was written")
     files = dict(extra)
     if result.figure is not None:
-        files[f"{result.command}.png"] = png(result.figure())
-    files[f"{result.command}.h5"] = hdf5_image(result, origin, beside=list(files))
+        drawn = result.figure()
+        files |= {f"{result.command}.{form}": drawn_as(drawn, form, dpi) for form in formats}
+    hashes = {name: sha256(data).hexdigest() for name, data in files.items()}
+    files[f"{result.command}.h5"] = hdf5_image(result, origin, beside=hashes)
     return files
 
 
 def put(folder: Path, files: Mapping[str, bytes]) -> tuple[Path, ...]:
-    """Write the files of a result to a folder; all of them or none. The paths written, the HDF5 file first."""
-    write_all({folder / name: data for name, data in files.items()})
-    *beside, hdf5 = (folder / name for name in files)
-    return (hdf5, *beside)
+    """Write the files of a result to a folder; all of them or none. The paths written, the HDF5 file first.
+
+    What an earlier result had beside it, and this one has not, is removed.
+    """
+    *others, hdf5 = (folder / name for name in files)
+    left = [folder / name for name in beside(hdf5) if name not in files]
+    write_all({folder / name: data for name, data in files.items()}, gone=left)
+    return (hdf5, *others)
 
 
 def write(folder: Path, result: Result, origin: Origin, extra: Mapping[str, bytes]) -> tuple[Path, ...]:
@@ -88,32 +107,18 @@ def write(folder: Path, result: Result, origin: Origin, extra: Mapping[str, byte
     return put(folder, images(result, origin, extra))
 
 
-def up_to_date(path: Path, run_key: str) -> Stored | None:
-    """The stored outcome, where the file is whole, has this run key, and its neighbours are still there."""
-    import h5py
-
-    if not path.is_file():
-        return None
-    try:
-        with h5py.File(str(path), "r") as file:
-            if file.attrs.get("run_key") != run_key:
-                return None
-            beside = json.loads(file.attrs["files"])
-            stored = Stored(
-                summary=tuple(file.attrs["summary"].splitlines()),
-                json=json.loads(file["json"].asstr()[()]),
-                exit_code=int(file.attrs["exit_code"]),
-                files=(path, *(path.parent / name for name in beside)),
-            )
-    except (OSError, KeyError, ValueError):
-        return None
-    return stored if all(p.is_file() for p in stored.files) else None
-
-
 def png(figure: Figure) -> bytes:
     """The figure as PNG, without the date and the version of the program that drew it."""
+    return drawn_as(figure, "png", _DPI)
+
+
+def drawn_as(figure: Figure, form: str, dpi: int) -> bytes:
+    """The figure in a format that matplotlib knows, the same bytes for the same figure."""
+    import matplotlib
+
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=_DPI, metadata={"Software": None})
+    with matplotlib.rc_context({"svg.hashsalt": "twindisc", "pdf.fonttype": 42}):
+        figure.savefig(buffer, format=form, dpi=dpi, metadata=_UNDATED[form])
     return buffer.getvalue()
 
 
@@ -128,16 +133,16 @@ def plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def hdf5_image(result: Result, origin: Origin, *, beside: list[str]) -> bytes:
-    """The bytes of the HDF5 file, made in memory."""
+def hdf5_image(result: Result, origin: Origin, *, beside: Mapping[str, str]) -> bytes:
+    """The bytes of the HDF5 file, made in memory; `beside` holds the sha256 of each file beside it."""
     import h5py
 
     with h5py.File("result", "w", driver="core", backing_store=False, libver="earliest") as file:
         _write_dataset(file, result.dataset)
-        for number, config in enumerate(origin.configs, start=1):
-            name = "config" if number == 1 else f"config_{number}"
-            _write_text(file, name, config, "resolved test definition, TOML")
-        _write_text(file, "json", json.dumps(plain(result.json), allow_nan=False), "outcome as printed by --json")
+        config = file.create_group("config")
+        for number, text in enumerate(origin.configs, start=1):
+            config.attrs["toml" if number == 1 else f"toml_{number}"] = text
+        file.create_group("outcome").attrs["json"] = json.dumps(plain(result.json), allow_nan=False)
         group = file.create_group("provenance")
         group.attrs["kind"] = origin.provenance
         for name, digest in sorted(origin.inputs.items()):
@@ -152,12 +157,14 @@ def hdf5_image(result: Result, origin: Origin, *, beside: list[str]) -> bytes:
             "summary": "\n".join(result.summary),
             "exit_code": result.exit_code,
             "files": json.dumps(beside),
+            "options": json.dumps(origin.options, sort_keys=True),
+            "sources": json.dumps([{"definition": s.definition, "inputs": dict(s.inputs)} for s in origin.sources]),
             **result.dataset.attrs,
         }
         for name, value in attributes.items():
             file.attrs[name] = value
         file.flush()
-        return bytes(file.id.get_file_image())
+        return sealed(bytes(file.id.get_file_image()))
 
 
 def _write_dataset(file: h5py.File, dataset: Dataset) -> None:
@@ -172,23 +179,13 @@ def _write_dataset(file: h5py.File, dataset: Dataset) -> None:
 
 
 def _write_values(file: h5py.File, item: Axis | Array) -> None:
+    import h5py
+
     values = np.asarray(item.values)
     kinds = {"U": object, "O": object, "b": np.int8}
     values = values.astype(kinds.get(values.dtype.kind, values.dtype))
     large: dict[str, Any] = {"compression": "gzip", "shuffle": True} if values.size >= _COMPRESSED_FROM else {}
-    text: dict[str, Any] = {"dtype": _text_type()} if values.dtype == object else {}
+    text: dict[str, Any] = {"dtype": h5py.string_dtype()} if values.dtype == object else {}
     data = file.create_dataset(item.name, data=values, track_times=False, **large, **text)
     data.attrs["units"] = item.unit
     data.attrs["long_name"] = item.long_name
-
-
-def _write_text(file: h5py.File, name: str, text: str, long_name: str) -> None:
-    data = file.create_dataset(name, data=text, dtype=_text_type(), track_times=False)
-    data.attrs["units"] = "1"
-    data.attrs["long_name"] = long_name
-
-
-def _text_type() -> Any:
-    import h5py
-
-    return h5py.string_dtype()

@@ -1,0 +1,58 @@
+"""How the outcome of a command is told, and what is known of it without reading the tests; it imports nothing heavy."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from twindisc_cli import terminal
+from twindisc_cli.commands._output import Output
+
+
+def tell(summary: Sequence[str], outcome: Mapping[str, Any], files: Sequence[Path], output: Output, state: str) -> None:
+    """Summary and paths to the terminal; with --json the object to stdout and the rest to stderr."""
+    if not output.quiet:
+        terminal.say([*summary, *(f"{state}: {path}" for path in files)], error=output.as_json)
+    if output.as_json:
+        revised = outcome.get("revised")
+        here = {"revised": str(files[0].parent / revised)} if isinstance(revised, str) else {}
+        terminal.say_json({**outcome, **here})
+
+
+def tell_unchanged(command: str, paths: Sequence[Path], options: Mapping[str, Any], output: Output) -> int | None:
+    """Tell the stored outcome where not a byte has changed since, and give its exit code; None where one has."""
+    from twindisc_cli.results.recorded import unchanged
+
+    if output.force or output.dry_run:
+        return None
+    try:
+        name = tomllib.loads(paths[0].read_text("utf-8-sig"))["test"]["name"] if paths[0].is_file() else ""
+        if not isinstance(name, str) or not name:
+            return None
+        stored = unchanged(output.folder / name / f"{command}.h5", paths, {**options, **output.options})
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return None  # reading the test in earnest will say what is wrong
+    if stored is None:
+        return None
+    write_depfile(output, stored.files, paths, stored.inputs)
+    tell(stored.summary, stored.json, stored.files, output, "up to date")
+    return stored.exit_code
+
+
+def write_depfile(output: Output, files: Sequence[Path], definitions: Sequence[Path], inputs: Sequence[Path]) -> None:
+    """Write the rule that make reads: the files of a result depend on the definitions and the files that they name."""
+    if output.depfile is None:
+        return
+    from twindisc_cli.results.files import write_all
+
+    targets, needed = ([_for_make(path) for path in paths] for paths in (files, [*definitions, *inputs]))
+    rule = f"{' '.join(targets)}: {' '.join(needed)}\n" + "".join(f"\n{path}:\n" for path in needed)
+    write_all({output.depfile: rule.encode("utf-8", "surrogateescape")})
+
+
+def _for_make(path: Path) -> str:
+    """A path as make reads it; an empty rule for each input lets it vanish without stopping make."""
+    text = path.as_posix().replace("$", "$$").replace("#", "\\#").replace(":", "\\:")
+    return text.replace(" ", "\\ ")

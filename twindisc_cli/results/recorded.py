@@ -1,0 +1,195 @@
+"""What a result file says of itself, and whether it still holds: is it whole, and are the files beside it its own?
+
+A result file ends in the sha256 of all that comes before, behind the end that HDF5 sees. It is compared before
+anything is read, so that a file with a flipped bit, or one cut short, never reaches the HDF5 library.
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from twindisc_cli import __version__
+from twindisc_cli.reading import read_regular
+
+if TYPE_CHECKING:
+    from twindisc_cli.results.store import Origin
+
+SCHEMA = 2
+_MARK = b"\nsha256 "
+_SHOWN = 3
+
+
+@dataclass(frozen=True)
+class Stored:
+    """What an up-to-date result file still knows of its run; inputs, where it was compared with them."""
+
+    summary: tuple[str, ...]
+    json: dict[str, Any]
+    exit_code: int
+    files: tuple[Path, ...]
+    inputs: tuple[Path, ...] = ()
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A whole result file: its outcome, and what it was made from."""
+
+    stored: Stored
+    run_key: str
+    version: str
+    schema: int
+    options: dict[str, Any]
+    configs: tuple[str, ...]
+    inputs: dict[str, str]
+    sources: list[dict[str, Any]]
+
+
+def sealed(image: bytes) -> bytes:
+    """The bytes of an HDF5 file with their sha256 behind them."""
+    return image + _MARK + sha256(image).hexdigest().encode() + b"\n"
+
+
+def _is_whole(data: bytes) -> bool:
+    end = len(_MARK) + 65
+    return len(data) > end and sealed(data[:-end]) == data
+
+
+def up_to_date(path: Path, run_key: str) -> Stored | None:
+    """The stored outcome, where the file is whole, has this run key, and its neighbours are the ones it knows."""
+    found = recorded(path)
+    return found.stored if isinstance(found, Recorded) and found.run_key == run_key else None
+
+
+def recorded(path: Path) -> Recorded | str:
+    """What a result file holds, or why it does not count."""
+    try:
+        if not path.is_file():
+            return "is not there"
+        if not _is_whole(path.read_bytes()):
+            return "was changed or damaged since it was written, or is of an older version"
+        found, hashes = _read(path)
+        for name, digest in hashes.items():
+            neighbour = path.parent / name
+            if not neighbour.is_file():
+                return f"{name} beside it is gone"
+            if sha256(neighbour.read_bytes()).hexdigest() != digest:
+                return f"{name} beside it was changed"
+    except (OSError, KeyError, ValueError, TypeError, AttributeError):
+        return "cannot be read"
+    return found
+
+
+def beside(path: Path) -> list[str]:
+    """The names of the files that belong to a result file; none where it does not count."""
+    try:
+        return list(_read(path)[1]) if path.is_file() and _is_whole(path.read_bytes()) else []
+    except (OSError, KeyError, ValueError, TypeError, AttributeError):
+        return []
+
+
+def _read(path: Path) -> tuple[Recorded, dict[str, str]]:
+    """A whole file, and the sha256 of each file beside it."""
+    import h5py
+
+    with h5py.File(str(path), "r") as file:
+        hashes = {Path(name).name: str(digest) for name, digest in json.loads(file.attrs["files"]).items()}
+        inputs = dict(file["provenance"].attrs)
+        inputs.pop("kind", None)
+        config = file["config"].attrs
+        stored = Stored(
+            summary=tuple(file.attrs["summary"].split("\n")) if file.attrs["summary"] else (),
+            json=json.loads(file["outcome"].attrs["json"]),
+            exit_code=int(file.attrs["exit_code"]),
+            files=(path, *(path.parent / name for name in hashes)),
+        )
+        found = Recorded(
+            stored=stored,
+            run_key=str(file.attrs["run_key"]),
+            version=str(file.attrs["twindisc_version"]),
+            schema=int(file.attrs["schema"]),
+            options=json.loads(file.attrs["options"]),
+            configs=tuple(config["toml" if n == 1 else f"toml_{n}"] for n in range(1, len(config) + 1)),
+            inputs=inputs,
+            sources=json.loads(file.attrs["sources"]),
+        )
+    return found, hashes
+
+
+def why(path: Path, command: str, origin: Origin) -> str:
+    """Why a result has to be made; an empty text where it is up to date."""
+    found = recorded(path)
+    if isinstance(found, str):
+        return found
+    if found.run_key == origin.run_key(command):
+        return ""
+    if (found.version, found.schema) != (__version__, SCHEMA):
+        return f"was made by twindisc {found.version}"
+    return "; ".join(_differences(found, origin)) or "something it was made from has changed"
+
+
+def _differences(found: Recorded, origin: Origin) -> Iterator[str]:
+    """What is another than it was, in the order in which a user would look."""
+    if len(found.configs) != len(origin.configs):
+        yield "is of other tests"
+        return
+    keys = [key for pair in zip(found.configs, origin.configs, strict=True) for key in _changed(*map(_flat, pair))]
+    if keys:
+        more = f" and {len(keys) - _SHOWN} more" if len(keys) > _SHOWN else ""
+        yield f"the definition says something else at {', '.join(keys[:_SHOWN])}{more}"
+    yield from (f"{name} was changed" for name in _changed(found.inputs, origin.inputs))
+    options = json.loads(json.dumps(origin.options))
+    yield from (f"{name} is another" for name in _changed(found.options, options))
+
+
+def _changed(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
+    return sorted(key for key in {*old, *new} if old.get(key) != new.get(key) or (key in old) != (key in new))
+
+
+def _flat(text: str) -> dict[str, str]:
+    """The values of a definition by their dotted keys, as they would be written."""
+
+    def walk(table: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, str]]:
+        for key, value in table.items():
+            if isinstance(value, Mapping):
+                yield from walk(value, f"{prefix}{key}.")
+            else:
+                yield f"{prefix}{key}", repr(value)
+
+    return dict(walk(tomllib.loads(text), ""))
+
+
+def unchanged(path: Path, definitions: Sequence[Path], options: Mapping[str, Any]) -> Stored | None:
+    """The stored outcome, where nothing it was made from has changed by a byte; no definition is checked for that."""
+    found = recorded(path)
+    if isinstance(found, str) or (found.version, found.schema) != (__version__, SCHEMA):
+        return None
+    if found.options != json.loads(json.dumps(options)) or len(found.sources) != len(definitions):
+        return None
+    inputs: list[Path] = []
+    for definition, source in zip(definitions, found.sources, strict=True):
+        if digest_of_text(definition) != source["definition"]:
+            return None
+        named = {definition.parent / name: digest for name, digest in source["inputs"].items()}
+        if any(digest_of(path) != digest for path, digest in named.items()):
+            return None
+        inputs += named
+    return replace(found.stored, inputs=tuple(inputs))
+
+
+def digest_of_text(path: Path) -> str:
+    """sha256 of a text file without the mark of its encoding."""
+    return sha256(read_regular(path).removeprefix(b"\xef\xbb\xbf")).hexdigest()
+
+
+def digest_of(path: Path) -> str:
+    """sha256 of a file, or of the names and contents of the Python files in a folder."""
+    if path.is_dir():
+        listing = [(file.name, digest_of(file)) for file in sorted(path.glob("*.py"))]
+        return sha256(json.dumps(listing).encode()).hexdigest()
+    return sha256(read_regular(path)).hexdigest()
