@@ -88,6 +88,47 @@ def worst(pairs: Any) -> float:
     return max(float(np.max(np.abs(np.asarray(found) / expected - 1.0))) for found, expected in pairs)
 
 
+def line_contact() -> Iterator[Row]:
+    from scipy.optimize import brentq
+
+    from twindisc_cli.physics import exact, fastrip, hertz, line_contact
+    from twindisc_cli.physics.half_space import rolling
+    from twindisc_cli.physics.half_space.strips import solve_strips
+
+    xi = np.linspace(0.0, 3.0, 301)
+    carter = 1.0 - (1.0 - np.minimum(0.5 * xi, 1.0)) ** 2
+    yield at_most("line, T/(mu N) against Carter", np.abs(line_contact.saturation(xi, "exact") - carter).max(), 1e-3)
+    n, ends = 96, 16.0
+    x, y = (2.0 * np.arange(n) + 1.0) / n - 1.0, ends * ((2.0 * np.arange(33) + 1.0) / 33 - 1.0)
+    pressure = 1e-3 * np.sqrt(1.0 - x**2) * np.ones((33, 1))
+    off = []
+    for share in (0.2, 0.4, 0.6, 0.8):
+        given = {"mu": 1.0, "shear_modulus": 1.0, "poisson": NU, "creepage_x": 2.0 * share * 1e-3 * (1.0 - NU)}
+        found = rolling.solve(x=x, y=y, pressure=pressure, **given).traction[0, 16].sum() / pressure[16].sum()
+        off.append(abs(found - 1.0 + (1.0 - share) ** 2))
+    yield at_most("  against the half-space solver, middle of a strip 16 times as wide as long", max(off), 0.01)
+
+    def patch(crown: float) -> Any:
+        return hertz.contact_ellipse(curvature_x=85.1, curvature_y=crown, normal_load=7233.0, effective_modulus=1.1e11)
+
+    slender = patch(np.exp(brentq(lambda log: patch(np.exp(log)).a / patch(np.exp(log)).b - 0.02, -14.0, 0.0)))
+    line = line_contact.line_contact(
+        curvature=85.1, normal_load=0.75 * 7233.0, width=slender.b, effective_modulus=1.1e11
+    )
+    off = [abs(float(of / one) - 1.0) * 100.0 for of, one in ((slender.a, line.a), (slender.p0, line.p0))]
+    yield at_most("  a crowned pair at a/b = 0.02: a and p0 of its middle", max(off), 1.0, "%")
+    known = fastrip.saturation(xi[1:])
+    off = np.abs(exact.saturation(xi[1:], 0.02, NU) / known - 1.0).max() * 100.0
+    yield at_most("  T/(mu N), against Carter strip by strip", off, 1.0, "%")
+    half = 1.2 * float(slender.b)
+    strips = np.linspace(-half, half, 241)
+    crown = float(brentq(lambda c: patch(c).b / slender.b - 1.0, 1e-6, 1.0))
+    gap = 0.5 * crown * strips**2
+    found = solve_strips(y=strips, gap=gap, curvature_x=85.1, normal_load=7233.0, effective_modulus=1.1e11)
+    off = abs(float(found.half_length.max() / line.a) - 1.0) * 100.0
+    yield at_most("  its half-length by the strip solver, against the line", off, 1.0, "%")
+
+
 def rig_patch(mu: Any = MU) -> Any:
     """The patch of the rig, with CONTACT's coefficients of its own FASTSIM."""
     from twindisc_cli.physics import fastsim
@@ -602,6 +643,7 @@ def measured_tables(experiment: Any) -> dict[str, tuple[str, tuple[np.ndarray, .
 
 SECTIONS = {
     "hertz and Kalker": hertz_and_kalker,
+    "line contact": line_contact,
     "FASTSIM": fastsim_accuracy,
     "FASTSIM energy": fastsim_energy,
     "FASTSIM speed": fastsim_speed,

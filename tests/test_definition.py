@@ -152,7 +152,7 @@ def test_a_wrong_value_is_one_problem_in_its_line(key: str, line: str, says: str
         ("{ rolling_radius_mm = -30.0, transverse_radius_mm = 30.0 }", "must be greater than 0, not -30.0"),
         ("{ rolling_radius_mm = nan, transverse_radius_mm = 30.0 }", "must be greater than 0, not nan"),
         ("{ rolling_radius_mm = 30.0, transverse_radius_mm = 0 }", "must be a radius"),
-        ("{ rolling_radius_mm = 30.0, transverse_radius_mm = inf }", "a line contact of no width"),
+        ("{ rolling_radius_mm = 30.0, transverse_radius_mm = inf }", "both are straight: give width_mm"),
         ("{ rolling_radius_mm = 30.0, transverse_radius_mm = -30.0 }", "touch at their edges"),
         ("{ rolling_radius_mm = inf, transverse_radius_mm = 30.0 }", "does not turn: give rolling_speed_m_s"),
         ("{ rolling_radius_m = 0.03, transverse_radius_mm = 30.0 }", "did you mean rolling_radius_mm, with the value"),

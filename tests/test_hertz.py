@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from twindisc_cli.physics import hertz
-from twindisc_cli.physics.reference.line_contact import line_contact
+from twindisc_cli.physics.line_contact import line_contact
 
 RIG = {"normal_load": 72.0, "effective_modulus": 2.0 * 79.3e9 * 1.3 / (2.0 * (1.0 - 0.3**2))}
 
@@ -53,7 +53,7 @@ def test_pressure_carries_the_load_however_slender():
 def test_slender_patch_tends_to_the_line_contact():
     long = hertz.contact_ellipse(curvature_x=66.0, curvature_y=np.array([1e-6, 1e-12]), **RIG)
     line = line_contact(
-        curvature=66.0, load_per_length=0.75 * 72.0 / long.b, effective_modulus=RIG["effective_modulus"]
+        curvature=66.0, normal_load=0.75 * 72.0, width=long.b, effective_modulus=RIG["effective_modulus"]
     )
     assert long.a == pytest.approx(line.a, rel=2e-7)
     assert long.p0 == pytest.approx(line.p0, rel=2e-7)

@@ -144,8 +144,7 @@ def _wear_rate(test: Test, outcome: Mapping[str, Any]) -> dict[str, Value]:
     if k is None or energy is None:
         return {}
     rig, history = test.experiment.rig, test.experiment.history
-    area = np.pi * rig.patch.a * rig.patch.b
-    per_area = energy * 1e3 / float(rig.rolling_speed * history.duration.sum() * area)
+    per_area = energy * 1e3 / float(rig.rolling_speed * history.duration.sum() * rig.patch.area)
     return {
         "T gamma / A [N/mm2]": per_area * 1e-6,
         "wear rate [um/km]": per_area * k / rig.disc2.hardness * 1e9,

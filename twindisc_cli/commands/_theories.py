@@ -1,4 +1,8 @@
-"""One contact by two theories, in one form: the exact solution on elements, and FASTSIM on the strips of an ellipse."""
+"""One contact by two theories, in one form: the exact solution on elements, and FASTSIM on the strips of an ellipse.
+
+Along a line both are closed forms. Under lateral creepage or spin the exact theory is solved there too, on the strip
+with its ends, and FASTSIM turns as a whole into the direction of the combined law.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +13,17 @@ from numpy.typing import NDArray
 
 from twindisc_cli.errors import ValidityError
 from twindisc_cli.model.experiment import Floats, Rig
-from twindisc_cli.physics import fastsim, kalker
+from twindisc_cli.model.forward import SPIN_ARM_OF_A_LINE
+from twindisc_cli.model.traction_law import creep_stiffness
+from twindisc_cli.physics import fastsim, kalker, line_contact
+from twindisc_cli.physics._arrays import arrays
+from twindisc_cli.physics.combined import direction
 from twindisc_cli.physics.half_space import rolling
 from twindisc_cli.physics.half_space.normal import solve_gap, solve_profile
 
 ELEMENTS = 120
 STRIPS = 100
+LINE_STRIPS = 21
 
 
 @dataclass(frozen=True)
@@ -28,7 +37,10 @@ class Grid:
 
 @dataclass(frozen=True)
 class Patch:
-    """A normal contact, and on half the elements a side; semi-axes [m] of the ellipse of its area and width."""
+    """A normal contact, and on half the elements a side; semi-axes [m] of the ellipse of its area and width.
+
+    Of a line: half-length and half-width of the strip.
+    """
 
     fine: Grid
     coarse: Grid
@@ -36,6 +48,7 @@ class Patch:
     b: float
     normal_load: float
     origin: str
+    line: bool = False
 
 
 @dataclass(frozen=True)
@@ -63,22 +76,23 @@ class Field:
 
 
 def hertz_patch(rig: Rig, normal_load: float) -> Patch:
-    """The ellipse of the unworn discs."""
+    """The ellipse, or the strip, of the unworn discs."""
     found = replace(rig, normal_load=normal_load).patch
     a, b, p0 = float(found.a), float(found.b), float(found.p0)
-    if not (0.0 < a < np.inf and 0.0 < b < np.inf):
-        raise ValidityError("the discs touch along a line that does not end: there is no patch to solve")
+    across = 0.0 if rig.is_line else 1.0
 
     def on(elements: int) -> Grid:
         x, y = (side * ((2.0 * np.arange(elements) + 1.0) / elements - 1.0) for side in (a, b))
-        return Grid(x, y, p0 * np.sqrt(np.maximum(0.0, 1.0 - (x / a) ** 2 - (y[:, None] / b) ** 2)))
+        return Grid(x, y, p0 * np.sqrt(np.maximum(0.0, 1.0 - (x / a) ** 2 - across * (y[:, None] / b) ** 2)))
 
-    return Patch(on(ELEMENTS), on(ELEMENTS // 2), a, b, normal_load, "the unworn discs (Hertz)")
+    origin = "the unworn discs (Hertz, along a line)" if rig.is_line else "the unworn discs (Hertz)"
+    return Patch(on(ELEMENTS), on(ELEMENTS // 2), a, b, normal_load, origin, rig.is_line)
 
 
 def profile_patch(rig: Rig, normal_load: float, *, y: Floats, height: Floats, origin: str) -> Patch:
     """The half-space patch where one disc has changed by `height` [m] at y [m], both (point,)."""
-    gap = 0.5 * rig.curvature_y * y**2 - height
+    within = np.abs(y) <= 0.5 * rig.width
+    y, gap = y[within], (0.5 * rig.curvature_y * y**2 - height)[within]
     found = solve_profile(
         y=y,
         gap=gap,
@@ -105,6 +119,8 @@ def profile_patch(rig: Rig, normal_load: float, *, y: Floats, height: Floats, or
 
 def exact_field(patch: Patch, rig: Rig, *, mu: float, creepage_x: float, creepage_y: float, spin: float) -> Field:
     """The exact theory on the patch, its force carried to the limit from this grid and one of half the fineness."""
+    if patch.line and creepage_y == spin == 0.0:
+        return _line_field(patch, rig, "exact", mu=mu, creepage_x=creepage_x, creepage_y=0.0, spin=0.0)
 
     def solve(grid: Grid) -> rolling.Rolling:
         return rolling.solve(
@@ -145,7 +161,9 @@ def exact_field(patch: Patch, rig: Rig, *, mu: float, creepage_x: float, creepag
 
 
 def fastsim_field(patch: Patch, rig: Rig, *, mu: float, creepage_x: float, creepage_y: float, spin: float) -> Field:
-    """FASTSIM on the ellipse of the patch's area and width, with a parabolic bound."""
+    """FASTSIM on the ellipse of the patch's area and width, or on a line's strip, with a parabolic bound."""
+    if patch.line:
+        return _line_field(patch, rig, "fastsim", mu=mu, creepage_x=creepage_x, creepage_y=creepage_y, spin=spin)
     try:
         c = kalker.coefficients(patch.a / patch.b, rig.poisson_ratio)
     except ValueError as error:
@@ -171,6 +189,54 @@ def fastsim_field(patch: Patch, rig: Rig, *, mu: float, creepage_x: float, creep
         stick_fraction=float(whole.stick_fraction),
         power_per_length=whole.power_per_length,
         power=float(whole.power),
+    )
+
+
+def _line_field(
+    patch: Patch,
+    rig: Rig,
+    theory: line_contact.Theory,
+    *,
+    mu: float,
+    creepage_x: float,
+    creepage_y: float,
+    spin: float,
+) -> Field:
+    """The closed form of a theory on each strip of a line."""
+    sideways = np.hypot(creepage_y, SPIN_ARM_OF_A_LINE * spin * patch.a)
+    along, across = creep_stiffness(rig, np.asarray(patch.a), np.asarray(patch.b))
+    slips, capacity, width = np.hypot(creepage_x, sideways), mu * patch.normal_load, 2.0 * patch.b
+    linear = float(np.hypot(along * creepage_x, across * sideways))
+    turned = direction(*arrays(along * creepage_x / capacity, across * sideways / capacity, creepage_x, sideways))
+    cells = line_contact.along_the_patch(
+        patch.fine.x,
+        a=patch.a,
+        bound=capacity / width,
+        stiffness=linear / slips / width,
+        creepage=float(slips),
+        theory=theory,
+    )
+    x, y = np.meshgrid(cells.x, patch.b * (2.0 * np.arange(LINE_STRIPS) + 1.0 - LINE_STRIPS) / LINE_STRIPS)
+    vector = np.stack([float(part) * np.ones_like(x) for part in turned])
+    force_x, force_y = (
+        float(part) * capacity * float(line_contact.saturation(linear / capacity, theory)) for part in turned
+    )
+    power = rig.rolling_speed * (force_x * creepage_x + force_y * float(sideways))
+    return Field(
+        theory=theory,
+        x=x,
+        y=y,
+        pressure=cells.bound / mu * np.ones_like(x),
+        traction=vector * cells.traction,
+        slip=vector * cells.slip * rig.rolling_speed,
+        sticks=cells.sticks & np.ones_like(x, dtype=bool),
+        force_x=force_x,
+        force_y=force_y,
+        moment=0.0,
+        error=0.0,
+        stick_fraction=float(line_contact.stick_fraction(linear / capacity, theory)),
+        power_per_length=np.full(LINE_STRIPS, power / width),
+        power=power,
     )
 
 

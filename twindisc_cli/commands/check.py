@@ -24,6 +24,7 @@ from twindisc_cli.definition import Test
 from twindisc_cli.errors import NEGATIVE_FINDING
 from twindisc_cli.identify.track import Track, last_profile, worn_track
 from twindisc_cli.model.experiment import Experiment, Floats
+from twindisc_cli.model.traction_law import creep_stiffness
 from twindisc_cli.physics import kalker
 from twindisc_cli.physics.archard import allowed_coefficient, worn_volume
 from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
@@ -141,6 +142,9 @@ def chord_and_depth(facts: Facts) -> Iterator[Finding]:
         pairs.append(("reported", facts.test.reported["depth"], facts.test.reported["width"]))
     for kind, depth, width in pairs:
         curvature = facts.test.rig.curvature_y
+        if facts.test.rig.is_line:
+            yield _over_the_width(facts, kind, width)
+            continue
         facet = 8.0 * depth / curvature
         needed = facet_depth(width, curvature)
         yield Finding(
@@ -153,6 +157,21 @@ def chord_and_depth(facts: Facts) -> Iterator[Finding]:
             why=f"the {kind} depth of {_number(depth * 1e6)} µm on one disc",
             hint=f"a facet of this width is {_number(needed * 1e6)} µm deep; or both discs wore, or the track wandered",
         )
+
+
+def _over_the_width(facts: Facts, kind: str, width: float) -> Finding:
+    """Straight discs wear over the width of the narrower one."""
+    rim = facts.test.rig.width * 1e3
+    return Finding(
+        rule="chord and depth",
+        subject=f"the {kind} width",
+        value=width * 1e3,
+        low=rim / GEOMETRY_MARGIN,
+        high=rim * GEOMETRY_MARGIN,
+        unit="mm",
+        why="the width of the narrower disc",
+        hint="straight discs wear evenly over it; are they straight and aligned?",
+    )
 
 
 def facet_depth(width: float, curvature: float) -> float:
@@ -237,7 +256,8 @@ def _volumes(facts: Facts) -> dict[str, float]:
     depth = facts.test.reported.get("depth")
     radius = facts.test.rig.disc2.rolling_radius
     if depth and np.isfinite(radius):
-        section = 2.0 / 3.0 * depth * np.sqrt(8.0 * depth / facts.test.rig.curvature_y)
+        rig = facts.test.rig
+        section = depth * (rig.width if rig.is_line else 2.0 / 3.0 * np.sqrt(8.0 * depth / rig.curvature_y))
         volumes["facet of the reported depth"] = 2.0 * np.pi * radius * section
     return volumes
 
@@ -279,10 +299,9 @@ def elastic_limit(facts: Facts) -> Iterator[Finding]:
     if samples is None:
         return
     try:
-        c11 = float(kalker.coefficients(rig.patch.a / rig.patch.b, rig.poisson_ratio).c11)
+        slope = float(creep_stiffness(rig, rig.patch.a, rig.patch.b)[0]) / rig.normal_load
     except ValueError:
         return
-    slope = rig.shear_modulus * float(rig.patch.a * rig.patch.b) * c11 / rig.normal_load
     for step in np.unique(samples.step):
         mine = samples.step == step
         creepage = float(np.mean(samples.creepage[mine]))
@@ -325,6 +344,10 @@ def small_patch(facts: Facts) -> Iterator[Finding]:
     rig, patch = facts.test.rig, facts.test.rig.patch
     largest = max(float(patch.a) * rig.curvature_x, float(patch.b) * rig.curvature_y)
     yield Finding("theory", "the patch over its radius", largest, 0.0, 0.3, "1", "a half-space")
+    if rig.is_line:
+        yield Finding("theory", "the line's half-length over its half-width", float(patch.a / patch.b), 0.0, 0.3, "1",
+                      "a plane contact, whose ends do not count,")  # fmt: skip
+        return
     ratio, longest = float(patch.a / patch.b), kalker.RATIO_RANGE[1]
     yield Finding("theory", "the axis ratio a/b", ratio, 0.0, longest, "1", "Kalker's coefficients")
 

@@ -19,7 +19,8 @@ from twindisc_cli.identify.track import last_profile
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import ForwardModel
-from twindisc_cli.physics import exact, fastrip, kalker
+from twindisc_cli.model.traction_law import creep_stiffness
+from twindisc_cli.physics import exact, fastrip
 from twindisc_cli.results import Array, Axis, Dataset, Result
 
 if TYPE_CHECKING:
@@ -135,10 +136,13 @@ def _origin(step: int, source: str, share: float, *, creepage: float | None, mu:
 
 
 def _patch(test: Experiment, normal_load: float) -> Patch:
-    """Hertz's ellipse of the unworn discs; under half_space the patch of the measured profile, or of the unworn one."""
-    if test.options.contact == "hertz":
-        return hertz_patch(test.rig, normal_load)
+    """Hertz's patch of the unworn discs; under half_space the patch of the measured profile, or of the unworn one.
+
+    The ends of a line count only where a measured profile shows them.
+    """
     profile = test.measured.profile
+    if test.options.contact == "hertz" or (test.rig.is_line and profile is None):
+        return hertz_patch(test.rig, normal_load)
     if profile is None:
         reach = 6.0 * hertz_patch(test.rig, normal_load).b
         y = np.linspace(-reach, reach, 481)
@@ -163,8 +167,10 @@ def _shortcuts(test: Experiment, point: Point, patch: Patch) -> dict[str, Any]:
     """T/N by the closed forms that hold for an ellipse without lateral creepage and spin."""
     if test.options.contact != "hertz" or point.creepage_y or point.spin:
         return {}
+    if patch.line:
+        return {}
     nu = test.rig.poisson_ratio
-    linear = test.rig.shear_modulus * patch.a * patch.b * float(kalker.coefficients(patch.a / patch.b, nu).c11)
+    linear = float(creep_stiffness(test.rig, np.asarray(patch.a), np.asarray(patch.b))[0])
     capacity = point.mu * point.normal_load
     xi = linear * abs(point.creepage_x) / capacity
     sense = float(np.sign(point.creepage_x)) * point.mu

@@ -18,6 +18,9 @@ from twindisc_cli.results import Array, Axis, Dataset, Result
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+WORTH_TELLING = 0.01
+"""Share of the creepage that the radii may be off before it is told."""
+
 
 def run(test: Test) -> Result:
     """Wear the discs through the history of a test."""
@@ -59,6 +62,8 @@ def _iteration(history: WearHistory, i: int) -> dict[str, Any]:
         "worn_volume_mm3": history.volume[i] * 1e9,
         "dissipated_energy_kJ": history.energy[i] * 1e-3,
         "radius_mm": _radius(history.radius[i] * 1e3),
+        "rolling_radius_mm": [_radius(r * 1e3) for r in history.rolling_radius[:, i]],
+        "creepage_shift_percent": _creepage_shift(history, i) * 100.0,
         "a_mm": history.a[i] * 1e3,
         "b_mm": history.b[i] * 1e3,
         "p0_MPa": history.p0[i] * 1e-6,
@@ -75,13 +80,31 @@ def _summary(history: WearHistory, k: float, source: str) -> tuple[str, ...]:
     return (
         f"K = {k:.3g}, {source}",
         f"disc 2: {track.depth * 1e6:.3g} µm deep, {track.width * 1e3:.3g} mm wide at 5 % of the depth, "
-        f"best circle {history.radius[-1] * 1e3:.3g} mm",
+        f"best circle {f'{history.radius[-1] * 1e3:.3g} mm' if np.isfinite(history.radius[-1]) else 'straight'}",
         f"worn volume {history.volume[-1] * 1e9:.3g} mm³ (both discs), "
         f"dissipated energy {history.energy[-1] * 1e-3:.3g} kJ",
         f"patch at the end: a {history.a[-1] * 1e3:.3g} mm, b {history.b[-1] * 1e3:.3g} mm, "
-        f"p0 {history.p0[-1] * 1e-6:.3g} MPa",
+        f"p0 {history.p0[-1] * 1e-6:.4g} MPa",
+        *_shrunk(history),
         f"estimated error of the depth: {history.error * 100.0:.2g} %, of p0: {history.pressure_error * 100.0:.2g} %",
     )
+
+
+def _shrunk(history: WearHistory) -> tuple[str, ...]:
+    """What the speeds of the new discs would make of the creepage, where it counts."""
+    shift = _creepage_shift(history, -1)
+    if abs(shift) < WORTH_TELLING * float(np.abs(history.creepage[-1])):
+        return ()
+    return (
+        f"the discs have shrunk: had the speeds been left as for new discs, the creepage would be off by "
+        f"{shift * 100.0:+.2g} %",
+    )
+
+
+def _creepage_shift(history: WearHistory, i: int) -> float:
+    """What is added to the creepage where the speeds stay as the new radii asked: dR1 / R1 - dR2 / R2."""
+    lost = np.array([history.height[i].min(), history.disc1_height[i].min()])[::-1]
+    return float(np.subtract(*(lost / (history.rolling_radius[:, i] - lost))))
 
 
 def _figure(test: Experiment, history: WearHistory) -> Figure:

@@ -127,6 +127,7 @@ def _flash(model: ForwardModel, prediction: Prediction, thermal: Thermal) -> Fla
         conductivity=thermal.conductivity,
         density=thermal.density,
         specific_heat=thermal.specific_heat,
+        line=model.experiment.rig.is_line,
     )
 
 

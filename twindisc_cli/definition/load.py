@@ -113,6 +113,7 @@ def _rig(rig: RigTable, material: MaterialTable) -> Rig:
             poisson_ratio=float(values["poisson_ratio"]),
             hardness=values["hardness_HV"] * VICKERS,
             density=_or_nan(values["density_kg_m3"]),
+            width=math.inf if table.width_mm is None else table.width_mm * 1e-3,
         )
         discs.append(disc)
     speed = _speed_of(rig, _mean_radius(discs))

@@ -30,7 +30,7 @@ def _table(raw: object, name: str) -> Raw:
 
 
 def _numbers(raw: Raw, name: str) -> list[float]:
-    """A radius of both discs, NaN where it is missing or not a number."""
+    """A length of both discs, NaN where it is missing or not a number."""
     values = (_table(raw, disc).get(name) for disc in ("disc1", "disc2"))
     values = (value.get("value") if isinstance(value, Mapping) else value for value in values)
     return [float(v) if isinstance(v, (int, float)) and not isinstance(v, bool) else math.nan for v in values]
@@ -52,14 +52,19 @@ def speed(raw: Raw) -> Iterator[Finding]:
 
 
 def curvature(raw: Raw) -> Iterator[Finding]:
-    """The discs must touch at a point, not along a line or at two edges."""
+    """The discs must touch at a point, or along a line of known width, not at two edges."""
     radii = _numbers(_table(raw, "rig"), "transverse_radius_mm")
     if any(math.isnan(r) or r == 0.0 for r in radii):
         return
     total = sum(1.0 / r for r in radii)
-    if total <= 0.0:
-        why = "both are straight: a line contact of no width" if total == 0.0 else "the discs touch at their edges"
-        yield ("rig", "disc2", "transverse_radius_mm"), f"1/R1 + 1/R2 across rolling must be positive ({why})"
+    if total < 0.0:
+        why = "1/R1 + 1/R2 across rolling must not be negative: the discs touch at their edges"
+        yield ("rig", "disc2", "transverse_radius_mm"), why
+    if total == 0.0 and all(math.isnan(width) for width in _numbers(_table(raw, "rig"), "width_mm")):
+        yield (
+            ("rig", "disc2", "transverse_radius_mm"),
+            "both are straight: give width_mm, at least of the narrower disc",
+        )
 
 
 def heat(raw: Raw) -> Iterator[Finding]:

@@ -112,10 +112,13 @@ class TestTable(Table):
 
 
 class DiscTable(Table):
-    """The two radii of one disc."""
+    """The two radii of one disc, and the width of its rim."""
 
     rolling_radius_mm: RollingRadius
     transverse_radius_mm: TransverseRadius
+    width_mm: Positive | None = Field(
+        default=None, le=1000.0, description="of the rim; two straight discs touch over the width of the narrower one"
+    )
 
 
 class RigTable(Table):

@@ -10,11 +10,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from twindisc_cli.figures.style import BLACK, BLUE, ORANGE, SMALL, TEXT, legend, name_axes, page
+from twindisc_cli.figures.style import BLACK, BLUE, ORANGE, SMALL, TEXT, legend, legend_below, name_axes, page
 
 Floats = NDArray[np.float64]
 
 ARROWS = 12
+SLENDER = 4.0
+"""Width over length of a patch from which on its map is stretched along rolling."""
 NAMES = {"exact": "exact theory", "fastsim": "FASTSIM"}
 COLOURS = {"exact": BLUE, "fastsim": ORANGE}
 
@@ -75,7 +77,7 @@ def _map(axes: Axes, field: Field, vector: Floats, largest: float, what: str, un
         color="white", scale=1.1 * ARROWS * largest, width=0.006, headwidth=3.5, pivot="tail",
     )  # fmt: skip
     _zones(axes, field)
-    axes.set_aspect("equal")
+    axes.set_aspect("equal" if np.abs(y[inside]).max() < SLENDER * np.abs(x[inside]).max() else "auto")
     axes.grid(False)
     name_axes(axes, "$y$ [mm]", "$x$, rolling upward [mm]", what)
 
@@ -118,7 +120,7 @@ def _middle(axes: Axes, fields: Sequence[Field], mu: float) -> None:
         axes.plot(x, 1e-6 * field.traction[0, row, order], color=colour, linewidth=1.3, label=label)
     name_axes(axes, "$x$ [mm]", "traction [MPa]", "traction along the middle strip")
     axes.set_ylim(0.0, None)
-    legend(axes, "lower left")
+    legend_below(axes, 2)
 
 
 def _power(axes: Axes, fields: Sequence[Field]) -> None:
@@ -128,6 +130,6 @@ def _power(axes: Axes, fields: Sequence[Field]) -> None:
         share = f"sticks over {field.stick_fraction * 100.0:.1f} %"
         axes.plot(y, 1e-3 * field.power_per_length, color=COLOURS[field.theory], linewidth=1.3,
                   label=f"{NAMES[field.theory]}: {share}")  # fmt: skip
-    axes.set_ylim(0.0, None)
+    axes.set_ylim(0.0, 1.25e-3 * max(float(field.power_per_length.max()) for field in fields))
     name_axes(axes, "$y$ [mm]", "$P_l$ [W/mm]", "dissipated power per length")
     legend(axes)

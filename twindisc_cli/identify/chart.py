@@ -11,11 +11,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twindisc_cli.identify.friction import LIGHT_LINE
-from twindisc_cli.identify.law import NEARLY_FULL, unworn_law
+from twindisc_cli.identify.law import unworn_law
 from twindisc_cli.identify.roots import bracketed_root
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, Measured
 from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.traction_law import traction_law
 
 _FULL = 1.0 - 1e-13
 _MOMENT = 1e-9  # s; long enough for a traction, too short to wear or to warm
@@ -59,7 +60,7 @@ def _with_effects(test: Experiment, mu: Floats, creepage: Floats) -> Chart:
         creepage=creepage,
         apparent=np.asarray(ratio[:, last]),
         light_line=_reached(test, mu, LIGHT_LINE),
-        full_slip=_reached(test, mu, NEARLY_FULL if test.options.traction == "exact" else _FULL),
+        full_slip=_reached(test, mu, min(traction_law(test.rig, test.options.traction).full, _FULL)),
     )
 
 

@@ -7,15 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
 from twindisc_cli.model.experiment import Experiment, Floats
-from twindisc_cli.physics import exact, fastrip, fastsim, kalker
-
-NEARLY_FULL = 0.999
-"""Share of mu N that counts as full slip in the exact theory, whose traction never points along rolling everywhere."""
+from twindisc_cli.model.traction_law import creep_stiffness, traction_law
 
 
 @dataclass(frozen=True)
@@ -35,13 +31,12 @@ class Law:
 def unworn_law(test: Experiment) -> Law:
     """The law of the declared traction theory on the unworn patch."""
     rig = test.rig
-    patch = rig.patch
-    ratio, nu = patch.a / patch.b, rig.poisson_ratio
-    c11 = float(kalker.coefficients(ratio, nu).c11)
-    slope = rig.shear_modulus * float(patch.a * patch.b) * c11 / rig.normal_load
-    if test.options.traction == "exact":
-        inverse = partial(exact.unsaturation, a_over_b=ratio, poisson=nu)
-        forward = partial(exact.saturation, a_over_b=ratio, poisson=nu)
-        return Law(slope, forward, inverse, float(inverse(np.asarray(NEARLY_FULL))))
-    module = fastrip if test.options.traction == "fastrip" else fastsim
-    return Law(slope, module.saturation, module.unsaturation, module.FULL_SLIP)
+    ratio = rig.patch.a / rig.patch.b
+    slope = float(creep_stiffness(rig, rig.patch.a, rig.patch.b)[0]) / rig.normal_load
+    law = traction_law(rig, test.options.traction)
+    return Law(
+        slope=slope,
+        saturation=lambda xi: law.saturation(xi, ratio),
+        unsaturation=lambda share: law.unsaturation(share, ratio),
+        full_slip=float(law.unsaturation(np.asarray(law.full), ratio)),
+    )

@@ -11,6 +11,7 @@ from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.patch import WeightedPaths, weighted_paths
+from twindisc_cli.model.wear import Scaled
 from twindisc_cli.physics.archard import worn_volume
 from twindisc_cli.physics.best_circle import fit_curvature
 
@@ -21,7 +22,8 @@ class WearHistory:
 
     time [s], creepage and mu [1] of the iteration; energy dissipated so far [J]; volume worn off both discs [m3];
     y [m] (strip,); height [m], change of disc 2's profile, and disc1_height of disc 1's; track of disc 2; radius [m]
-    of the best circle through disc 2's profile inside the patch, inf where it is flat, negative where hollow; a, b
+    of the best circle through disc 2's profile inside the patch, inf where it is flat, negative where hollow;
+    rolling_radius [m] of both discs at the bottom of their tracks (disc, iteration); a, b
     semi-axes [m] and p0 [Pa] of the patch; error and pressure_error, the estimated relative errors of depth and p0.
     """
 
@@ -35,6 +37,7 @@ class WearHistory:
     disc1_height: Floats
     track: list[Track]
     radius: Floats
+    rolling_radius: Floats
     a: Floats
     b: Floats
     p0: Floats
@@ -50,12 +53,12 @@ def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) ->
     state, wide = prediction.state, prediction.section.shape
     paths = weighted_paths(model.path, test.options.contact, state.half_space, state.wander)
     load = np.broadcast_to(state.normal_load / state.nominal_load, wide)[0, at]
-    own = prediction.section[:, at] / load
-    scale = np.cbrt(load)
-    y, depth = _profiles(paths, own, scale)
+    scaled = paths.scaling.to(load)
+    own = prediction.section[:, at] / scaled.section
+    y, depth = _profiles(paths, own, scaled)
     patch = paths.patch(prediction.section[:, at], load)
     share = np.broadcast_to(state.disc1_share, wide)[0, at][:, None]
-    height = -(1.0 - share) * depth
+    height, disc1_height = -(1.0 - share) * depth, -share * depth
     return WearHistory(
         time=test.history.end_time,
         creepage=np.broadcast_to(state.creepage, wide)[0, at],
@@ -64,33 +67,42 @@ def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) ->
         volume=worn_volume(y=y, depth=depth, rolling_radius=model.radius),
         y=y,
         height=height,
-        disc1_height=-share * depth,
+        disc1_height=disc1_height,
         track=[worn_track(y, row, smooth=False) for row in height],
-        radius=_radius(y, height, patch.b[0], test.rig.disc2.transverse_radius),
+        radius=_radius(y, height, patch.b[0], test.rig.disc2.transverse_radius, flat=test.rig.is_line),
+        rolling_radius=np.array(
+            [
+                test.rig.disc1.rolling_radius + disc1_height.min(axis=1),
+                test.rig.disc2.rolling_radius + height.min(axis=1),
+            ]
+        ),
         a=patch.a[0],
         b=patch.b[0],
-        p0=paths.at(lambda path: path.p0, own)[0] * scale,
+        p0=paths.at(lambda path: path.p0, own)[0] * load / (scaled.along * scaled.across),
         error=max(path.error for path in paths.paths),
         pressure_error=max(path.pressure_error for path in paths.paths),
     )
 
 
-def _profiles(paths: WeightedPaths, own: Floats, scale: Floats) -> tuple[Floats, Floats]:
+def _profiles(paths: WeightedPaths, own: Floats, scaled: Scaled) -> tuple[Floats, Floats]:
     """Worn depth of both discs [m] on strips y [m], (iteration, strip), at sections of the paths (1, iteration)."""
     widest = max((path.y for path in paths.paths), key=lambda strips: float(strips[-1]))
 
     def depth(path_y: Floats, rows: Floats) -> Floats:
         return np.array([np.interp(widest, path_y, row, left=0.0, right=0.0) for row in rows])
 
-    found = paths.at(lambda path: depth(path.y, path.depth), own)[0] * scale[:, None] ** 2
+    found = paths.at(lambda path: depth(path.y, path.depth), own)[0] * scaled.height[:, None]
+    scale = scaled.across
     if np.all(scale == 1.0):
         return widest, found
     y = widest * float(scale.max())
     return y, np.array([np.interp(y / s, widest, row) for s, row in zip(scale, found, strict=True)])
 
 
-def _radius(y: Floats, height: Floats, b: Floats, unworn: float) -> Floats:
+def _radius(y: Floats, height: Floats, b: Floats, unworn: float, *, flat: bool) -> Floats:
     """Transverse radius [m] of the best circle through a worn disc inside the patch of half-width b, (iteration,)."""
+    if flat:
+        return np.full(len(height), unworn)
     inside = np.clip((b[:, None] - np.abs(y)) / (y[1] - y[0]) + 0.5, 0.0, 1.0)
     curvature = 1.0 / unworn - fit_curvature(y, height, inside)
     with np.errstate(divide="ignore"):

@@ -275,6 +275,8 @@ def _check_depth(table: Table, rows: Ints, rig: Rig) -> None:
     if abs(most) > NO_DEPTH * min(rig.disc1.rolling_radius, rig.disc2.rolling_radius):
         table.note(f"{most * 1e3:g} mm is no wear depth; check the unit", "height", line)
         return
+    if rig.is_line:
+        return
     chord, span = float(np.sqrt(8.0 * abs(most) / rig.curvature_y)), float(np.ptp(y))
     if chord > CHORD_MARGIN * span:
         what = f"a track {abs(most) * 1e3:.3g} mm deep is {chord * 1e3:.3g} mm wide on these discs"

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.laws.law import Law
-from twindisc_cli.physics import hertz
+from twindisc_cli.physics import hertz, line_contact
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -27,7 +27,10 @@ Provenance = Literal["measured", "digitised", "reconstructed", "synthetic"]
 
 @dataclass(frozen=True)
 class Disc:
-    """One disc. A radius of inf is straight; a negative transverse radius is concave. Density [kg/m3] for its mass."""
+    """One disc. A radius of inf is straight; a negative transverse radius is concave. Density [kg/m3] for its mass.
+
+    width of its rim [m], inf where it is not stated.
+    """
 
     rolling_radius: float
     transverse_radius: float
@@ -35,6 +38,7 @@ class Disc:
     poisson_ratio: float
     hardness: float
     density: float = np.nan
+    width: float = np.inf
 
     @property
     def shear_modulus(self) -> float:
@@ -83,9 +87,26 @@ class Rig:
         """E*, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa]."""
         return 1.0 / sum((1.0 - disc.poisson_ratio**2) / disc.youngs_modulus for disc in (self.disc1, self.disc2))
 
+    @property
+    def is_line(self) -> bool:
+        """Whether the discs touch along a line: both straight, or one as hollow as the other is round."""
+        return self.curvature_y == 0.0
+
+    @property
+    def width(self) -> float:
+        """Width over which both discs can touch [m], inf where none is stated."""
+        return min(self.disc1.width, self.disc2.width)
+
     @cached_property
-    def patch(self) -> hertz.Ellipse:
-        """Hertz's ellipse of the unworn discs."""
+    def patch(self) -> hertz.Ellipse | line_contact.Strip:
+        """Hertz's patch of the unworn discs: an ellipse, or a strip as wide as the narrower disc."""
+        if self.is_line:
+            return line_contact.line_contact(
+                curvature=self.curvature_x,
+                normal_load=self.normal_load,
+                width=self.width,
+                effective_modulus=self.effective_modulus,
+            )
         return hertz.contact_ellipse(
             curvature_x=self.curvature_x,
             curvature_y=self.curvature_y,

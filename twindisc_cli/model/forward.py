@@ -28,13 +28,14 @@ from twindisc_cli.model.experiment import Contact, Experiment, Floats
 from twindisc_cli.model.patch import WeightedPaths, weighted_paths
 from twindisc_cli.model.points import Points, operating_points
 from twindisc_cli.model.surface import Stops, recorded_sections, worn_surface
+from twindisc_cli.model.traction_law import traction_law
 from twindisc_cli.model.wear import WearPath, first_section, wear_path
-from twindisc_cli.physics import combined, disc_heat, exact, fastrip, fastsim
+from twindisc_cli.physics import combined, disc_heat
 
 MOST_PASSES = 40
-SPIN_ARM = 1.0 / np.sqrt(5.0)
+SPIN_ARM, SPIN_ARM_OF_A_LINE = 1.0 / np.sqrt(5.0), 0.5
 """Spin acts on T like a lateral creepage of phi a / sqrt(5): in full sliding T = mu N (1 - phi^2 <x^2> / (2 v^2)), with
-<x^2> = a^2 / 5 over an elliptic pressure; what the spin does along y cancels to first order."""
+<x^2> = a^2 / 5 over an ellipse's pressure, a^2 / 4 over a line's; what it does along y cancels to first order."""
 SETTLED = 1e-7
 _STANDING = 1e-9
 """A speed [m/s] at which nothing rolls."""
@@ -220,7 +221,8 @@ class _Chain:
         capacity = state.mu * state.normal_load
         patch = self._paths(state).patch(self.section(state), state.normal_load / state.nominal_load)
         along = patch.stiffness * state.slope * state.creepage / capacity
-        sideways = np.hypot(state.lateral_creepage, state.spin * patch.a * SPIN_ARM)
+        arm = SPIN_ARM_OF_A_LINE if self.model.experiment.rig.is_line else SPIN_ARM
+        sideways = np.hypot(state.lateral_creepage, state.spin * patch.a * arm)
         across = patch.stiffness_y * state.slope * sideways / capacity
         traction = capacity * self._law(state, np.maximum(np.hypot(along, across), 1e-30), patch.ratio)
         east, north = combined.direction(along, across, state.creepage, sideways)
@@ -235,14 +237,11 @@ class _Chain:
 
     def _law(self, state: State, xi: Floats, ratio: Floats) -> Floats:
         """T/(mu N) of the declared traction law, moved towards the exact theory where an effect says so."""
-        poisson = self.model.experiment.rig.poisson_ratio
-        declared = self.model.experiment.options.traction
-        if declared == "exact":
-            return exact.saturation(xi, ratio, poisson)
-        plain = fastrip.saturation(xi) if declared == "fastrip" else fastsim.saturation(xi)
-        if not np.any(state.exactness):
+        rig, declared = self.model.experiment.rig, self.model.experiment.options.traction
+        plain = traction_law(rig, declared).saturation(xi, ratio)
+        if declared == "exact" or not np.any(state.exactness):
             return plain
-        return (1.0 - state.exactness) * plain + state.exactness * exact.saturation(xi, ratio, poisson)
+        return (1.0 - state.exactness) * plain + state.exactness * traction_law(rig, "exact").saturation(xi, ratio)
 
     def section(self, state: State) -> Floats:
         """Worn section at every point [m2], of both discs together."""

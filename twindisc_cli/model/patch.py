@@ -1,8 +1,7 @@
 """The contact at every operating point, read off the wear paths.
 
 A path is computed for one load and one lateral wander. Between wanders it is interpolated (cubic, on a fixed grid in
-units of the unworn half-width b); to another load it is scaled: lengths along and across go with the cube root of the
-load, heights with its square, the worn section with the load itself, which is exact without wander.
+units of the unworn half-width b); to another load it is scaled as its `Scaling` says, which is exact without wander.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from twindisc_cli.model.experiment import Contact, Floats
-from twindisc_cli.model.wear import WearPath
+from twindisc_cli.model.wear import Scaling, WearPath
 
 WANDERS = np.array([0.0, 0.15, 0.3, 0.5, 0.75, 1.0, 1.5, 2.2])
 
@@ -50,14 +49,20 @@ class WeightedPaths:
 
     def patch(self, section: Floats, load_ratio: Floats) -> Patch:
         """The contact at worn sections (set, point) [m2] under `load_ratio` times the load of the paths."""
-        own, squared = section / load_ratio, np.cbrt(load_ratio) ** 2
+        scaled = self.scaling.to(load_ratio)
+        own, area = section / scaled.section, scaled.along * scaled.across
         return Patch(
-            stiffness=self.at(lambda path: path.stiffness, own) * squared,
-            stiffness_y=self.at(lambda path: path.stiffness_y, own) * squared,
-            area=self.at(lambda path: path.area, own) * squared,
-            a=self.at(lambda path: path.a, own) * np.sqrt(squared),
-            b=self.at(lambda path: path.b, own) * np.sqrt(squared),
+            stiffness=self.at(lambda path: path.stiffness, own) * area,
+            stiffness_y=self.at(lambda path: path.stiffness_y, own) * area,
+            area=self.at(lambda path: path.area, own) * area,
+            a=self.at(lambda path: path.a, own) * scaled.along,
+            b=self.at(lambda path: path.b, own) * scaled.across,
         )
+
+    @property
+    def scaling(self) -> Scaling:
+        """How these paths go over to another load."""
+        return self.paths[0].scaling
 
 
 def weighted_paths(
@@ -66,7 +71,7 @@ def weighted_paths(
     """The paths needed for a declared contact, a share of half-space contact (set, 1) and a wander (set, 1) [m]."""
     share = np.ones_like(half_space) if declared == "half_space" else half_space
     blend: list[tuple[Contact, Floats]] = [("hertz", 1.0 - share), ("half_space", share)]
-    unit = float(path(declared, 0.0).b[0])
+    unit = path(declared, 0.0).wander_unit
     spread = _lagrange(np.clip(wander / unit, 0.0, WANDERS[-1]))
     chosen = [
         (path(contact, float(node * unit)), part * spread[..., i])

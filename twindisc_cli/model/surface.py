@@ -55,11 +55,11 @@ def recorded_sections(profile: ProfileSamples, used: NDArray[np.bool_] | None = 
 def worn_surface(paths: WeightedPaths, state: State, section: Floats, stops: Stops) -> Surface:
     """Surfaces (set, stop, strip) of the recorded discs; `section` (set, point) is what both discs lost [m2]."""
     ratio = np.broadcast_to(state.normal_load / state.nominal_load, section.shape)[:, stops.point]
-    scale = np.cbrt(ratio)
-    own = section[:, stops.point] / ratio
+    scaled = paths.scaling.to(ratio)
+    scale, own = scaled.across, section[:, stops.point] / scaled.section
     reach = 1.15 * max(max(float(path.y[-1]) for path in paths.paths), float(np.abs(stops.y).max()))
     grid = np.linspace(-reach, reach, 2 * int(np.ceil(reach / (paths.paths[0].y[1] - paths.paths[0].y[0]))) + 1)
-    depth = paths.at(lambda path: _on(grid, path), own) * scale[..., None] ** 2
+    depth = paths.at(lambda path: _on(grid, path), own) * scaled.height[..., None]
     if np.any(np.abs(scale - 1.0) > 1e-12):
         depth = _stretched(grid, depth, scale[..., None])
     edge = paths.at(lambda path: path.edge, own) * scale

@@ -24,9 +24,11 @@ from functools import lru_cache, partial
 
 import numpy as np
 from scipy.optimize import brentq
+from scipy.special import erf
 
 from twindisc_cli.model.experiment import Contact, Floats, Rig
-from twindisc_cli.physics import hertz, kalker
+from twindisc_cli.model.traction_law import creep_stiffness
+from twindisc_cli.physics import hertz, line_contact
 from twindisc_cli.physics.half_space import NoConvergenceError, OutOfRangeError
 from twindisc_cli.physics.half_space.strips import StripContact, equivalent_ellipse, solve_strips
 
@@ -36,6 +38,38 @@ STRIPS_ACROSS = 10
 GROWTH = 0.06
 FLAT = np.geomspace(1e-10, 1e-4, 300, endpoint=False)
 GAMMA = 1.0 - np.sqrt(0.5)
+LINE_STRIPS, LINE_NODES = 401, 9
+"""Strips over the width of straight discs, and nodes of their path, along which all is linear but the radius."""
+
+
+@dataclass(frozen=True)
+class Scaled:
+    """Factors from a path to the same contact under another load."""
+
+    along: Floats
+    across: Floats
+    section: Floats
+
+    @property
+    def height(self) -> Floats:
+        """Of what is worn off."""
+        return self.section / self.across
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """Powers of the load by which lengths along and across rolling and the worn section go."""
+
+    along: float
+    across: float
+    section: float
+
+    def to(self, load_ratio: Floats) -> Scaled:
+        """The factors for so many times the path's load."""
+        return Scaled(load_ratio**self.along, load_ratio**self.across, load_ratio**self.section)
+
+
+CROWNED, STRAIGHT = Scaling(1.0 / 3.0, 1.0 / 3.0, 1.0), Scaling(0.5, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -61,6 +95,12 @@ class WearPath:
     edge: Floats
     error: float
     pressure_error: float
+    scaling: Scaling = CROWNED
+
+    @property
+    def wander_unit(self) -> float:
+        """Width of the border of the worn zone [m], by which a wander is small or large."""
+        return float(self.b[0]) * (0.1 if self.scaling is STRAIGHT else 1.0)
 
     def at(self, values: Floats, section: Floats) -> Floats:
         """Values (node, ...) at worn sections (...) [m2], linear between the nodes: (section..., ...)."""
@@ -91,17 +131,24 @@ def wear_path(rig: Rig, *, contact: Contact, section: float, wander: float = 0.0
 
 @lru_cache(maxsize=64)
 def first_section(rig: Rig) -> float:
-    """Section [m2] of a facet as wide as the unworn patch: the scale on which the contact begins to change."""
+    """The section [m2] on which the contact begins to change: a facet as wide as the unworn patch.
+
+    Straight discs have none; of them it is what is as deep as the ends of their strip press in.
+    """
+    if rig.is_line:
+        return float(rig.normal_load / (np.pi * rig.effective_modulus))
     return float(rig.curvature_y * (2.0 * rig.patch.b) ** 3 / 12.0)
 
 
 @lru_cache(maxsize=64)
 def _path(rig: Rig, contact: Contact, section: float, wander: float) -> WearPath:
+    if rig.is_line:
+        return _worn_strip(rig, section, wander)
     march = _march_half_space if contact == "half_space" else _march_hertz
     y = _grid(rig, section, wander)
     nodes, depth, patches = march(rig, y, section, wander, GROWTH)
     a, b, p0, area = (np.array([getattr(p, name) for p in patches]) for name in ("a", "b", "p0", "area"))
-    creepage = kalker.coefficients(a / b, rig.poisson_ratio)
+    stiffness, stiffness_y = creep_stiffness(rig, a, b)
     if wander:
         plain = _path(rig, contact, section, 0.0)
         error, pressure_error = plain.error, plain.pressure_error
@@ -119,11 +166,48 @@ def _path(rig: Rig, contact: Contact, section: float, wander: float) -> WearPath
         b=b,
         p0=p0,
         area=area,
-        stiffness=rig.shear_modulus * a * b * creepage.c11,
-        stiffness_y=rig.shear_modulus * a * b * creepage.c22,
+        stiffness=stiffness,
+        stiffness_y=stiffness_y,
         edge=_edges(y, depth, b),
         error=float(error),
         pressure_error=float(pressure_error),
+    )
+
+
+def _worn_strip(rig: Rig, section: float, wander: float) -> WearPath:
+    """Straight discs wear evenly over the width: u = S / w, disc 2's radius shrinks by it; wander softens the ends.
+
+    The pressure stays Hertz's over the whole width, ends included.
+    """
+    half = 0.5 * rig.width
+    strip = rig.width / LINE_STRIPS
+    beyond = max(LINE_STRIPS // 20, int(np.ceil(4.0 * wander / strip)))
+    y = np.asarray(strip * np.arange(-beyond - LINE_STRIPS // 2, beyond + LINE_STRIPS // 2 + 1), dtype=float)
+    spread = max(wander, 1e-3 * strip) * np.sqrt(2.0)
+    shape = 0.5 * (erf((y + half) / spread) - erf((y - half) / spread))
+    nodes = np.linspace(0.0, section, LINE_NODES)
+    depth = nodes[:, None] / rig.width * shape
+    shrunk = 1.0 / rig.disc1.rolling_radius + 1.0 / (rig.disc2.rolling_radius - nodes / rig.width)
+    patch = line_contact.line_contact(
+        curvature=shrunk, normal_load=rig.normal_load, width=rig.width, effective_modulus=rig.effective_modulus
+    )
+    stiffness, stiffness_y = creep_stiffness(rig, patch.a, patch.b)
+    inside = np.abs(y) < half
+    return WearPath(
+        section=nodes,
+        y=y,
+        depth=depth,
+        line_load=np.where(inside, rig.normal_load / rig.width, 0.0) * np.ones_like(depth),
+        a=patch.a,
+        b=patch.b,
+        p0=patch.p0,
+        area=patch.area,
+        stiffness=stiffness,
+        stiffness_y=stiffness_y,
+        edge=np.full_like(nodes, half + 2.0 * wander),
+        error=0.0,
+        pressure_error=0.0,
+        scaling=STRAIGHT,
     )
 
 

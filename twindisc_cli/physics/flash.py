@@ -5,6 +5,9 @@
     1/T^2 = 1/T_fast^2 + 1/T_slow^2          one disc that takes all the heat
     1/T   = 1/T_1 + 1/T_2                    two discs that share it and meet at one temperature
 
+    Along a line (half-width b, the flux even over it) q0 = Q / (pi a b) and
+    fast   mean G = 1.50849;    slow   T = q0 a [ln(4 b/a) + S] / (2 k),  maximum S = 1/2,  mean S = -0.14019,  b >> a
+
     q0 = 3 Q / (2 pi a b)   peak heat flux of the power Q [W], spread like the Hertzian pressure [W/m2]
     e = sqrt(k rho c)       effusivity;  k conductivity [W/(m K)], rho density [kg/m3], c specific heat [J/(kg K)]
     V                       speed of the surface through the patch, along the semi-axis a [m/s]
@@ -29,9 +32,9 @@ from scipy.special import elliprf
 from twindisc_cli.physics._arrays import Floats, arrays
 
 _FAST_MAXIMUM = 2.1883066738
-_FAST_MEAN = 1.1990761641
-_SLOW_MAXIMUM = 1.0
+_FAST_MEAN, _FAST_MEAN_OF_A_LINE = 1.1990761641, 1.5084944665
 _SLOW_MEAN = 0.75
+_SLOW_LINE_MAXIMUM, _SLOW_LINE_MEAN = 0.5, -0.1401861528
 _STANDING = 1e-12
 """A surface speed [m/s] at which the slow limit holds."""
 
@@ -54,21 +57,28 @@ def flash_temperature(
     conductivity: ArrayLike,
     density: ArrayLike,
     specific_heat: ArrayLike,
+    line: bool = False,
 ) -> Flash:
-    """The flash temperature of two discs of one material that dissipate `power` [W] in an elliptic patch.
+    """The flash temperature of two discs of one material that dissipate `power` [W] in an elliptic patch, or a line's.
 
     The surfaces pass the patch (semi-axes a along rolling, b [m]) at speed (1 +- creepage/2) [m/s]; all broadcast.
     """
     power, creepage, a, b, speed = arrays(power, creepage, a, b, speed)
     conductivity, density, specific_heat = arrays(conductivity, density, specific_heat)
-    peak_flux = 1.5 * power / (np.pi * a * b)
-    slow: Floats = peak_flux * a * b * elliprf(0.0, a**2, b**2) / (2.0 * conductivity)
+    peak_flux = (1.0 if line else 1.5) * power / (np.pi * a * b)
+    per_length = 0.5 * peak_flux * a / conductivity
+    fast_mean = _FAST_MEAN_OF_A_LINE if line else _FAST_MEAN
+    if line:
+        slow, slow_mean = (per_length * (np.log(4.0 * b / a) + s) for s in (_SLOW_LINE_MAXIMUM, _SLOW_LINE_MEAN))
+    else:
+        slow = per_length * b * elliprf(0.0, a**2, b**2)
+        slow_mean = _SLOW_MEAN * slow
     effusivity = np.sqrt(conductivity * density * specific_heat)
     fast = peak_flux * np.sqrt(a / np.pi) / effusivity
     speeds = [np.maximum(np.abs(speed * (1.0 + side * creepage)), _STANDING) for side in (0.5, -0.5)]
     return Flash(
-        maximum=_meeting(*(_joined(_FAST_MAXIMUM * fast / np.sqrt(v), _SLOW_MAXIMUM * slow) for v in speeds)),
-        mean=_meeting(*(_joined(_FAST_MEAN * fast / np.sqrt(v), _SLOW_MEAN * slow) for v in speeds)),
+        maximum=_meeting(*(_joined(_FAST_MAXIMUM * fast / np.sqrt(v), slow) for v in speeds)),
+        mean=_meeting(*(_joined(fast_mean * fast / np.sqrt(v), slow_mean) for v in speeds)),
     )
 
 

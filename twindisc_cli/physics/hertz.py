@@ -34,6 +34,11 @@ class Ellipse:
     p0: Floats
     approach: Floats
 
+    @property
+    def area(self) -> Floats:
+        """Area of the patch [m2]."""
+        return np.pi * self.a * self.b
+
 
 def contact_ellipse(
     *, curvature_x: ArrayLike, curvature_y: ArrayLike, normal_load: ArrayLike, effective_modulus: ArrayLike

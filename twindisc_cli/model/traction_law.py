@@ -1,0 +1,53 @@
+"""The laws of rolling that a test may declare, for the patch its discs make: an ellipse, or a strip.
+
+T = mu N f(xi),   xi = |linear force| / (mu N),   linear force G a b C11 v along and G a b C22 v across rolling
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from twindisc_cli.model.experiment import Floats, Rig, Traction
+from twindisc_cli.physics import exact, fastrip, fastsim, kalker, line_contact
+
+NEARLY_FULL = 0.999
+"""Share of mu N that counts as full slip in the exact theory of an ellipse, where traction never points along rolling
+everywhere."""
+
+
+@dataclass(frozen=True)
+class TractionLaw:
+    """f [1] over xi [1] and the ratio a/b of the patch [1], its inverse, and the share of mu N that is full slip."""
+
+    saturation: Callable[[Floats, Floats], Floats]
+    unsaturation: Callable[[Floats, Floats], Floats]
+    full: float = 1.0
+
+
+def traction_law(rig: Rig, theory: Traction) -> TractionLaw:
+    """The law of a theory; on a strip FaStrip is exact, and Carter's."""
+    if rig.is_line:
+        plane: line_contact.Theory = "fastsim" if theory == "fastsim" else "exact"
+        return TractionLaw(
+            lambda xi, ratio: line_contact.saturation(xi, plane),
+            lambda share, ratio: line_contact.unsaturation(share, plane),
+        )
+    if theory == "exact":
+        nu = rig.poisson_ratio
+        return TractionLaw(
+            lambda xi, ratio: exact.saturation(xi, ratio, nu),
+            lambda share, ratio: exact.unsaturation(share, ratio, nu),
+            NEARLY_FULL,
+        )
+    module = fastrip if theory == "fastrip" else fastsim
+    return TractionLaw(lambda xi, ratio: module.saturation(xi), lambda share, ratio: module.unsaturation(share))
+
+
+def creep_stiffness(rig: Rig, a: Floats, b: Floats) -> tuple[Floats, Floats]:
+    """G a b C11 and G a b C22 [N]: force per creepage of a patch that sticks all over, along and across rolling."""
+    if rig.is_line:
+        c11, c22 = line_contact.coefficients(rig.poisson_ratio)
+        return rig.shear_modulus * a * b * c11, rig.shear_modulus * a * b * c22
+    c = kalker.coefficients(a / b, rig.poisson_ratio)
+    return rig.shear_modulus * a * b * c.c11, rig.shear_modulus * a * b * c.c22
