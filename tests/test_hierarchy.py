@@ -4,24 +4,50 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.special import fdtrc
+from scipy.special import chdtrc, fdtrc
 
+from twindisc_cli.identify import hierarchy
 from twindisc_cli.identify.hierarchy import cells_of, levels, outliers, pool
 from twindisc_cli.identify.regimes import find_break, regimes
 
-# 13 trials of the BCG vaccine: log relative risks and their variances; W. Viechtbauer, J. Stat. Software 36 (2010) 3,
-# Table 1 and section 3.2: REML tau^2 = 0.3132, mean -0.7145, Q = 152.233 with 12 degrees of freedom.
-BCG_Y = [-0.8893, -1.5854, -1.3481, -1.4416, -0.2175, -0.7861, -1.6209, 0.0120, -0.4694, -1.3713, -0.3394, 0.4459,
-         -0.0173]  # fmt: skip
-BCG_V = [0.3256, 0.1946, 0.4154, 0.0200, 0.0512, 0.0069, 0.2230, 0.0040, 0.0564, 0.0730, 0.0124, 0.5325, 0.0714]
+# 13 trials of the BCG vaccine, cases and others of the vaccinated and of the control group: G. A. Colditz et al., JAMA 271
+# (1994) 698-702, as printed with what follows from them in the documentation of metafor (W. Viechtbauer, J. Stat.
+# Software 36 (2010) 3), and, for the odds, on its page about H. C. van Houwelingen et al., Stat. Med. 21 (2002) 589-624.
+BCG = np.array([
+    [4, 119, 11, 128], [6, 300, 29, 274], [3, 228, 11, 209], [62, 13536, 248, 12619], [33, 5036, 47, 5761],
+    [180, 1361, 372, 1079], [8, 2537, 10, 619], [505, 87886, 499, 87892], [29, 7470, 45, 7232], [17, 1699, 65, 1600],
+    [186, 50448, 141, 27197], [5, 2493, 3, 2338], [27, 16886, 29, 17825],
+], dtype=float)  # fmt: skip
 
 
-def test_a_published_table_is_met():
-    found = pool(BCG_Y, np.sqrt(BCG_V))
-    assert found.between**2 == pytest.approx(0.3132, abs=5e-4)
-    assert found.mean == pytest.approx(-0.7145, abs=5e-4)
-    assert found.std == pytest.approx(0.1808, abs=5e-4)  # Hartung and Knapp's
-    assert found.p_one < 1e-20
+def log_risk_ratios():
+    cases, others, control, rest = BCG.T
+    y = np.log(cases / (cases + others) / (control / (control + rest)))
+    return y, np.sqrt(1.0 / cases - 1.0 / (cases + others) + 1.0 / control - 1.0 / (control + rest))
+
+
+def log_odds_ratios():
+    cases, others, control, rest = BCG.T
+    return np.log(cases * rest / (others * control)), np.sqrt(np.sum(1.0 / BCG, axis=1))
+
+
+def test_a_published_table_is_met(monkeypatch):
+    monkeypatch.setattr(hierarchy, "CONFIDENCE", 0.95)
+    y, s = log_risk_ratios()
+    assert (y[0], s[0] ** 2) == (pytest.approx(-0.8893, abs=5e-5), pytest.approx(0.3256, abs=5e-5))
+    found = pool(y, s)
+    assert found.between**2 == pytest.approx(0.3132, abs=5e-5)
+    assert found.mean == pytest.approx(-0.7145, abs=5e-5)
+    assert found.std == pytest.approx(0.1808, abs=5e-5)  # Hartung and Knapp's
+    assert (found.low, found.high) == (pytest.approx(-1.1084, abs=1e-4), pytest.approx(-0.3206, abs=1e-4))
+    assert found.p_one == pytest.approx(chdtrc(12, 152.2330), rel=1e-3)
+
+
+def test_the_interval_of_the_scatter_is_the_published_one(monkeypatch):
+    monkeypatch.setattr(hierarchy, "CONFIDENCE", 0.95)
+    found = pool(*log_odds_ratios())
+    squared = (found.between_low**2, found.between_high**2)
+    assert squared == (pytest.approx(0.1302, abs=1e-4), pytest.approx(1.1812, abs=1e-4))
 
 
 def balanced(rng, tests=8, cells=10, between=0.03, within=0.01):
