@@ -10,9 +10,9 @@ from twindisc_cli.identify import hierarchy
 from twindisc_cli.identify.hierarchy import cells_of, levels, outliers, pool
 from twindisc_cli.identify.regimes import find_break, regimes
 
-# 13 trials of the BCG vaccine, cases and others of the vaccinated and of the control group: G. A. Colditz et al., JAMA 271
-# (1994) 698-702, as printed with what follows from them in the documentation of metafor (W. Viechtbauer, J. Stat.
-# Software 36 (2010) 3), and, for the odds, on its page about H. C. van Houwelingen et al., Stat. Med. 21 (2002) 589-624.
+# 13 trials of the BCG vaccine, cases and others of the vaccinated and of the control group: G. A. Colditz et al., JAMA
+# 271 (1994) 698-702, as printed with what follows from them in the documentation of metafor (W. Viechtbauer, J. Stat.
+# Software 36 (2010) 3), and, for the odds, on its page about H. C. van Houwelingen et al., Stat. Med. 21 (2002).
 BCG = np.array([
     [4, 119, 11, 128], [6, 300, 29, 274], [3, 228, 11, 209], [62, 13536, 248, 12619], [33, 5036, 47, 5761],
     [180, 1361, 372, 1079], [8, 2537, 10, 619], [505, 87886, 499, 87892], [29, 7470, 45, 7232], [17, 1699, 65, 1600],
