@@ -12,12 +12,11 @@ RUNTIME := $(VENV)/.runtime
 DEVELOPMENT := $(VENV)/.development
 SOURCES := $(shell find twindisc_cli -name '*.py' -o -name '*.npz' -o -name '*.html' -o -name '*.toml')
 
-# Two commands at a time, each on one core.
-MAKEFLAGS += --jobs=2
+# A campaign uses all cores; one of them after the other.
+.NOTPARALLEL:
 export OMP_NUM_THREADS = 1
 
 .PHONY: run test lint bench score schema clean
-.DELETE_ON_ERROR:
 
 $(RUNTIME): pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
@@ -28,62 +27,66 @@ $(DEVELOPMENT): $(RUNTIME)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	touch $@
 
-# What is run on which definition, TEST_COMMAND_OPTIONS with it. A result depends on its definition, on data/NAME_*.csv and on the program.
-FRICTION := friction-chart identify-mu contact check
-ambient_COMMANDS := $(FRICTION) simulate-wear fit-k thermal
-cryogenic_COMMANDS := $(FRICTION) simulate-wear fit-k thermal
-eurosprinter_COMMANDS := $(FRICTION)
-mtm_running_in_COMMANDS := $(FRICTION)
-cryogenic_contact_OPTIONS := --mu 0.6 --creepage 0.2
-TESTS := ambient cryogenic eurosprinter mtm_running_in
+# Every command on every definition in configs/ that has what it needs; a definition is named as its file. What is there
+# and up to date is not computed again, unless the program changed. Exit code 5 is a negative finding: a result.
+DEFINITIONS := $(wildcard configs/*.toml)
+named = $(patsubst configs/%.toml,%,$(1))
+holding = $(shell grep -lE '$(1)' $(DEFINITIONS))
+WORN := $(call holding,^(profile|mass) *=)
+friction-chart_ON := $(DEFINITIONS)
+identify-mu_ON := $(DEFINITIONS)
+contact_ON := $(DEFINITIONS)
+check_ON := $(DEFINITIONS)
+simulate-wear_ON := $(WORN)
+fit-k_ON := $(WORN)
+thermal_ON := $(call holding,^\[thermal\])
+close-loop_ON := $(filter-out configs/ambient.toml,$(DEFINITIONS))
+close-loop_MORE := close-loop.html revised.toml
+COMMANDS := friction-chart identify-mu contact check simulate-wear fit-k thermal close-loop
 
-# Exit code 5 is a negative finding: a result like any other. What is written beside the HDF5 file is made again where it is gone.
-define BESIDE
-RESULTS += results/$(1)/$(2).$(3)
-results/$(1)/$(2).$(3): results/$(1)/$(2).h5
-	@test -s $$@ || $(TWINDISC) $(2) $(4) -o results || [ $$$$? -eq 5 ]
-	@touch $$@
-endef
-define RESULT
-RESULTS += results/$(1)/$(2).h5
-results/$(1)/$(2).h5: configs/$(1).toml $(wildcard data/$(1)_*.csv) $(SOURCES) $(RUNTIME)
-	$(TWINDISC) $(2) $$< $($(1)_$(2)_OPTIONS) -o results --force || [ $$$$? -eq 5 ]
-$(call BESIDE,$(1),$(2),png,configs/$(1).toml $($(1)_$(2)_OPTIONS))
-endef
-$(foreach test,$(TESTS),$(foreach command,$($(test)_COMMANDS),$(eval $(call RESULT,$(test),$(command)))))
+INPUTS := $(wildcard data/*.csv) $(SOURCES) $(RUNTIME)
+anew = $(if $(filter $(SOURCES),$?),--force)
+done = || [ $$? -eq 5 ]
 
-# close-loop: the nitrogen test is predicted from the one in air; the others stand alone.
-define LOOP
-RESULTS += results/$(1)/close-loop.h5
-results/$(1)/close-loop.h5: $(foreach test,$(1) $(2),configs/$(test).toml $(wildcard data/$(test)_*.csv)) $(SOURCES) $(RUNTIME)
-	$(TWINDISC) close-loop configs/$(1).toml $(if $(2),--validate configs/$(2).toml) -o results --force || [ $$$$? -eq 5 ]
-$(foreach kind,png html,$(call BESIDE,$(1),close-loop,$(kind),configs/$(1).toml $(if $(2),--validate configs/$(2).toml))
-)
+define CAMPAIGN
+$(1)_FILES := results/campaign-$(1).csv $(foreach test,$(call named,$($(1)_ON)),results/$(test)/$(1).h5 results/$(test)/$(1).png $($(1)_MORE:%=results/$(test)/%))
+RESULTS += $$($(1)_FILES)
+$$($(1)_FILES) &: $($(1)_ON) $(INPUTS)
+	$(TWINDISC) campaign $(1) $($(1)_ON) -o results $$(anew) $$(done)
+	@touch -c $$($(1)_FILES)
 endef
-$(eval $(call LOOP,ambient,cryogenic))
-$(eval $(call LOOP,cryogenic,))
-$(eval $(call LOOP,eurosprinter,))
-$(eval $(call LOOP,mtm_running_in,))
+$(foreach command,$(COMMANDS),$(eval $(call CAMPAIGN,$(command))))
+
+# Two by themselves: the nitrogen test predicted from the one in air, and a contact that no step of the test ran at.
+PREDICTED := $(addprefix results/ambient/,close-loop.h5 close-loop.png $(close-loop_MORE))
+$(PREDICTED) &: configs/ambient.toml configs/cryogenic.toml $(INPUTS)
+	$(TWINDISC) close-loop configs/ambient.toml --validate configs/cryogenic.toml -o results $(anew) $(done)
+	@touch -c $(PREDICTED)
+
+ILLUSTRATION := results/illustration/cryogenic/contact.h5 results/illustration/cryogenic/contact.png
+$(ILLUSTRATION) &: configs/cryogenic.toml $(INPUTS)
+	$(TWINDISC) contact configs/cryogenic.toml --mu 0.6 --creepage 0.2 -o results/illustration $(anew)
+	@touch -c $(ILLUSTRATION)
 
 # The paper's figures: which command's page of which tests shows them. Figs. 1, 3 and 10 are sketches. Figs. 4 and 5 are
-# at mu = 0.6 and 0.2 %, an illustrative case that no step of the test ran at. Fig. 14 needs the K from air.
+# the illustration. Fig. 14 needs the K from air.
 define FIGURE
-FIGURES += results/figures/$(1)_$(2).png
-results/figures/$(1)_$(2).png: results/$(2)/$(3).png
-	@mkdir -p $$(@D) && cp results/$(2)/$(3).png $$@
+FIGURES += results/figures/$(1)_$(notdir $(2)).png
+results/figures/$(1)_$(notdir $(2)).png: results/$(2)/$(3).png
+	@mkdir -p $$(@D) && cp $$< $$@
 endef
 figures = $(foreach number,$(1),$(foreach test,$(2),$(eval $(call FIGURE,$(number),$(test),$(3)))))
 $(call figures,fig02,ambient cryogenic,identify-mu)
-$(call figures,fig04 fig05,cryogenic,contact)
+$(call figures,fig04 fig05,illustration/cryogenic,contact)
 $(call figures,fig06 fig07,ambient cryogenic,friction-chart)
 $(call figures,fig08 fig12,ambient cryogenic,simulate-wear)
 $(call figures,fig09,ambient cryogenic,fit-k)
 $(call figures,fig11,ambient,fit-k)
 $(call figures,fig13,ambient cryogenic,thermal)
 $(call figures,fig14,cryogenic,simulate-wear)
-$(call figures,loop,$(TESTS),close-loop)
+$(call figures,loop,$(call named,$(DEFINITIONS)),close-loop)
 
-run: $(RESULTS) $(FIGURES)
+run: $(RESULTS) $(PREDICTED) $(FIGURES)
 	@printf '%s\n' $(sort $(FIGURES))
 
 test: $(DEVELOPMENT)
