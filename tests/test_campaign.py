@@ -13,6 +13,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+import tomli_w
 import xarray
 from accidents import process_of, square_or_worse
 from definitions import TRACTION, VALID, changed, write
@@ -20,6 +21,7 @@ from definitions import TRACTION, VALID, changed, write
 from twindisc_cli.campaign import pool
 from twindisc_cli.campaign.outcome import figure_of, outcome_of
 from twindisc_cli.campaign.plan import plan
+from twindisc_cli.campaign.shared import common_of
 from twindisc_cli.campaign.table import Row, columns_of, csv_text, header, parquet_bytes, table_of
 from twindisc_cli.cli import main
 from twindisc_cli.commands._campaign_work import PRELOAD
@@ -407,7 +409,7 @@ def test_a_regime_of_severe_wear_is_found_over_the_energy() -> None:
     _, severe = found.k
     assert np.exp(severe.low) == pytest.approx(11.0, rel=0.2)
     assert "K has 2 regimes" in "\n".join(found.summary)
-    figure = figure_of("fit-k", table, found, "synthetic")
+    figure = figure_of("fit-k", table, found, (), "synthetic")
     assert figure is not None
     assert "synthetic data" in " ".join(text.get_text() for text in figure().texts)
 
@@ -427,6 +429,58 @@ def test_effects_hold_for_all_some_or_one_test_of_a_group() -> None:
         "falling_friction": ("g", "all", 3), "load_error": ("g", "one", 3), "misalignment": ("g", "one", 3),
     }  # fmt: skip
     assert "group g: falling_friction in 3 of 3 tests, probability 90 to 90 %" in found.summary
-    figure = figure_of("close-loop", table, found, "")
+    figure = figure_of("close-loop", table, found, (), "")
     assert figure is not None
     figure()
+
+
+def falling(folder: Path, sizes: dict[str, float]) -> list[Row]:
+    """Repeats in full sliding with friction that falls with creepage, each by its own size; rows as close-loop's."""
+    rng = np.random.default_rng(5)
+    creepage = np.tile((2.0, 3.0, 4.5, 6.0, 8.0), 4)
+    steps = "".join(f"  {{ creepage_percent = {c} }},\n" for c in creepage[:5])
+    text = f"{VALID[: VALID.index('steps = [')]}steps = [\n{steps}]\n"
+    for name, size in sizes.items():
+        ratio = 0.5 * (1.0 - size * -np.expm1(-creepage / 3.0)) + 0.002 * rng.standard_normal(len(creepage))
+        data = "".join(f"{c},{r:.5f}\n" for c, r in zip(creepage, ratio, strict=True))
+        (folder / f"{name}.csv").write_text(f"creepage [%],traction ratio [1]\n{data}")
+        named = text.replace('"small"', f'"{name}"\ngroup = "dry"')
+        (folder / f"{name}.toml").write_text(f'{named}\n[measured]\ntraction = "{name}.csv"\n')
+    found = {"verdict": "effects_found", "effects": "falling_friction", "falling_friction probability [1]": 0.9}
+    found |= {"falling_friction alternatives": "film_breakdown; mu over creepage"}
+    return [Row(n, f"{n}.toml", 0, group="dry", found=found if n == "a" else {"verdict": "unexplained"}) for n in sizes]
+
+
+def test_what_one_test_was_told_to_lack_is_looked_for_in_all_of_its_group(folder: Path) -> None:
+    rows = falling(folder, {"a": 0.3, "b": 0.3, "c": 0.0})
+    (common,) = common_of(plan(["?.toml"]), rows, folder / "results", lambda _what, _fraction: None)
+    (term,) = common.json["terms"]
+    assert (term["term"], term["holds"], term["tests"]) == ("falling_friction", "some", ["a", "b"])
+    assert term["one_set"] is True
+    assert common.summary[0].startswith("group dry, 3 tests: falling_friction in some (2 of 3; 90 %: ")
+    assert (
+        common.columns["a"]["falling_friction in group [1]"]
+        > 0.9
+        > 0.3
+        > common.columns["c"]["falling_friction in group [1]"]
+    )
+    figure = figure_of("close-loop", table_of(rows), outcome_of(table_of(rows)), [common], "synthetic")
+    assert figure is not None
+    figure()
+
+
+def test_a_law_of_one_test_is_looked_for_in_all_of_its_group(folder: Path) -> None:
+    rows = falling(folder, {"a": 0.3, "b": 0.15})
+    found = {"verdict": "law_learned", "laws": "mu_over_creepage", "mu_over_creepage probability [1]": 0.8}
+    rows[0] = Row("a", "a.toml", 0, group="dry", found=found)
+    at = np.linspace(0.0, 8.0, 33)
+    curve = {"at": at.tolist(), "factor": (1.0 - 0.3 * -np.expm1(-at / 3.0)).tolist()}
+    law = {"laws": {"mu_over_creepage": {"quantity": "mu", "covariate": "creepage", **curve}}}
+    (folder / "results/a").mkdir(parents=True)
+    text = (folder / "a.toml").read_text().replace('"a.csv"', '"../../a.csv"')
+    (folder / "results/a/revised.toml").write_text(f"{text}\n{tomli_w.dumps(law)}")
+    (common,) = common_of(plan(["?.toml"]), rows, folder / "results", lambda _what, _fraction: None)
+    (term,) = common.json["terms"]
+    assert (term["term"], term["holds"]) == ("mu_over_creepage", "all")
+    assert term["parameters"]["size"]["value"] == pytest.approx([1.0, 0.5], rel=0.1)
+    assert term["one_set"] is False

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from rigs import ROOM, SPEED, experiment, history, spread, traction_samples
 
-from twindisc_cli.loop.design import SAMPLES, next_experiment, up_and_down
+from twindisc_cli.loop.design import SAMPLES, next_experiment, next_for_set, up_and_down
 from twindisc_cli.loop.diagnosis import NextExperiment
 from twindisc_cli.loop.fit import Fit, at
 from twindisc_cli.loop.problem import Case, Problem, case_of
@@ -125,6 +125,21 @@ def test_the_choice_is_the_same_every_time() -> None:
         model_of(case, 0.6, "film_breakdown", film_ratio=0.8, critical_creepage_percent=3.5, width_percent=0.4),
     )
     assert planned(case, *models) == planned(case, *models)
+
+
+def test_a_set_of_tests_is_worth_the_mean_square_of_its_distances() -> None:
+    case = constant_case()
+    offset = model_of(case, 0.5, "torque_offset", offset=0.05)
+    pairs = [
+        ((model_of(case, 0.7, "falling_friction", ratio=ratio, decay_s_m=3.0), 0.5), (offset, 0.5))
+        for ratio in (0.9, 0.6)
+    ]
+    names = ("falling_friction", "torque_offset")
+    weak, strong = (next_for_set([pair], names).separation_now for pair in pairs)
+    both = next_for_set(pairs, names)
+    assert strong > 2.0 * weak > 0.0
+    assert both.separation_now == pytest.approx(np.hypot(weak, strong) / np.sqrt(2.0), rel=1e-9)
+    assert "in each of 2 tests" in both.why
 
 
 def test_without_rivals_the_history_goes_up_and_down() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,8 @@ from twindisc_cli.identify.regimes import Regime, regimes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from twindisc_cli.campaign.shared import Common
 
 SEED = 1
 ENERGY, RATE = "T gamma / A [N/mm2]", "wear rate [um/km]"
@@ -67,7 +69,9 @@ def outcome_of(table: Table) -> Outcome:
     )
 
 
-def figure_of(command: str, table: Table, outcome: Outcome, provenance: str) -> Callable[[], Figure] | None:
+def figure_of(
+    command: str, table: Table, outcome: Outcome, shared: Sequence[Common], provenance: str
+) -> Callable[[], Figure] | None:
     """The figure of a campaign, drawn when called; None where there is nothing to draw."""
     from twindisc_cli.figures import campaign as figures
 
@@ -81,7 +85,7 @@ def figure_of(command: str, table: Table, outcome: Outcome, provenance: str) -> 
     if outcome.rate:
         return lambda: figures.wear(table, outcome.k, outcome.rate, title=title, provenance=provenance)
     if command == "close-loop":
-        return lambda: figures.effects(outcome.effects, title=title, provenance=provenance)
+        return lambda: figures.effects(outcome.effects, shared, title=title, provenance=provenance)
     return None
 
 

@@ -23,6 +23,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
+from twindisc_cli.definition import Test, load, load_text
 from twindisc_cli.errors import DefinitionError, Problem
 
 Value = float | int | str | bool
@@ -40,6 +41,11 @@ class Job:
     path: Path
     text: str | None = None
     varied: Mapping[str, Value] = field(default_factory=dict)
+
+
+def read(job: Job) -> Test:
+    """The test of a job, from its file or from its variation."""
+    return load(job.path) if job.text is None else load_text(job.text, job.path)
 
 
 def plan(given: Sequence[str]) -> list[Job]:

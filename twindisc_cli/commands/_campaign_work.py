@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from twindisc_cli.campaign.plan import Job
+from twindisc_cli.campaign.plan import Job, read
 from twindisc_cli.campaign.table import Row, Value, columns_of, header
 from twindisc_cli.commands import _runner
-from twindisc_cli.definition import Test, load, load_text
+from twindisc_cli.definition import Test
 from twindisc_cli.errors import TwindiscError, bug
 from twindisc_cli.results.recorded import up_to_date
 from twindisc_cli.results.store import plain, put
@@ -67,7 +67,7 @@ def prepare(order: Order, job: Job) -> Task | Row:
     """Read a test: a task, or at once the row of one that is up to date or cannot be read."""
     row = Row(test=job.name, file=job.path.as_posix(), exit_code=0, asked=_varied(job))
     try:
-        test = load(job.path) if job.text is None else load_text(job.text, job.path)
+        test = read(job)
         origin = _runner.single_origin(order.command, test)
         row = replace(
             row,

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from twindisc_cli import terminal
 from twindisc_cli.campaign import pool
@@ -17,8 +18,12 @@ from twindisc_cli.commands import _runner
 from twindisc_cli.commands._campaign_work import Order, Task, Work, compute, deliver, prepare
 from twindisc_cli.commands._output import Output
 from twindisc_cli.errors import DefinitionError, Problem, did_you_mean
-from twindisc_cli.results import Result
+from twindisc_cli.results import Result, or_null
 from twindisc_cli.results.store import Origin, write
+from twindisc_cli.results.stored import up_to_date
+
+if TYPE_CHECKING:
+    from twindisc_cli.campaign.shared import Common
 
 COMMANDS = (
     "friction-chart",
@@ -53,10 +58,25 @@ def run(command: str, given: Sequence[str], means: Means, output: Output) -> int
         raise DefinitionError(Problem(what, key=command))
     jobs = plan(given)
     rows = _rows(jobs, Order(command, output.folder, output.force), means)
-    result, extra = _result(f"{_stem(given, jobs)}-{command}", command, rows)
-    files = write(output.folder, result, _origin(result.command, rows), extra)
-    _tell(result, _count(rows), files, output)
+    name = f"{_stem(given, jobs)}-{command}"
+    origin = _origin(name, rows)
+    stored = None if output.force else up_to_date(output.folder / f"{name}.h5", origin.run_key(name))
+    if stored:
+        _tell(stored.summary, stored.json, _count(rows), stored.files, output, "up to date")
+        return stored.exit_code
+    shared = _shared(jobs, rows, output.folder) if command == "close-loop" else []
+    result, extra = _result(name, command, rows, shared)
+    files = write(output.folder, result, origin, extra)
+    _tell(result.summary, result.json, _count(rows), files, output, "written")
     return result.exit_code
+
+
+def _shared(jobs: Sequence[Job], rows: Sequence[Row], folder: Path) -> list[Common]:
+    """What the tests of each group lack together."""
+    from twindisc_cli.campaign.shared import common_of
+
+    with _runner.progress_bar() as progress:
+        return common_of(jobs, rows, folder, progress)
 
 
 def _stem(given: Sequence[str], jobs: Sequence[Job]) -> str:
@@ -123,25 +143,27 @@ def lost(job: Job, why: pool.Lost) -> Row:
     return Row(test=job.name, file=job.path.as_posix(), exit_code=why.exit_code, error=why.reason)
 
 
-def _result(name: str, command: str, rows: Sequence[Row]) -> tuple[Result, dict[str, bytes]]:
+def _result(name: str, command: str, rows: Sequence[Row], shared: Sequence[Common]) -> tuple[Result, dict[str, bytes]]:
     """The table of a campaign and what it says as a result of its own, and its further files."""
-    table = table_of(rows)
+    columns = {test: found for common in shared for test, found in common.columns.items()}
+    table = table_of([replace(row, found={**row.found, **columns.get(row.test, {})}) for row in rows])
     outcome = outcome_of(table)
     extra = {f"{name}.csv": csv_text(table).encode()}
     if parquet := parquet_bytes(table):
         extra[f"{name}.parquet"] = parquet
     result = Result(
         command=name,
-        summary=outcome.summary,
+        summary=(*(line for common in shared for line in common.summary), *outcome.summary),
         json={
             "tests": len(rows),
             "failed": [
                 {"test": row.test, "exit_code": row.exit_code, "error": row.error} for row in rows if row.failed
             ],
             **outcome.json,
+            "shared": or_null([common.json for common in shared]),
         },
         dataset=dataset_of(table),
-        figure=figure_of(command, table, outcome, _provenance(rows)),
+        figure=figure_of(command, table, outcome, shared, _provenance(rows)),
         exit_code=next((code for code in WORST_FIRST if any(row.exit_code == code for row in rows)), 0),
     )
     return result, extra
@@ -153,7 +175,7 @@ def _provenance(rows: Sequence[Row]) -> str:
 
 def _origin(name: str, rows: Sequence[Row]) -> Origin:
     """What the table was made from: the run keys of its tests."""
-    keys = sha256("\n".join(f"{row.test} {row.run_key}" for row in rows).encode()).hexdigest()
+    keys = sha256("\n".join(f"{row.test} {row.run_key} {row.error}" for row in rows).encode()).hexdigest()
     return Origin(name=name, configs=(), inputs={}, provenance=_provenance(rows), options={"run_keys": keys})
 
 
@@ -163,10 +185,12 @@ def _count(rows: Sequence[Row]) -> str:
     return f"{len(rows)} tests: {computed} computed, {len(rows) - computed - broken} up to date, {broken} failed"
 
 
-def _tell(result: Result, count: str, files: Sequence[Path], output: Output) -> None:
+def _tell(
+    summary: Sequence[str], outcome: Mapping[str, Any], count: str, files: Sequence[Path], output: Output, state: str
+) -> None:
     """Summary and paths to the terminal; with --json the object to stdout and the rest to stderr."""
     if not output.quiet:
-        terminal.say([count, *result.summary, *(f"written: {path}" for path in files)], error=output.as_json)
+        terminal.say([count, *summary, *(f"{state}: {path}" for path in files)], error=output.as_json)
     if output.as_json:
         table = next(path for path in files if path.suffix == ".csv")
-        _runner.tell_json({**result.json, "table": str(table)})
+        _runner.tell_json({**outcome, "table": str(table)})

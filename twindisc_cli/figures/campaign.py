@@ -14,11 +14,17 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from twindisc_cli.campaign.groups import Effect, Group, Points
+    from twindisc_cli.campaign.shared import Common
     from twindisc_cli.campaign.table import Table
     from twindisc_cli.identify.regimes import Regime
+    from twindisc_cli.loop.group import SharedParameter
     from twindisc_cli.model.experiment import Floats
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, BLACK)
+MOST_PARAMETERS = 3
+"""Parameters of groups that are drawn."""
+NINETY = 1.645
+"""Half a 90 % interval in standard deviations."""
 ENERGY = "$T\\gamma/A$ [N/mm²]"
 
 
@@ -94,9 +100,12 @@ def _regimes(axes: Axes, found: Sequence[Regime]) -> None:
                          label=f"break, p = {regime.p_value:.2g}")  # fmt: skip
 
 
-def effects(found: Sequence[Effect], *, title: str, provenance: str) -> Figure:
-    """The effects found over the tests, and how probable each is in each."""
-    figure, (axes,) = page(1, 1, height=1.4 + 0.3 * max(len(found), 1), title=title, provenance=provenance)
+def effects(found: Sequence[Effect], shared: Sequence[Common], *, title: str, provenance: str) -> Figure:
+    """The effects found over the tests, how probable in each; of a group, each parameter of what it shares."""
+    panels = [(common, term, key) for common in shared for term in common.found.shared for key in term.parameters]
+    panels = panels[:MOST_PARAMETERS]
+    rows = max([len(found), *(len(common.found.tests) for common, _, _ in panels), 1])
+    figure, (axes, *further) = page(1, 1 + len(panels), height=1.4 + 0.3 * rows, title=title, provenance=provenance)
     labels = []
     for place, effect in enumerate(found):
         axes.plot(effect.probability, np.full(len(effect.probability), place), linestyle="none", marker="o",
@@ -107,7 +116,21 @@ def effects(found: Sequence[Effect], *, title: str, provenance: str) -> Figure:
     axes.set_xlim(-0.02, 1.02)
     axes.set_ylim(max(len(labels), 1) - 0.5, -0.5)
     name_axes(axes, "probability in a test [1]", "", "" if found else "no effect was found in any test")
+    for panel, (common, term, key) in zip(further, panels, strict=True):
+        _parameter(panel, [common.found.tests[i] for i in term.acts], term.parameters[key])
+        name_axes(panel, f"{key.replace('_', ' ')} [{term.parameters[key].unit}]", "", term.name.replace("_", " "))
     return figure
+
+
+def _parameter(axes: Axes, tests: Sequence[str], found: SharedParameter) -> None:
+    """A parameter in each test with its 90 % interval, and its mean over them."""
+    axes.errorbar(found.value, range(len(tests)), xerr=NINETY * found.std, linestyle="none", marker="o", markersize=3.5,
+                  markerfacecolor="white", elinewidth=0.7, color=BLUE)  # fmt: skip
+    if np.isfinite(found.low):
+        axes.axvspan(found.low, found.high, color=GREY, alpha=0.3, linewidth=0.0)
+    axes.axvline(found.mean, color=BLACK, linewidth=0.8)
+    axes.set_yticks(range(len(tests)), tests)
+    axes.set_ylim(len(tests) - 0.5, -0.5)
 
 
 def map_of(table: Table, varied: Sequence[str], results: Sequence[str], *, title: str, provenance: str) -> Figure:

@@ -38,14 +38,22 @@ HARDLY = 1.0
 
 def next_experiment(alive: Sequence[tuple[Fit, float]], names: Sequence[str]) -> NextExperiment:
     """Choose among the histories for the models alive: (fit, probability) and a name each."""
-    first = alive[0][0].problem.cases[0]
+    return next_for_set([alive], names)
+
+
+def next_for_set(alive: Sequence[Sequence[tuple[Fit, float]]], names: Sequence[str]) -> NextExperiment:
+    """The history that is best for a set of tests: the models alive in each, in one order, with a name each.
+
+    Distances are root mean squares over the tests, each by its own fits; histories are those of the first test.
+    """
+    first, weight = _case(alive[0]), [share for _, share in alive[0]]
     present = [channel for channel in channels() if channel in first.noise]
     ranked = []
     for label, steps in _histories(first.test.history):
-        distances = _distances(first, steps, alive, present)
+        distances = _mean_distances(steps, alive, present)
         worth = 0.0
         for (a, b), by_channel in distances.items():
-            worth += alive[a][1] * alive[b][1] * (1.0 - np.exp(-sum(by_channel.values()) / 8.0))
+            worth += weight[a] * weight[b] * (1.0 - np.exp(-sum(by_channel.values()) / 8.0))
         ranked.append((worth, label, steps, distances))
     now = ranked[0]
     best = max(ranked, key=lambda r: (round(r[0], 3), min(_length(by_channel) for by_channel in r[3].values())))
@@ -53,12 +61,13 @@ def next_experiment(alive: Sequence[tuple[Fit, float]], names: Sequence[str]) ->
     separation = _length(best[3][closest])
     near = separation < CLEAR and first.test.thermal is not None
     missing = [channel for channel in channels() if near and channel not in present]
-    more = {c: _length(_distances(first, best[2], alive, [*present, c])[closest]) for c in missing}
+    more = {c: _length(_mean_distances(best[2], alive, [*present, c])[closest]) for c in missing}
     wanted = max(more, key=lambda c: more[c], default=None)
     helps = wanted is not None and more[wanted] ** 2 > 2.0 * separation**2
     rivals = (names[closest[0]], names[closest[1]])
+    each = f" in each of {len(alive)} tests" if len(alive) > 1 else ""
     why = (
-        f"{best[1]}: expected to separate {rivals[0]} from {rivals[1]} by {separation:.1f} noise units "
+        f"{best[1]}: expected to separate {rivals[0]} from {rivals[1]} by {separation:.1f} noise units{each} "
         f"(this history again: {_length(now[3][closest]):.1f})"
     )
     if separation < HARDLY:
@@ -71,6 +80,18 @@ def next_experiment(alive: Sequence[tuple[Fit, float]], names: Sequence[str]) ->
         separation_now=_length(now[3][closest]),
         channel_wanted=wanted if helps else None,
     )
+
+
+def _case(alive: Sequence[tuple[Fit, float]]) -> Case:
+    return alive[0][0].problem.cases[0]
+
+
+def _mean_distances(
+    steps: Sequence[Mapping[str, float]], alive: Sequence[Sequence[tuple[Fit, float]]], channels: Sequence[str]
+) -> dict[tuple[int, int], dict[str, float]]:
+    """Squared distances of each pair of models by recorded channel, on average over the tests."""
+    every = [_distances(_case(models), steps, models, channels) for models in alive]
+    return {pair: {c: float(np.mean([found[pair][c] for found in every])) for c in channels} for pair in every[0]}
 
 
 def up_and_down(history: History, why: str) -> NextExperiment:

@@ -1,0 +1,164 @@
+"""Groups in the loop: in how many tests a term acts, with which parameters, and what the others foretell of a test."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rigs import SPEED, experiment, history, spread, traction_samples
+from scipy.special import betaincinv
+
+from twindisc_cli.identify import hierarchy
+from twindisc_cli.laws.law import Law
+from twindisc_cli.loop import group as groups
+from twindisc_cli.loop.group import GroupDiagnosis, diagnose_group, mixture, one_set, resized
+from twindisc_cli.model.experiment import Disc, Experiment, Measured, Rig, TractionSamples
+
+COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 2)
+TIME = spread(COURSE, 6)
+AT = COURSE.creepage[np.searchsorted(COURSE.end_time, TIME)]
+GRID = np.linspace(0.0, 0.1, 41)
+SIGMA = 0.004
+REFERENCE = Path(__file__).parent / "reference"
+
+
+def repeats(sizes: list[float], decays: list[float], seed: int = 0) -> list[Experiment]:
+    """Tests in full sliding whose friction falls with the sliding speed by a share and at a rate of their own."""
+    rng = np.random.default_rng(seed)
+    tests = []
+    for number, (size, decay) in enumerate(zip(sizes, decays, strict=True)):
+        mu = 0.6 * np.exp(0.03 * rng.standard_normal())
+        ratio = mu * (1.0 - size * -np.expm1(-decay * AT * SPEED)) + SIGMA * rng.standard_normal(len(TIME))
+        measured = Measured(traction=traction_samples(COURSE, TIME, ratio))
+        tests.append(experiment(COURSE, thermal=None, name=f"t{number}", measured=measured))
+    return tests
+
+
+def quiet(_what: str, _fraction: float) -> None:
+    pass
+
+
+def test_the_share_of_tests_has_its_closed_forms() -> None:
+    """One test: P = e^E / (1 + e^E). Tests that say yes or no for certain: the share is Beta(yes + 1, no + 1)."""
+    probability, _, gain = mixture(np.array([1.7]))
+    assert probability[0] == pytest.approx(1.0 / (1.0 + np.exp(-1.7)), rel=1e-4)
+    assert gain == pytest.approx(np.log(0.5 * (1.0 + np.exp(1.7))), rel=1e-4)
+    probability, (middle, low, high), gain = mixture(np.array([400.0, 400.0, 400.0, -400.0, -400.0]))
+    expected = [betaincinv(4, 3, q) for q in (0.5, 0.05, 0.95)]
+    assert (middle, low, high) == pytest.approx(expected, abs=3e-3)
+    assert probability == pytest.approx([1, 1, 1, 0, 0], abs=1e-9)
+    assert gain == pytest.approx(1200.0 - np.log(60.0), rel=1e-5)  # B(4, 3) = 1 / 60
+
+
+def test_what_says_nothing_in_any_test_says_nothing_for_the_group() -> None:
+    probability, share, gain = mixture(np.zeros(6))
+    assert gain == pytest.approx(0.0, abs=1e-9)
+    assert probability == pytest.approx(np.full(6, 0.5), abs=1e-9)
+    assert share == pytest.approx((0.5, 0.05, 0.95), abs=3e-3)
+
+
+def test_one_set_of_parameters_is_tested_as_cochran_does() -> None:
+    rng = np.random.default_rng(1)
+    theta, std = rng.standard_normal((6, 1)), rng.uniform(0.5, 1.5, 6)
+    covariance = (std**2)[:, None, None]
+    assert groups._one_set(theta, covariance) == pytest.approx(hierarchy.pool(theta[:, 0], std).p_one, rel=1e-9)
+    mean, together = one_set(np.array([[1.0, 0.0], [3.0, 4.0]]), np.array([np.eye(2), 4.0 * np.eye(2)]))
+    assert mean == pytest.approx([1.4, 0.8])  # weights 4 to 1
+    assert together == pytest.approx(0.8 * np.eye(2))
+
+
+@cache
+def four_of_five() -> GroupDiagnosis:
+    """Falling friction in four of five tests, at rates that scatter; the fifth has a constant mu."""
+    tests = repeats([0.5, 0.5, 0.5, 0.5, 0.0], [2.7, 3.3, 2.8, 3.4, 3.0])
+    return diagnose_group(tests, ["falling_friction", "running_in_friction"], {}, quiet)
+
+
+def test_an_effect_of_some_tests_is_told_from_one_of_all() -> None:
+    (found,) = four_of_five().shared
+    assert (found.name, found.holds, found.acts) == ("falling_friction", "some", (0, 1, 2, 3))
+    assert found.probability[4] < 0.2
+    assert found.low < 0.8 < found.high
+
+
+def test_parameters_differ_between_tests_where_the_data_say_so() -> None:
+    (found,) = four_of_five().shared
+    ratio, decay = found.parameters["ratio"], found.parameters["decay_s_m"]
+    assert ratio.low < 0.5 < ratio.high
+    assert ratio.p_one > 0.05
+    assert decay.low < np.exp(np.mean(np.log([2.7, 3.3, 2.8, 3.4]))) < decay.high
+    assert decay.between == pytest.approx(np.std(np.log([2.7, 3.3, 2.8, 3.4]), ddof=1), rel=0.5)
+    assert decay.p_one < 0.05
+    assert found.p_one < 0.05
+
+
+def test_a_test_is_foretold_by_the_parameters_of_the_others() -> None:
+    error = four_of_five().errors["traction"]
+    assert error.constant > 0.03
+    assert error.left_out == pytest.approx(SIGMA, rel=0.25)
+
+
+def test_one_set_holds_where_the_tests_are_alike() -> None:
+    found = diagnose_group(repeats([0.5] * 3, [3.0] * 3, seed=2), ["falling_friction"], {}, quiet).shared[0]
+    assert found.holds == "all"
+    assert found.p_one > 0.05
+
+
+def test_an_effect_of_one_test_is_of_one() -> None:
+    found = diagnose_group(repeats([0.0, 0.3, 0.0, 0.0], [3.0] * 4, seed=3), ["falling_friction"], {}, quiet).shared[0]
+    assert (found.holds, found.acts) == ("one", (1,))
+    assert np.isnan(found.p_one)
+
+
+def test_a_law_of_one_test_has_a_size_of_its_own_in_the_others() -> None:
+    """mu falls by 20 % as 1 - exp(-v / 3 %) in the test it was learnt on, by half and twice as much in two others."""
+    rate = 1.0 / (0.03 * SPEED)
+    law = Law("mu", "creepage", at=tuple(100 * GRID), value=tuple(1.0 - 0.2 * -np.expm1(-GRID / 0.03)))
+    tests = repeats([0.2, 0.1, 0.4], [rate] * 3, seed=4)
+    (found,) = diagnose_group(tests, [], {"mu_over_creepage": law}, quiet).shared
+    assert found.holds == "all"
+    assert found.parameters["size"].value == pytest.approx([1.0, 0.5, 2.0], rel=0.12)
+    assert found.p_one < 1e-6
+
+
+def test_a_resized_law_changes_so_many_times_as_much() -> None:
+    x = np.linspace(0.0, 8.0, 9)
+    parameters = {"size": -0.3, "origin_percent": 0.0, "scale_percent": 3.0}
+    for law in (
+        Law("mu", "creepage", at=(0.0, 4.0, 8.0), value=(1.0, 0.8, 0.7)),
+        Law("mu", "creepage", "exponential", parameters),
+        Law("traction_ratio", "creepage", at=(0.0, 8.0), value=(0.01, -0.02)),
+    ):
+        assert resized(law, 2.5).change(x) == pytest.approx(2.5 * law.change(x))
+
+
+# A record that nobody made up
+
+
+def sweeps() -> list[Experiment]:
+    """Twenty traction sweeps of a lubricated ball on a flat disc; creepages in steps of equal ratio."""
+    number, creepage, ratio = np.loadtxt(REFERENCE / "etm_sweeps.csv", delimiter=",", comments="#", skiprows=4).T
+    steel = {"youngs_modulus": 207e9, "poisson_ratio": 0.29, "hardness": 760 * 9.80665e6}
+    rig = Rig(Disc(9.525e-3, 9.525e-3, **steel), Disc(np.inf, np.inf, **steel), normal_load=1647.0, rolling_speed=0.025)
+    tests = []
+    for sweep in np.unique(number):
+        inside = (number == sweep) & (creepage > 0.02)
+        x, y = creepage[inside] / 100.0, ratio[inside]
+        levels = np.geomspace(2e-4, 0.2, 25)
+        near = np.argmin(np.abs(np.log(x[:, None] / levels)), axis=1)
+        used, step = np.unique(near, return_inverse=True)
+        course = history(levels[used], 1)
+        unknown = np.full(len(x), np.nan)
+        measured = Measured(traction=TractionSamples(unknown, step, x, y, unknown))
+        changes = {"rig": rig, "thermal": None, "measured": measured}
+        tests.append(experiment(course, name=f"sweep {sweep:.0f}", **changes))
+    return tests
+
+
+def test_sweeps_of_one_ball_follow_one_law_with_a_level_for_each() -> None:
+    """Of every quarter of the sweeps the others foretell more than half of what a constant mu leaves."""
+    found = diagnose_group(sweeps(), ["third_body_layer", "film_breakdown"], {}, quiet)
+    assert {term.holds for term in found.shared} <= {"all", "some"}
+    assert found.errors["traction"].left_out < 0.5 * found.errors["traction"].constant
