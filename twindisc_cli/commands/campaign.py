@@ -19,8 +19,8 @@ from twindisc_cli.commands._campaign_work import Order, Task, Work, compute, del
 from twindisc_cli.commands._output import Output
 from twindisc_cli.errors import DefinitionError, Problem, did_you_mean
 from twindisc_cli.results import Result, or_null
+from twindisc_cli.results.recorded import up_to_date
 from twindisc_cli.results.store import Origin, write
-from twindisc_cli.results.stored import up_to_date
 
 if TYPE_CHECKING:
     from twindisc_cli.campaign.shared import Common
