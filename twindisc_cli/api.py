@@ -1,0 +1,255 @@
+"""The public interface: arrays in, arrays out, SI units, creepages and T/N as ratios.
+
+These names are imported from `twindisc_cli` itself and keep their meaning from version to version; what else the
+package holds may move. The commands compute by the same functions.
+
+>>> import numpy as np
+>>> from twindisc_cli import Disc, Rig, creep_curve
+>>> steel = {"youngs_modulus": 206e9, "poisson_ratio": 0.3, "hardness": 700 * 9.80665e6}
+>>> rig = Rig(Disc(0.03, np.inf, **steel), Disc(0.03, 0.03, **steel), normal_load=72.0, rolling_speed=9.42)
+>>> print(f"{rig.patch.a * 1e3:.4f} mm x {rig.patch.b * 1e3:.4f} mm, {rig.patch.p0 * 1e-6:.1f} MPa")
+0.1706 mm x 0.2706 mm, 744.5 MPa
+>>> print(creep_curve(rig, [0.0005, 0.002, 0.02], mu=0.6).round(3))
+[0.094 0.315 0.6  ]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from twindisc_cli.identify.chart import friction_chart
+from twindisc_cli.identify.friction import mu_from_traction
+from twindisc_cli.identify.law import unworn_law
+from twindisc_cli.identify.wear_history import WearHistory, wear_history
+from twindisc_cli.loop.diagnose import diagnose
+from twindisc_cli.loop.diagnosis import Diagnosis
+from twindisc_cli.model.experiment import (
+    Contact,
+    Disc,
+    Experiment,
+    Floats,
+    History,
+    Measured,
+    Options,
+    ProfileSamples,
+    Rig,
+    TemperatureSamples,
+    Thermal,
+    Traction,
+    TractionSamples,
+)
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.physics.disc_heat import temperatures
+
+__all__ = [
+    "Disc",
+    "Experiment",
+    "Rig",
+    "Thermal",
+    "close_loop",
+    "creep_curve",
+    "disc_temperature",
+    "experiment",
+    "identify_friction",
+    "wear_track",
+]
+
+
+def creep_curve(rig: Rig, creepage: ArrayLike, *, mu: ArrayLike, traction: Traction = "fastsim") -> Floats:
+    """T/N of the unworn discs at creepages (n,): of one mu (n,), of several (m,) an array (m, n).
+
+    traction: "fastsim" (the paper's), "fastrip", or "exact" (CONTACT's theory, from a table).
+
+    In full sliding T/N is mu, and the sign is the creepage's:
+
+    >>> rig = Rig(Disc(0.03, np.inf, 206e9, 0.3, 7e9), Disc(0.03, 0.03, 206e9, 0.3, 7e9), 72.0, 9.42)
+    >>> print(creep_curve(rig, [0.05, -0.05], mu=0.6))
+    [ 0.6 -0.6]
+    >>> creep_curve(rig, [0.001, 0.05], mu=[0.3, 0.6], traction="exact").shape
+    (2, 2)
+    """
+    test = _bare(rig, Options(traction=traction))
+    found = friction_chart(test, mu=np.atleast_1d(np.asarray(mu, dtype=float)), creepage=_floats(creepage)).apparent
+    return found if np.ndim(mu) else np.asarray(found[0])
+
+
+def identify_friction(
+    rig: Rig, creepage: ArrayLike, traction_ratio: ArrayLike, *, traction: Traction = "fastsim"
+) -> Floats:
+    """The mu behind each T/N at its creepage, (n,); inf where T/N is above what elasticity allows.
+
+    It inverts `creep_curve` exactly:
+
+    >>> rig = Rig(Disc(0.03, np.inf, 206e9, 0.3, 7e9), Disc(0.03, 0.03, 206e9, 0.3, 7e9), 72.0, 9.42)
+    >>> ratio = creep_curve(rig, [0.0005, 0.002, 0.02], mu=0.6)
+    >>> print(identify_friction(rig, [0.0005, 0.002, 0.02], ratio))
+    [0.6 0.6 0.6]
+    >>> print(identify_friction(rig, [0.0001], [0.5]))
+    [inf]
+    """
+    law, slip = unworn_law(_bare(rig, Options(traction=traction))), np.abs(_floats(creepage))
+    ratio = _floats(traction_ratio) * np.sign(_floats(creepage))
+    return mu_from_traction(ratio, traction=lambda mu: law.apparent(mu, slip))
+
+
+def wear_track(
+    rig: Rig,
+    creepage: ArrayLike,
+    revolutions: ArrayLike,
+    *,
+    mu: ArrayLike,
+    wear_coefficient: float,
+    contact: Contact = "hertz",
+) -> WearHistory:
+    """What wear makes of disc 2 by Archard's law, after each iteration of so many revolutions at a creepage (n,).
+
+    contact: "hertz" updates the curvature by the best circle, as the paper does; "half_space" solves the worn profiles'
+    own patch. The result holds profile, track, patch and energy after each iteration.
+
+    What is worn off is K times the dissipated energy over the hardness, to rounding:
+
+    >>> rig = Rig(Disc(0.03, np.inf, 206e9, 0.3, 7e9), Disc(0.03, 0.03, 206e9, 0.3, 7e9), 72.0, 9.42)
+    >>> worn = wear_track(rig, [0.005, 0.02], [4200, 4200], mu=0.6, wear_coefficient=7e-5)
+    >>> bool(np.isclose(worn.volume[-1] * 7e9 / 7e-5, worn.energy[-1], rtol=1e-4))
+    True
+    >>> print(f"{worn.track[-1].depth * 1e6:.2f} um deep, {worn.track[-1].width * 1e3:.2f} mm wide")
+    0.12 um deep, 0.54 mm wide
+    """
+    history = _history(rig, creepage, revolutions)
+    model = ForwardModel(
+        replace(_bare(rig, Options(contact=contact, wear_coefficient=wear_coefficient)), history=history)
+    )
+    steps = np.broadcast_to(np.asarray(mu, dtype=float), history.step.shape)
+    return wear_history(model, mu=steps, wear_coefficient=wear_coefficient)
+
+
+def disc_temperature(
+    power: ArrayLike,
+    duration: ArrayLike,
+    *,
+    heat_capacity: float,
+    convection: float,
+    environment: float = 293.15,
+    initial: float | None = None,
+) -> Floats:
+    """Temperature [K] at the end of intervals of constant power [W], (n,), of a disc that convection [W/K] cools.
+
+    heat_capacity [J/K]; environment and initial [K], the environment's where none is given. Exact between the changes
+    of power (the paper's Eq. 18).
+
+    After many time constants the warming is P / hS, after one it is 1 - 1/e of that:
+
+    >>> print(disc_temperature([16.0, 16.0], [62.5, 1e6], heat_capacity=100.0, convection=1.6) - 293.15)
+    [ 6.32120559 10.        ]
+    """
+    start = environment if initial is None else initial
+    watts, seconds = np.broadcast_arrays(_floats(power), _floats(duration))
+    return np.asarray(
+        temperatures(
+            power=watts[None],
+            duration=seconds,
+            capacity=heat_capacity,
+            convection=convection,
+            environment=environment,
+            initial=start,
+        )[0]
+    )
+
+
+def experiment(
+    rig: Rig,
+    creepage: ArrayLike,
+    revolutions: ArrayLike,
+    *,
+    traction_ratio: ArrayLike | None = None,
+    traction_time: ArrayLike | None = None,
+    profile: tuple[ArrayLike, ArrayLike] | None = None,
+    temperature: tuple[ArrayLike, ArrayLike] | None = None,
+    thermal: Thermal | None = None,
+    mu: float = np.nan,
+    wear_coefficient: float = np.nan,
+    contact: Contact = "hertz",
+    name: str = "test",
+) -> Experiment:
+    """A test for `close_loop`: iterations of so many revolutions at a creepage (n,), and what was measured.
+
+    traction_ratio: T/N, one for each iteration, or samples at traction_time [s]. profile: y and height change [m] of
+    disc 2 at the end. temperature: time [s] and disc temperature [K]; it needs thermal. Iterations of one creepage in a
+    row are a step. mu and wear_coefficient are given where they shall not be identified.
+
+    >>> rig = Rig(Disc(0.03, np.inf, 206e9, 0.3, 7e9), Disc(0.03, 0.03, 206e9, 0.3, 7e9), 72.0, 9.42)
+    >>> test = experiment(rig, [0.01, 0.01, 0.02], [4200] * 3, traction_ratio=[0.5, 0.52, 0.55])
+    >>> test.history.step.tolist(), round(float(test.history.end_time[-1]), 1)
+    ([0, 0, 1], 252.1)
+    """
+    history = _history(rig, creepage, revolutions)
+    measured = Measured(
+        traction=None if traction_ratio is None else _traction(history, traction_ratio, traction_time),
+        profile=None if profile is None else _profile(history, *map(_floats, profile)),
+        temperature=None if temperature is None else TemperatureSamples(*map(_floats, temperature)),
+    )
+    options = Options(contact=contact, wear_coefficient=wear_coefficient, friction_coefficient=mu)
+    return Experiment(name, "", rig, history, options, thermal, measured=measured)
+
+
+def close_loop(
+    *tests: Experiment,
+    validate: Experiment | None = None,
+    quick: bool = False,
+    progress: Callable[[str, float], None] = lambda what, fraction: None,
+) -> Diagnosis:
+    """What the model lacks in these tests: verdict, effects and laws with parameters, errors before and after.
+
+    validate: a test that is only predicted. quick: no resampling, and so no probabilities. progress(what, fraction) is
+    called as it goes.
+
+    A friction that falls with the sliding speed, in samples with a scatter of 0.003:
+
+    >>> rig = Rig(Disc(0.03, np.inf, 206e9, 0.3, 7e9), Disc(0.03, 0.03, 206e9, 0.3, 7e9), 72.0, 9.42)
+    >>> creepage = np.repeat([0.02, 0.06, 0.015, 0.09, 0.03, 0.045], 8)
+    >>> falling = 0.6 * (0.5 + 0.5 * np.exp(-3.0 * 9.42 * creepage))
+    >>> ratio = falling + 0.003 * np.random.default_rng(1).standard_normal(len(creepage))
+    >>> found = close_loop(experiment(rig, creepage, np.full(48, 500), traction_ratio=ratio), quick=True)
+    >>> found.verdict, [effect.name for effect in found.effects]
+    ('effects_found', ['falling_friction'])
+    >>> print(f"{found.effects[0].parameters['ratio'].value:.1f}")
+    0.5
+    """
+    return diagnose(list(tests), validate=validate, quick=quick, progress=progress)
+
+
+def _floats(values: ArrayLike) -> Floats:
+    return np.atleast_1d(np.asarray(values, dtype=float))
+
+
+def _bare(rig: Rig, options: Options) -> Experiment:
+    """A rig as a test without measurements, which has not run yet."""
+    return Experiment("", "", rig, _history(rig, [0.01], [1.0]), options)
+
+
+def _history(rig: Rig, creepage: ArrayLike, revolutions: ArrayLike) -> History:
+    """Iterations (n,); those of one creepage in a row are a step. They last as long as the mean disc turns so often."""
+    slip, turns = np.broadcast_arrays(_floats(creepage), _floats(revolutions))
+    radii = np.array([rig.disc1.rolling_radius, rig.disc2.rolling_radius])
+    around = 2.0 * np.pi * float(np.mean(radii[np.isfinite(radii)]))
+    step = np.concatenate([[0], np.cumsum(np.diff(slip) != 0.0)])
+    return History(step, slip, turns * around / rig.rolling_speed, turns, np.full(len(slip), np.nan))
+
+
+def _traction(history: History, ratio: ArrayLike, time: ArrayLike | None) -> TractionSamples:
+    middle = history.end_time - 0.5 * history.duration
+    at = middle if time is None else _floats(time)
+    values, number = _floats(ratio), history.iteration_at(at)
+    if values.shape != at.shape:
+        expected = "one T/N for each iteration" if time is None else "as many times as T/N"
+        raise ValueError(f"{len(values)} T/N for {len(at)} places: give {expected}")
+    return TractionSamples(at, history.step[number], history.creepage[number], values, np.full(len(at), np.nan))
+
+
+def _profile(history: History, y: Floats, height: Floats) -> ProfileSamples:
+    last = np.full(len(y), len(history.step), dtype=np.int64)
+    return ProfileSamples(y, height, np.full(len(y), 2, dtype=np.int64), last)
