@@ -140,6 +140,29 @@ def test_a_layer_only_softens_what_sticks() -> None:
     assert ratio[0] == pytest.approx([0.5, 1.0], rel=0.01)
 
 
+def test_two_slope_factors_are_polachs_curve() -> None:
+    """Polach (2005) over his law without factors; initial slope k_A (1 + r) / 2, and all slides in the end."""
+    course = history((1e-5, 0.003, 0.05, 30.0), 1)
+    factors = {"two_slope_factors": {"adhesion": 0.6, "slip_to_adhesion": 0.3}}
+    layer = {"third_body_layer": {"slope_ratio": 0.6}}
+    found, plain, soft = (predict(measured(course, each=1), e, K=0.0).traction[0] for e in (factors, {}, layer))
+    assert found[0] / plain[0] == pytest.approx(0.6 * 1.3 / 2.0, rel=0.01)
+    assert found[3] == pytest.approx(0.6, rel=0.003)
+    # G a b C11 v / (mu N) as above, times pi / 4 and k_A
+    e = 0.6 * 0.25 * np.pi * (plain[0] / 1e-5) * course.creepage / 0.6
+    polach = [e / (1.0 + e**2) + np.arctan(r * e) for r in (0.3, 1.0)]
+    assert found / soft == pytest.approx(polach[0] / polach[1], rel=0.003)
+
+
+def test_a_film_that_shears_by_eyring_grows_with_the_logarithm_of_the_sliding_speed() -> None:
+    course = history((0.02, 0.04, 0.08), 1)
+    film = {"share": 1.0, "eyring_speed_m_s": 1e-3, "slope_ratio": 1.0}
+    first, middle, last = predict(measured(course, each=1), {"lubricated_film": film}, K=0.0).traction[0]
+    assert last - middle == pytest.approx(middle - first, rel=1e-3)
+    # asinh(x) = ln(2 x) where x is large; mu_0 is the friction at a tenth of the rolling speed
+    assert (last - middle) / 0.6 == pytest.approx(np.log(2.0) / np.log(2.0 * 0.1 * SPEED / 1e-3), rel=1e-3)
+
+
 def test_traction_turns_with_the_creepage_and_heats_either_way() -> None:
     ahead, behind = (
         predict(measured(replace(CREEPING, creepage=sign * CREEPING.creepage)), K=0.0) for sign in (1.0, -1.0)

@@ -91,6 +91,33 @@ def third_body_layer(rng: Generator, rig: Rig, base: Trace) -> Drawn:
     return Drawn(lambda size: Hidden(flexibility=1.0 + size), 6.0)
 
 
+def two_slope_factors(rng: Generator, rig: Rig, base: Trace) -> Drawn:
+    """M. Spiryagin, O. Polach, C. Cole, VSD 51 (2013) 1642: FASTSIM with a stiffness that falls with the creepage."""
+    softening = rng.uniform(0.5, 2.0) / rig.creepage_scale
+
+    def at(size: float) -> Hidden:
+        return Hidden(slope=lambda m: 1.0 - size + size / (1.0 + softening * m.creepage))
+
+    return Drawn(at, 0.95)
+
+
+def lubricated_film(rng: Generator, rig: Rig, base: Trace) -> Drawn:
+    """A shear-thinning oil (P. J. Carreau, Trans. Soc. Rheology 16 (1972) 99) beside boundary contact, on soft film."""
+    thinning, exponent = rng.uniform(0.02, 0.3) * max(rig.creepage) * rig.speed, rng.uniform(0.05, 0.3)
+
+    def carried(speed: float) -> float:
+        return speed / thinning * (1.0 + (speed / thinning) ** 2) ** (0.5 * (exponent - 1.0))
+
+    full = carried(max(rig.creepage) * rig.speed)
+
+    def at(size: float) -> Hidden:
+        return Hidden(
+            friction=lambda m: 1.0 - size + size * carried(m.sliding_speed) / full, flexibility=1.0 + 0.5 * size
+        )
+
+    return Drawn(at, 0.9)
+
+
 def creepage_offset(rng: Generator, rig: Rig, base: Trace) -> Drawn:
     """Rolling radii or speeds that are not what they are thought to be: a constant added to the creepage."""
     sign = _either(rng, 0.3)
@@ -278,7 +305,8 @@ CATALOGUE: dict[str, tuple[str, Draw]] = {
     for channel, draws in {
         "traction": (
             falling_friction, film_breakdown, temperature_dependent_friction, running_in_friction, third_body_layer,
-            creepage_offset, torque_offset, sensor_drift, misalignment, load_error, exact_elasticity,
+            two_slope_factors, lubricated_film, creepage_offset, torque_offset, sensor_drift, misalignment, load_error,
+            exact_elasticity,
         ),
         "profile": (
             half_space_contact, lateral_wander, lateral_offset, wear_partition, severe_wear_transition, wear_threshold,
@@ -294,7 +322,8 @@ NEEDS_STOPS = {"severe_wear_transition", "wear_threshold", "running_in_wear", "t
 """Effects that only profiles at several stops can show."""
 COVARIATE = {
     "falling_friction": "sliding_speed", "film_breakdown": "creepage", "temperature_dependent_friction": "temperature",
-    "running_in_friction": "cycles", "sensor_drift": "time", "severe_wear_transition": "wear_index",
+    "running_in_friction": "cycles", "two_slope_factors": "creepage", "lubricated_film": "sliding_speed",
+    "sensor_drift": "time", "severe_wear_transition": "wear_index",
     "wear_threshold": "wear_index", "running_in_wear": "cycles", "temperature_dependent_wear": "temperature",
     "ambient_drift": "time", "nonlinear_convection": "temperature",
 }  # fmt: skip

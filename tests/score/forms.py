@@ -126,8 +126,14 @@ def running_in_energy(rng: Generator, rig: Rig, base: Trace) -> Drawn:
     return Drawn(lambda size: Hidden(friction=lambda m: 1.0 + sign * size * exp(-m.energy / scale)), 0.6)
 
 
+def film_of_limiting_stress(rng: Generator, rig: Rig, base: Trace) -> Drawn:
+    """A film with a limiting shear stress: 1 - exp(-w / w0) (S. Bair, W. O. Winer, J. Lubrication Tech. 101 (1979))."""
+    first = rng.uniform(0.1, 0.4) * max(rig.creepage) * rig.speed
+    return Drawn(lambda size: Hidden(friction=lambda m: 1.0 - size * exp(-m.sliding_speed / first)), 0.9)
+
+
 def layer_of_two_slopes(rng: Generator, rig: Rig, base: Trace) -> Drawn:
-    """The layer is softer where the patch slides than where it sticks (Polach's two factors)."""
+    """A layer that is softer where the patch slides than where it sticks."""
     middle, least = _middle_creepage(rng, rig), rng.uniform(0.3, 0.7)
 
     def at(size: float) -> Hidden:
@@ -316,7 +322,8 @@ FORMS: dict[str, dict[str, Form]] = {
         "power": Form(running_in_power, ("mu", "cycles")), "twice": Form(running_in_twice, ("mu", "cycles")),
         "energy": Form(running_in_energy, ("mu", "energy")),
     },
-    "third_body_layer": {"two_slopes": Form(layer_of_two_slopes, ("slope", "creepage"))},
+    "two_slope_factors": {"layer": Form(layer_of_two_slopes, ("slope", "creepage"))},
+    "lubricated_film": {"limiting": Form(film_of_limiting_stress, ("mu", "creepage"))},
     "creepage_offset": {"loaded": Form(creeping_offset, ("creepage", "creepage"))},
     "sensor_drift": {
         "settles": Form(drift_that_settles, ("traction_ratio", "time")),

@@ -51,8 +51,8 @@ class State:
 
     operation  creepage, lateral_creepage [1], spin [1/m], normal_load [N], rolling_speed [m/s]
     friction   mu, the local coefficient of friction [1]
-    traction   slope, factor on the initial slope of the traction curve [1]; exactness, from 0 (the declared law)
-               to 1 (the exact theory)
+    traction   slope, factor on the initial slope of the traction curve [1]; slip_slope, slope in the area of slip over
+               that in the area of adhesion [1]; exactness, from 0 (the declared law) to 1 (the exact theory)
     contact    half_space, from 0 (the updated Hertz ellipse) to 1 (the half-space patch); wander, standard deviation
                of the contact's lateral position [m]
     wear       wear_factor, K over its base value [1]; disc1_share, part of the worn depth that disc 1 bears [1]
@@ -87,6 +87,7 @@ class State:
     lateral_creepage: Floats = field(default_factory=_zero)
     spin: Floats = field(default_factory=_zero)
     slope: Floats = field(default_factory=_one)
+    slip_slope: Floats = field(default_factory=_one)
     exactness: Floats = field(default_factory=_zero)
     half_space: Floats = field(default_factory=_zero)
     wander: Floats = field(default_factory=_zero)

@@ -30,7 +30,7 @@ from twindisc_cli.model.points import Points, operating_points
 from twindisc_cli.model.surface import Stops, recorded_sections, worn_surface
 from twindisc_cli.model.traction_law import traction_law
 from twindisc_cli.model.wear import WearPath, first_section, wear_path
-from twindisc_cli.physics import combined, disc_heat
+from twindisc_cli.physics import combined, disc_heat, polach
 
 MOST_PASSES = 40
 SPIN_ARM, SPIN_ARM_OF_A_LINE = 1.0 / np.sqrt(5.0), 0.5
@@ -236,7 +236,13 @@ class _Chain:
         )
 
     def _law(self, state: State, xi: Floats, ratio: Floats) -> Floats:
-        """T/(mu N) of the declared traction law, moved towards the exact theory where an effect says so."""
+        """T/(mu N) of the declared traction law, moved towards the exact theory where an effect says so.
+
+        With another slope in the area of slip, the curve is corrected as Polach has it.
+        """
+        if np.any(state.slip_slope != 1.0):
+            plain = self._law(state.replace(slip_slope=np.ones((1, 1))), xi, ratio)
+            return plain * polach.correction(xi, state.slip_slope)
         rig, declared = self.model.experiment.rig, self.model.experiment.options.traction
         plain = traction_law(rig, declared).saturation(xi, ratio)
         if declared == "exact" or not np.any(state.exactness):
