@@ -1,4 +1,4 @@
-"""Lubricated film: an oil film that shears by Eyring's law carries part of the traction, so that it grows with the slip.
+"""Lubricated film: oil that shears by Eyring's law carries part of the traction, which so grows with the slip.
 
     mu(w) = mu_0 [1 - s + s asinh(w / w_E) / asinh(0.1 V / w_E)],   xi = k G a b C11 v / (mu N)
 
