@@ -33,14 +33,13 @@ from twindisc_cli.loop.diagnosis import (
 from twindisc_cli.loop.explain import Outcome, Progress, explain
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.holdout import steps_withheld
+from twindisc_cli.loop.intervals import base_parameters, term_parameters
 from twindisc_cli.loop.screen import Leftover, leftover
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.loop.validate import Foretold, foretell
 from twindisc_cli.model.experiment import Experiment
 
-INTERVAL = 2.706
-"""Growth of chi2 at the ends of a 90 % interval."""
 PLACES = 60
 DRAWS = 400
 
@@ -67,7 +66,7 @@ def diagnose(
         laws=laws,
         unexplained=left,
         errors={channel: _error(channel, found) for channel in found.problem.channels},
-        base=_base(found),
+        base=base_parameters(found),
         tried=_tried(found),
         curves=_curves(found),
         p_values={channel: rest.p_value for channel, rest in before.items()},
@@ -159,7 +158,7 @@ def _found(found: Outcome) -> tuple[list[FoundEffect], list[FoundLaw]]:
             laws.append(_law(found, name, effect, probability, rivals, strength, remains))
         else:
             labels = tuple(_text(label) for label, _ in rivals)
-            parameters = _parameters(found.sure, name)
+            parameters = term_parameters(found.sure, name)
             strength = "possible" if unfixed(effect, parameters) else strength
             effects.append(FoundEffect(name, effect.channel, parameters, labels, probability, strength, remains))
     return effects, laws
@@ -262,7 +261,7 @@ def _law(
         channel=trial.channel,
         law=law,
         formula=formula_text(law),
-        parameters={} if trial.is_curve else _parameters(found.sure, name),
+        parameters={} if trial.is_curve else term_parameters(found.sure, name),
         curve=_band(found.sure, name, trial, law),
         resembles=tuple(sorted(resembles, key=lambda pair: -pair[1])),
         alternatives=tuple((label[0], label[1] if len(label) == 2 else "", share) for label, share in rivals),
@@ -305,55 +304,6 @@ def _band(fitted: Fit, name: str, trial: Trial, law: Law) -> LawCurve:
     )
     low_band, high_band = np.quantile(curves, [0.05, 0.95], axis=0)
     return LawCurve(at, one + law.change(at), low_band, high_band)
-
-
-def _parameters(fitted: Fit, name: str) -> dict[str, Estimate]:
-    return {p.key: _estimate(fitted, i) for i, p in enumerate(fitted.problem.parameters) if p.term == name}
-
-
-def _estimate(fitted: Fit, number: int) -> Estimate:
-    """Value, standard deviation and 90 % interval of a parameter by its profile likelihood, widened by what remains."""
-    parameter = fitted.problem.parameters[number]
-    wide = np.sqrt(max(fitted.chi2 / max(len(fitted.residual) - len(fitted.theta), 1), 1.0))
-    value, std = fitted.value(parameter)
-    low, high = (_end(fitted, number, side, wide) for side in (-1.0, 1.0))
-    return Estimate(value, std * wide, low, high, parameter.unit)
-
-
-def _end(fitted: Fit, number: int, side: float, wide: float) -> float:
-    """Where chi2, minimised over the other parameters to second order, has grown by 2.706 of its mean."""
-    problem, theta = fitted.problem, fitted.theta
-    lower, upper = problem.bounds
-    covariance = fitted.covariance
-    direction = covariance[:, number] / covariance[number, number]
-    reach = side * wide * np.sqrt(INTERVAL * covariance[number, number])
-    for _ in range(4):
-        at = np.clip(theta + reach * direction, lower, upper)
-        row = problem.discount(problem.white(problem.predict(at[None])) - problem.measured)[0]
-        growth = float(row @ row) - fitted.chi2
-        moved = at[number] - theta[number]
-        if growth <= 0.0 or abs(moved) < 1e-12 or not np.isfinite(growth):
-            break
-        reach = float(np.clip(moved * wide * np.sqrt(INTERVAL / growth), -4.0 * abs(reach), 4.0 * abs(reach)))
-    end = np.clip(theta[number] + reach, lower[number], upper[number])
-    return float(problem.parameters[number].outer(end))
-
-
-def _base(found: Outcome) -> dict[str, Estimate]:
-    """Base parameters of the revised model with the spread of the joint fit; several tests add their names."""
-    after, joint = found.judged.after, found.sure
-    cases = after.problem.cases
-    told: dict[str, Estimate] = {}
-    for number, p in enumerate(after.problem.parameters):
-        own = len(cases) > 1 and p.case is not None
-        name = f"{p.name} ({cases[p.case].test.name})" if own and p.case is not None else p.name
-        same = [i for i, q in enumerate(joint.problem.parameters) if (q.name, q.case) == (p.name, p.case)]
-        spread = _estimate(joint, same[0]) if same else _estimate(after, number)
-        value = float(p.outer(after.theta[number]))
-        told[name] = replace(
-            spread, value=value, low=value + spread.low - spread.value, high=value + spread.high - spread.value
-        )
-    return told
 
 
 # ------------------------------------------------------------------------------------------------- errors and curves
@@ -456,7 +406,7 @@ def _unfixed(found: Outcome) -> list[str]:
         f"{' and '.join(keys)} of {name}: at a bound, or not fixed by these data"
         for name in found.answer.terms
         if not isinstance(effect := found.answer.effect(name), Trial)
-        and (keys := unfixed(effect, _parameters(found.sure, name)))
+        and (keys := unfixed(effect, term_parameters(found.sure, name)))
     ]
 
 

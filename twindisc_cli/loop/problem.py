@@ -107,9 +107,13 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Nuisances:
-    """What tolerances of the inputs could change: one column each (sample, nuisance), in white numbers."""
+    """What tolerances of the inputs could change: one column each (sample, nuisance), in white numbers.
+
+    columns: what base parameters cannot imitate; imitated: what they can, and by which the tolerances move them.
+    """
 
     columns: Floats
+    imitated: Floats
 
     @cached_property
     def _shrinkage(self) -> tuple[Floats, Floats]:
@@ -267,16 +271,20 @@ class Problem:
         """
         span = span_of(slopes)
         plain = self.white(self.predict(theta[None]))[0]
-        rows = [self._off_effects(theta), self._off_creepage(theta), self._off_rig(theta)]
-        columns = np.nan_to_num(np.concatenate(rows) - plain).T
-        return replace(self, nuisance=Nuisances(columns - span @ (span.T @ columns)))
+        off = self._off_effects(theta)
+        rows = [*off.values(), *self._off_creepage(theta), *self._off_rig(theta)]
+        columns = np.nan_to_num(np.array(rows) - plain).T
+        imitated = span @ (span.T @ columns)
+        # mu is meant over the load as set, whatever the load was
+        known = np.array([name == "load_error" for name in off] + [False] * (len(rows) - len(off)))
+        return replace(self, nuisance=Nuisances(columns - imitated, imitated[:, ~known]))
 
-    def _off_effects(self, theta: Floats) -> Floats:
-        """White predictions (effect, sample) with small sizes of the effects that are no finding.
+    def _off_effects(self, theta: Floats) -> dict[str, Floats]:
+        """White predictions (sample,) with a small size of each of the effects that are no finding, by name.
 
         They come on top of what a test declares: the tolerance of a declared effect is relative to it.
         """
-        rows = [np.empty((0, len(self.measured)))]
+        found = {}
         zeros = {zero for case in self.cases if (zero := zero_known(case.test)) is not None}
         for name, key, size in (*THRESHOLDS.tolerated_effects, *sorted(zeros)):
             if name in self.terms:
@@ -289,8 +297,8 @@ class Problem:
                 )
                 for i, case in enumerate(self.cases)
             ]
-            rows.append(self.white(predictions))
-        return np.concatenate(rows)
+            found[name] = self.white(predictions)[0]
+        return found
 
     def _off_creepage(self, theta: Floats) -> Floats:
         """White predictions (step, sample) with the creepage of one step after the other off by its tolerance."""
