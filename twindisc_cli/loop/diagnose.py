@@ -38,6 +38,7 @@ from twindisc_cli.loop.screen import Leftover, leftover
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.loop.validate import Foretold, foretell
+from twindisc_cli.loop.weighing import alike, in_its_place, weighed
 from twindisc_cli.model.experiment import Experiment
 
 PLACES = 60
@@ -151,7 +152,7 @@ def _found(found: Outcome) -> tuple[list[FoundEffect], list[FoundLaw]]:
     for name in found.answer.terms:
         effect = found.answer.effect(name)
         remains = _remains(found, effect.channel)
-        probability, rivals = _weighed(found, name)
+        probability, rivals = weighed(found, name)
         probability *= 1.0 - remains
         strength = _strength(found, probability, rivals)
         if isinstance(effect, Trial):
@@ -193,54 +194,6 @@ def _strength(found: Outcome, probability: float, rivals: Sequence[object]) -> S
     return "probable" if probability >= THRESHOLDS.probable else "possible"
 
 
-def _rivals(found: Outcome, name: str) -> list[tuple[int, Explanation, tuple[str, ...]]]:
-    """Members that differ from the answer in one term only: number, explanation, label of what stands for it."""
-    own = found.answer.label(name)
-    others = found.answer.labels - {own}
-    return [
-        (i, member, next(iter(member.labels - others)))
-        for i, member in enumerate(found.members)
-        if others <= member.labels and len(member.labels) == len(others) + 1 and own not in member.labels
-    ]
-
-
-def _weighed(found: Outcome, name: str) -> tuple[float, list[tuple[tuple[str, ...], float]]]:
-    """Probability of a term, and the terms that cannot be told from it with theirs.
-
-    These stand for it in any member without it, alone or with others. A law whose response is the effect's own counts
-    for the effect: it is the same mechanism in other words.
-    """
-    own, shares = found.answer.label(name), found.shares
-    if not np.isfinite(shares).all():
-        shares = np.array([np.exp((m.evidence - found.answer.evidence) / found.answer.heat) for m in found.members])
-        shares = np.minimum(shares, 1e6) / np.sum(np.minimum(shares, 1e6))
-    twins = {
-        i
-        for i, member, label in _rivals(found, name)
-        if len(own) == 1 and len(label) == 2 and alike(found, name, member) > THRESHOLDS.alike
-    }
-    probability, others = 0.0, dict[tuple[str, ...], float]()
-    for i, (member, share) in enumerate(zip(found.members, shares, strict=True)):
-        if own in member.labels or i in twins:
-            probability += float(share)
-        else:
-            for label in member.labels - found.answer.labels:
-                others[label] = others.get(label, 0.0) + float(share)
-    rivals = [(label, share) for label, share in others.items() if share > THRESHOLDS.rival_share]
-    rivals.sort(key=lambda pair: -pair[1])
-    return probability if np.isfinite(found.shares).all() else np.nan, rivals
-
-
-def alike(found: Outcome, name: str, member: Explanation) -> float:
-    """Share of what a term does to all channels that another explanation does in its place: squared cosine."""
-    others = found.answer.labels - {found.answer.label(name)}
-    short = next((m for m in found.members if m.labels == others), found.search.base)
-    if len(short.fit.residual) != len(member.fit.residual):
-        return 0.0
-    one, two = short.fit.residual - found.answer.fit.residual, short.fit.residual - member.fit.residual
-    return float((one @ two) ** 2 / max(float(one @ one) * float(two @ two), 1e-300))
-
-
 def _law(
     found: Outcome,
     name: str,
@@ -253,8 +206,8 @@ def _law(
     law = _with_range(found, trial.law(found.judged.explanation.fit.values(name)), rivals)
     resembles = [
         (label[0], share)
-        for _, member, label in _rivals(found, name)
-        if len(label) == 1 and (share := alike(found, name, member)) > THRESHOLDS.resembles
+        for _, member, label in in_its_place(found, name)
+        if len(label) == 1 and (share := alike(found, name, member, found.answer)) > THRESHOLDS.resembles
     ]
     return FoundLaw(
         name=name,
@@ -353,7 +306,7 @@ def _tried(found: Outcome) -> list[Tried]:
         others = found.answer.labels - {found.answer.label(name)}
         short = next((m for m in found.members if m.labels == others), found.search.base)
         own = next(i for i, m in enumerate(found.members) if m.labels == found.answer.labels)
-        places = [(own, found.answer, found.answer.label(name)), *_rivals(found, name)]
+        places = [(own, found.answer, found.answer.label(name)), *in_its_place(found, name)]
         told += [_place(found, name, short, member, label, float(found.shares[i])) for i, member, label in places]
     if not found.answer.terms:
         told = [
@@ -461,7 +414,7 @@ def _notes(found: Outcome) -> list[str]:
 
 def _next(found: Outcome, left: Sequence[Unexplained]) -> NextExperiment | None:
     """Separate the explanations that cannot be told apart; else tell apart what the leftover depends on."""
-    labels = {label for name in found.answer.terms for label, _ in _weighed(found, name)[1]}
+    labels = {label for name in found.answer.terms for label, _ in weighed(found, name)[1]}
     rivals = [member for member in found.members if member.labels & labels]
     if rivals:
         alive = [found.answer, *rivals[: THRESHOLDS.separated - 1]]

@@ -6,9 +6,9 @@
     s     standard deviation of a sample, in the channel's unit
 
 A smooth trend inside every step (in a profile: inside every unworn flank), no richer than the samples ask for, is taken
-out, and rho and s follow from the restricted likelihood (REML) of what is left, so that the trend's own parameters are
-paid for. Outliers beyond five robust standard deviations, or as far from what their neighbours let expect, are dropped
-unless they come in runs.
+out, with what comes back in every step after the change of creepage. rho and s follow from the restricted likelihood
+(REML) of what is left, so that the trend's own parameters are paid for. Outliers beyond five robust standard
+deviations, or as far from what their neighbours let expect, are dropped unless they come in runs.
 Source: D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320-338.
 """
 
@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Floats, Ints
 
 Mask = NDArray[np.bool_]
@@ -114,6 +115,19 @@ def relaxations(at: Floats, group: Ints, most: int, samples_each: int) -> Floats
         block[here] = np.stack(shapes[: block.shape[1]], axis=1)
         columns.append(block)
     return np.concatenate(columns, axis=1)
+
+
+def recurring(at: Floats, group: Ints, trend: Floats, knots: int) -> Floats:
+    """A trend (sample, column), and what is the same in every group: lines between knots over the place in it.
+
+    The knots stand where as many samples are between each pair of them.
+    """
+    place = at - np.array([at[group == g].min() for g in np.unique(group)])[np.unique(group, return_inverse=True)[1]]
+    knot = np.unique(np.quantile(place, np.linspace(0.0, 1.0, knots)))
+    hats = np.stack([np.interp(place, knot, row) for row in np.eye(len(knot))], axis=1)
+    reached = span_of(trend)
+    hats = hats - reached @ (reached.T @ hats)
+    return np.concatenate([trend, span_of(hats[:, np.linalg.norm(hats, axis=0) > 1e-6])], axis=1)
 
 
 def estimate(

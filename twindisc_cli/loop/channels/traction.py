@@ -9,10 +9,13 @@ import numpy as np
 from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Scale
 from twindisc_cli.loop.channels._held_out import held_out_samples
 from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, waves
-from twindisc_cli.loop.noise import Noise, estimate, given, polynomials
+from twindisc_cli.loop.noise import Noise, estimate, given, polynomials, recurring
 from twindisc_cli.model.experiment import Experiment, Floats, Ints, TractionSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.points import sample_times
+
+KNOTS = 13
+"""Of what comes back in every step after the change of creepage."""
 
 
 def friction_is_given(test: Experiment) -> bool:
@@ -58,6 +61,8 @@ def noise(test: Experiment) -> Noise:
         trends = [polynomials(np.log(np.maximum(np.abs(samples.creepage), 1e-9)), way, 8, 10)]
     else:
         trends = [polynomials(times, samples.step, degree, 6) for degree in range(4)]
+        if timed and len(times) > 3 * (trends[-1].shape[1] + KNOTS):
+            trends += [recurring(times, samples.step, trend, KNOTS) for trend in trends]
     size = float(np.sqrt(np.mean(samples.ratio**2)))
     return estimate(samples.ratio, trends, times, np.zeros_like(samples.step), size, correlated=timed)
 

@@ -1,0 +1,91 @@
+"""What stands for each term of an answer in the other explanations, and how probable each is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from twindisc_cli.loop.explain import Outcome
+from twindisc_cli.loop.search import Explanation
+from twindisc_cli.loop.thresholds import THRESHOLDS
+
+Label = tuple[str, ...]
+"""An effect's name, or a law's quantity and covariate."""
+
+
+def in_its_place(found: Outcome, name: str) -> list[tuple[int, Explanation, Label]]:
+    """Members that differ from the answer in one term only: number, explanation, label of what stands for it."""
+    own = found.answer.label(name)
+    others = found.answer.labels - {own}
+    return [
+        (i, member, next(iter(member.labels - others)))
+        for i, member in enumerate(found.members)
+        if others <= member.labels and len(member.labels) == len(others) + 1 and own not in member.labels
+    ]
+
+
+def weighed(found: Outcome, name: str) -> tuple[float, list[tuple[Label, float]]]:
+    """Probability of a term, and the terms that cannot be told from it with theirs.
+
+    These stand for it in any explanation without it, alone or with others. A law whose response is that of an effect,
+    the term's own or one that stands for it, counts for the effect: it is the same mechanism in other words.
+    """
+    own, shares = found.answer.label(name), found.shares
+    if not np.isfinite(shares).all():
+        shares = np.array([np.exp((m.evidence - found.answer.evidence) / found.answer.heat) for m in found.members])
+        shares = np.minimum(shares, 1e6) / np.sum(np.minimum(shares, 1e6))
+    places = {own: found.answer} | {label: member for _, member, label in in_its_place(found, name)}
+    same = {label: _in_other_words(found, name, label, places) for label in places if label != own}
+    chances: dict[Label, float] = {}
+    for member, share in zip(found.members, shares, strict=True):
+        for label in {same.get(label, label) for label in _stand_ins(found, name, member)}:
+            chances[label] = chances.get(label, 0.0) + float(share)
+    probability = chances.pop(own, 0.0)
+    rivals = [(label, share) for label, share in chances.items() if share > THRESHOLDS.rival_share]
+    rivals.sort(key=lambda pair: -pair[1])
+    return probability if np.isfinite(found.shares).all() else np.nan, rivals
+
+
+def _stand_ins(found: Outcome, name: str, member: Explanation) -> list[Label]:
+    """What stands for a term in an explanation: the term itself, or what is new there.
+
+    Where several terms of the answer are not in it, what is new stands for that of its own channel.
+    """
+    own = found.answer.label(name)
+    if own in member.labels:
+        return [own]
+    channels_of = {
+        found.answer.effect(term).channel
+        for term in found.answer.terms
+        if found.answer.label(term) not in member.labels and term != name
+    }
+    return [
+        member.label(term)
+        for term in member.terms
+        if member.label(term) not in found.answer.labels
+        and (
+            member.effect(term).channel == found.answer.effect(name).channel
+            or member.effect(term).channel not in channels_of
+        )
+    ]
+
+
+def _in_other_words(found: Outcome, name: str, label: Label, places: Mapping[Label, Explanation]) -> Label:
+    """The effect whose response a law has in the place of a term; else the label itself."""
+    if len(label) == 1:
+        return label
+    effects = [other for other, member in places.items() if len(other) == 1 and not member.fit.at_bound]
+    shares = [alike(found, name, places[label], places[other]) for other in effects]
+    best = int(np.argmax(shares)) if shares else 0
+    return effects[best] if shares and shares[best] > THRESHOLDS.alike else label
+
+
+def alike(found: Outcome, name: str, one: Explanation, two: Explanation) -> float:
+    """Share of what one explanation does to all channels in the place of a term that another does: squared cosine."""
+    others = found.answer.labels - {found.answer.label(name)}
+    short = next((m for m in found.members if m.labels == others), found.search.base).fit.residual
+    if not len(short) == len(one.fit.residual) == len(two.fit.residual):
+        return 0.0
+    left, right = short - one.fit.residual, short - two.fit.residual
+    return float((left @ right) ** 2 / max(float(left @ left) * float(right @ right), 1e-300))
