@@ -232,13 +232,6 @@ def test_rules_between_keys(extra: str, says: str) -> None:
     assert says in str(problem)
 
 
-def test_a_log_says_whose_torque_it_holds_where_the_radii_differ() -> None:
-    text = changed(disc1="disc1 = { rolling_radius_mm = 25.0, transverse_radius_mm = inf }")
-    (problem,) = problems(text + '\n[measured]\nlog = "log.csv"\n')
-    assert "say with torque_disc = 1 or 2 which disc the torque was measured on" in str(problem)
-    assert parse(VALID + '\n[measured]\nlog = "log.csv"\n', "small.toml").measured.torque_disc is None
-
-
 @pytest.mark.parametrize(
     ("replacement", "says"),
     [

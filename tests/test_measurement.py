@@ -13,7 +13,7 @@ from twindisc_cli.errors import MeasurementError
 from twindisc_cli.measurement import sheet
 from twindisc_cli.measurement.header import Column
 from twindisc_cli.measurement.table import read_table
-from twindisc_cli.measurement.units import FORCE, LENGTH, RATIO, TEMPERATURE, TIME, TORQUE, TURNING, Quantity
+from twindisc_cli.measurement.units import FORCE, LENGTH, RATIO, TEMPERATURE, TIME, TORQUE, Quantity, rim_speed
 from twindisc_cli.model.experiment import Experiment
 
 PROFILE = "y [mm],height [um]\n" + "".join(f"{y / 10:.1f},{-1.0 if abs(y) < 5 else 0.0}\n" for y in range(-10, 11))
@@ -85,9 +85,9 @@ def test_any_dialect_reads_the_same_numbers(
         (TORQUE, "Nm", 2.0, 2.0),
         (TORQUE, "N·m", 2.0, 2.0),
         (TORQUE, "N*mm", 2.0, 2e-3),
-        (TURNING, "rpm", 60.0, 2 * math.pi),
-        (TURNING, "1/min", 60.0, 2 * math.pi),
-        (TURNING, "rad/s", 3.0, 3.0),
+        (rim_speed(0.5), "rpm", 60.0, math.pi),
+        (rim_speed(0.5), "1/min", 60.0, math.pi),
+        (rim_speed(0.5), "rad/s", 3.0, 1.5),
         (TEMPERATURE, "degC", 0.0, 273.15),
         (TEMPERATURE, "°C", 20.0, 293.15),
         (TEMPERATURE, "K", 77.0, 77.0),
@@ -378,6 +378,15 @@ def test_a_bad_rig_log_is_told(tmp_path: Path, log: str, text: str, says: str) -
     with pytest.raises(MeasurementError) as error:
         load(with_log(tmp_path, log, text))
     assert says in str(error.value)
+
+
+def test_a_log_says_whose_torque_it_holds_where_the_radii_differ(tmp_path: Path) -> None:
+    path = with_log(
+        tmp_path, rig_log(), changed(disc1="disc1 = { rolling_radius_mm = 31.0, transverse_radius_mm = inf }")
+    )
+    path.write_text(path.read_text().replace("torque_disc = 2", ""))
+    with pytest.raises(MeasurementError, match="say with torque_disc = 1 or 2"):
+        load(path)
 
 
 def test_mistakes_in_a_large_file_keep_their_lines(monkeypatch: pytest.MonkeyPatch) -> None:

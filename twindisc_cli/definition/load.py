@@ -14,6 +14,7 @@ from twindisc_cli import measurement
 from twindisc_cli.definition.parse import parse
 from twindisc_cli.definition.record import Test
 from twindisc_cli.definition.schema import (
+    MEASURED,
     DefinitionBase,
     HistoryTable,
     LawTable,
@@ -50,7 +51,7 @@ def load_text(text: str, path: Path) -> Test:
     """A definition by its text; measured files are sought beside `path`, which the messages name."""
     definition = parse(text, str(path))
     rig = _rig(definition.rig, definition.material)
-    history = _history(definition.history, rig)
+    history = None if definition.history == MEASURED else _history(definition.history, rig)
     table = definition.measured
     columns = table.columns.model_dump(exclude_none=True) if table.columns else {}
     naming = {key.replace("_", " "): measurement.Named(**named) for key, named in columns.items()}
@@ -58,11 +59,12 @@ def load_text(text: str, path: Path) -> Test:
     sources = measurement.Sources(path.parent, **files, columns=naming)
     recorded = measurement.read(sources, rig=rig, history=history, provenance=table.provenance)
     resolved = _resolved(definition)
+    _check_hold_out(definition, recorded.history, path)
     experiment = Experiment(
         name=definition.test.name,
         description=definition.test.description,
         rig=rig,
-        history=history,
+        history=recorded.history,
         options=_options(definition),
         thermal=_thermal(definition.thermal) if definition.thermal else None,
         effects=resolved.get("effects", {}),
@@ -74,6 +76,15 @@ def load_text(text: str, path: Path) -> Test:
     )
     digest = sha256(text.encode()).hexdigest()
     return Test(path, experiment, resolved, recorded.hashes, recorded.rows, digest)
+
+
+def _check_hold_out(definition: DefinitionBase, history: History, path: Path) -> None:
+    """Steps held out are those of a history that was read from the data."""
+    steps = len(history.step_creepage)
+    beyond = [step for step in definition.loop.hold_out_steps or () if step > steps]
+    if beyond:
+        what = f"there is no step {beyond[0]}; the history found has {steps}"
+        raise DefinitionError(Problem(what, path, 0, "loop.hold_out_steps"))
 
 
 def _text(path: Path) -> str:
@@ -175,7 +186,7 @@ def _history(table: HistoryTable, rig: Rig) -> History:
     return History(
         step=np.repeat(np.arange(len(counts)), counts),
         creepage=np.repeat([(step.creepage_percent or 0.0) / 100.0 for step in steps], counts),
-        duration=np.where(np.isnan(pause), revolutions * 2.0 * math.pi * radius / speed, pause),
+        duration=np.where(np.isnan(pause), revolutions * (2.0 * math.pi * radius / speed), pause),
         revolutions=revolutions,
         given_mu=np.repeat([_or_nan(step.mu) for step in steps], counts),
         load_factor=np.repeat([(step.normal_load_N or rig.normal_load) / rig.normal_load for step in steps], counts),

@@ -91,13 +91,10 @@ def heat(raw: Raw) -> Iterator[Finding]:
 
 
 def measured(raw: Raw) -> Iterator[Finding]:
-    """Traction comes from one file; a log needs to say whose torque it holds where the discs' radii differ."""
+    """Traction comes from one file; only a log has a torque."""
     table = _table(raw, "measured")
     if "log" in table and "traction" in table:
         yield ("measured", "log"), "traction is given too; keep one of them"
-    radii = _numbers(_table(raw, "rig"), "rolling_radius_mm")
-    if "log" in table and "torque_disc" not in table and radii[0] != radii[1]:
-        yield ("measured", "log"), "say with torque_disc = 1 or 2 which disc the torque was measured on"
     material = _table(raw, "material")
     if "mass" in table and "density_kg_m3" not in material:
         for disc in ("disc1", "disc2"):
@@ -126,6 +123,9 @@ def steps(raw: Raw) -> Iterator[Finding]:
             yield (*key, "rolling_speed_m_s"), "mean_speed_rpm is given too; keep one of them"
         elif "mean_speed_rpm" in step and flat:
             yield (*key, "mean_speed_rpm"), "a disc of radius inf does not turn: give rolling_speed_m_s instead"
+    measured = _table(raw, "measured")
+    if isinstance(raw, Mapping) and raw.get("history") == "measured" and not {"log", "traction"} & set(measured):
+        yield ("history",), '"measured" needs a log or a traction under [measured] to be read from'
     if found and all("pause_s" in step for step in found):
         yield ("history", "steps"), "all steps are pauses"
 

@@ -191,6 +191,18 @@ class HistoryTable(Table):
     steps: list[StepTable] = Field(min_length=1)
 
 
+MEASURED: Literal["measured"] = "measured"
+
+
+def _or_measured(given: Any, _: Callable[[Any], Any]) -> Any:
+    """The table of a history, or the word for one that is read from the data."""
+    if isinstance(given, str):
+        if given != MEASURED:
+            raise ValueError('must be a table, or "measured": read from the log or the traction')
+        return given
+    return HistoryTable.model_validate(given)
+
+
 class ModelTable(Table):
     """How contact is computed, and the base parameters that are known."""
 
@@ -242,13 +254,13 @@ class MeasuredTable(Table):
     """Measured data: tables, with paths relative to this file."""
 
     traction: FileName | None = None
-    log: FileName | None = Field(default=None, description="raw speeds, torque and load, instead of traction")
+    log: FileName | None = Field(default=None, description="whatever the rig writes, in place of traction")
     torque_disc: Literal[1, 2] | None = Field(
         default=None, description="the disc whose torque the log holds, where their radii differ"
     )
     torque_zero: ZeroOfTorque | None = Field(
-        default=None, description='of the log: "unloaded", from its rows without load, as by default where it has any; '
-        'a torque in N m; or "as recorded"',
+        default=None, description='of the log: "unloaded", from its rows without load, as by default where it has any, '
+        'else from slip both ways; a torque in N m; or "as recorded"',
     )  # fmt: skip
     profile: FileName | None = None
     temperature: FileName | None = None
@@ -319,7 +331,9 @@ class DefinitionBase(Table):
     rig: RigTable
     material: MaterialTable
     thermal: ThermalTable | None = None
-    history: HistoryTable
+    history: Annotated[HistoryTable | Literal["measured"], WrapValidator(_or_measured)] = Field(
+        description='the steps; or "measured": they are read from the log or the traction, and printed'
+    )
     model: ModelTable = ModelTable()
     measured: MeasuredTable = MeasuredTable()
     laws: dict[Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")], LawTable] = Field(

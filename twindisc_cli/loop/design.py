@@ -106,13 +106,14 @@ def _length(by_channel: Mapping[str, float]) -> float:
 
 def _histories(history: History) -> list[tuple[str, list[dict[str, float]]]]:
     """Candidate histories of about the same length (label, steps)."""
-    numbers = np.unique(history.step)
+    numbers = np.unique(history.step[history.driven])
     creepages = [float(history.creepage[history.step == n][0]) for n in numbers]
     counts = [int(np.sum(history.step == n)) for n in numbers]
     half = [max(1, count // 2) for count in counts]
     rising = sorted(creepages)
     low_high = [c for pair in zip(rising, reversed(rising), strict=True) for c in pair][: len(rising)]
-    middle = float(np.sqrt(max(rising[0], 1e-6) * rising[-1]))
+    sizes = np.abs(creepages)
+    middle, greatest = float(np.sqrt(max(sizes.min(), 1e-6) * sizes.max())), creepages[int(np.argmax(sizes))]
     return [
         ("the same history again", _steps(creepages, counts)),
         ("the same steps in reverse", _steps(creepages[::-1], counts[::-1])),
@@ -120,7 +121,7 @@ def _histories(history: History) -> list[tuple[str, list[dict[str, float]]]]:
         ("low and high creepages in turn", _steps(low_high, counts)),
         ("low and high creepages in turn, twice", _steps([*low_high, *low_high], [*half, *half])),
         ("one creepage held throughout", _steps([middle], [sum(counts)])),
-        ("the greatest creepage held throughout", _steps([rising[-1]], [sum(counts)])),
+        ("the greatest creepage held throughout", _steps([greatest], [sum(counts)])),
     ]
 
 

@@ -11,7 +11,8 @@ from pathlib import Path
 from twindisc_cli.errors import MeasurementError, Problem
 from twindisc_cli.measurement.channels import read_mass, read_profile, read_temperature, read_traction
 from twindisc_cli.measurement.header import Named, Naming
-from twindisc_cli.measurement.rig_log import ZeroSetting, read_rig_log
+from twindisc_cli.measurement.log import read_log
+from twindisc_cli.measurement.rig_log import ZeroSetting, log_samples
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.table import read_bytes
 from twindisc_cli.model.experiment import History, Measured, Provenance, Rig
@@ -33,22 +34,26 @@ class Sources:
     profile: str | None = None
     temperature: str | None = None
     mass: str | None = None
-    torque_disc: int = 2
+    torque_disc: int | None = None
     torque_zero: ZeroSetting = None
     columns: Naming = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Recorded:
-    """What the files of a test hold: the channels, sha256 by the name of each file, and what became of its rows."""
+    """What the files of a test hold: the channels, sha256 by the name of each file, and what became of its rows.
+
+    history: as it was given, or found in the file of the traction.
+    """
 
     measured: Measured
+    history: History
     hashes: dict[str, str]
     rows: tuple[RowCount, ...]
 
 
-def read(sources: Sources, *, rig: Rig, history: History, provenance: Provenance) -> Recorded:
-    """Every measured channel; MeasurementError holds the mistakes of all files."""
+def read(sources: Sources, *, rig: Rig, history: History | None, provenance: Provenance) -> Recorded:
+    """Every measured channel; MeasurementError holds the mistakes of all files. history None: it is found in them."""
     problems: list[Problem] = []
     hashes: dict[str, str] = {}
     rows: list[RowCount] = []
@@ -69,19 +74,16 @@ def read(sources: Sources, *, rig: Rig, history: History, provenance: Provenance
     named = sources.columns
     with gathered():
         if sources.log:
-            found = read_rig_log(
-                *content(sources.log),
-                rig=rig,
-                history=history,
-                torque_disc=sources.torque_disc,
-                torque_zero=sources.torque_zero,
-                naming=named,
-            )
-            traction, zero, count = found.samples, found.zero, found.rows
-            rows.append(replace(count, file=sources.log))
+            recorded = read_log(*content(sources.log), rig=rig, torque_disc=sources.torque_disc, naming=named)
+            log = log_samples(recorded, rig=rig, history=history, torque_zero=sources.torque_zero)
+            traction, history, zero = log.samples, log.history, log.zero
+            rows.append(replace(log.rows, file=sources.log))
         elif sources.traction:
-            traction, count = read_traction(*content(sources.traction), history=history, naming=named)
+            data = content(sources.traction)
+            traction, history, count = read_traction(*data, rig=rig, history=history, naming=named)
             rows.append(replace(count, file=sources.traction))
+    if history is None:
+        raise MeasurementError(problems)
     with gathered():
         if sources.profile:
             profile, count = read_profile(*content(sources.profile), rig=rig, history=history, naming=named)
@@ -97,4 +99,4 @@ def read(sources: Sources, *, rig: Rig, history: History, provenance: Provenance
     if problems:
         raise MeasurementError(problems)
     measured = Measured(traction, profile, temperature, mass, provenance=provenance, torque_zero=zero)
-    return Recorded(measured, hashes, tuple(rows))
+    return Recorded(measured, history, hashes, tuple(rows))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from twindisc_cli.measurement.found_steps import Seen, begun_at_zero, find_steps, steps_of_curve, told
 from twindisc_cli.measurement.header import Column, Naming
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
@@ -20,16 +21,19 @@ NO_DEPTH = 0.1
 """A height of this share of the smaller rolling radius is none that wear made."""
 CHORD_MARGIN = 1.5
 """How far the chord of a depth may exceed the profile: heights of a profile that is not quite level reach so far."""
+SLIP = ("slide-roll ratio", "slide roll ratio", "srr", "slip", "slip ratio")
+RATIOS = ("traction coefficient", "friction coefficient", "mu", "cof", "t/n")
+"""Other names of creepage and of T/N in the files of rigs."""
 _FEWEST = {"traction": 2, "profile": 8, "temperature": 3}
 
 
 def read_traction(
-    data: bytes, file: str, *, history: History, naming: Naming | None = None
-) -> tuple[TractionSamples, RowCount]:
-    """T/N against creepage, one row a sample or one a step."""
+    data: bytes, file: str, *, rig: Rig, history: History | None, naming: Naming | None = None
+) -> tuple[TractionSamples, History, RowCount]:
+    """T/N against creepage, one row a sample or one a step; history None: it is found."""
     wanted = (
-        Column("creepage", PERCENTAGE),
-        Column("traction ratio", RATIO),
+        Column("creepage", PERCENTAGE, also=SLIP),
+        Column("traction ratio", RATIO, also=RATIOS),
         Column("time", TIME, required=False),
         Column("step", COUNT, required=False),
         Column("uncertainty", RATIO, required=False),
@@ -37,6 +41,8 @@ def read_traction(
     table = read_table(data, file, wanted, naming)
     columns = table.columns
     _enough(table, _FEWEST["traction"])
+    if history is None:
+        history = _found_history(table, rig)
     if "time" in columns:
         _check_time(table, history, partner="traction ratio")
     step = _steps(table, history)
@@ -56,7 +62,24 @@ def read_traction(
         ratio=columns["traction ratio"],
         uncertainty=columns.get("uncertainty", unknown),
     )
-    return samples, table.count()
+    return samples, history, table.count()
+
+
+def _found_history(table: Table, rig: Rig) -> History:
+    """The history that a table of traction shows; it begins at time 0."""
+    columns, unknown = table.columns, np.full(len(table), np.nan)
+    label = columns["step"].astype(np.int64) if "step" in columns else np.zeros(len(table), dtype=np.int64)
+    if "time" not in columns:
+        history = steps_of_curve(columns["creepage"], label if "step" in columns else None, rig)
+        table.notes.append("a curve without time: its steps are levels of creepage, and their length means nothing")
+    else:
+        table.flag(np.diff(columns["time"], prepend=-np.inf) <= 0.0, "time", lambda _: "is not after the row before")
+        table.check()
+        seen = Seen(columns["time"], columns["creepage"], unknown, np.full(len(table), rig.normal_load), label)
+        found = find_steps(seen, rig)
+        history = begun_at_zero(found)
+    table.notes.append(f"the history found in it:\n{told(history, rig)}")
+    return history
 
 
 def read_profile(

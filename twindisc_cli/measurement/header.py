@@ -7,8 +7,8 @@ A header cell is `name [unit]`, `name (unit)` or `name / unit`, or a bare name w
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 from twindisc_cli.measurement.units import COUNT, TIME, Quantity
 
@@ -20,11 +20,12 @@ _CLOCK = re.compile(r"^(?:(\d{4})-(\d\d)-(\d\d)[T ]|(\d\d)\.(\d\d)\.(\d{4})[T ])
 
 @dataclass(frozen=True)
 class Column:
-    """A column a file may have."""
+    """A column a file may have, and other names by which rigs call it."""
 
     name: str
     quantity: Quantity
     required: bool = True
+    also: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         """The header cell to write."""
@@ -46,13 +47,17 @@ Naming = Mapping[str, Named]
 
 @dataclass(frozen=True)
 class Place:
-    """Where a wanted column stands, what it is, its unit as written (None: not said), and its sign."""
+    """Where a wanted column stands, what it is, its unit as written (None: not said), and its sign.
+
+    stamped: its cells are time stamps; guessed: it stands there by another name, which nobody has declared.
+    """
 
     index: int
     column: Column
     unit: str | None
     sign: int = 1
     stamped: bool = False
+    guessed: bool = False
 
     @property
     def conversion(self) -> tuple[float, float]:
@@ -78,25 +83,62 @@ def plain(name: str) -> str:
 
 
 def match(header: Sequence[str], wanted: Sequence[Column], naming: Naming) -> Match:
-    """Find the wanted columns in a header."""
-    names = {plain(named.column): name for name, named in naming.items() if named.column}
-    names = {column.name: column.name for column in wanted if column.name not in names.values()} | names
+    """Find the wanted columns in a header: by their own names, else by others that they go by."""
+    declared = {plain(named.column): name for name, named in naming.items() if named.column}
+    free = [column for column in wanted if column.name not in declared.values()]
     columns = {column.name: column for column in wanted}
     places: dict[str, Place] = {}
-    doubled, others = [], []
-    for index, cell in enumerate(header):
-        text, unit = _parts(cell)
-        key = plain(cell) if plain(cell) in names else plain(text)
-        name = names.get(key, "")
-        if name not in columns:
-            others.append(plain(text))
-        elif name in places:
-            doubled.append(cell)
+    doubled: list[str] = []
+    names = {column.name: column.name for column in free} | declared
+    others = _place(header, range(len(header)), names, columns, naming, places, doubled)
+    absent = [column for column in free if column.name not in places]
+    names = {plain(other): column.name for column in absent for other in column.also}
+    others = _place(header, others, names, columns, naming, places, None)
+    return Match(places, doubled, [plain(_parts(header[index])[0]) for index in others])
+
+
+def _place(
+    header: Sequence[str], indices: Iterable[int], names: Mapping[str, str], columns: Mapping[str, Column],
+    naming: Naming, places: dict[str, Place], doubled: list[str] | None,
+) -> list[int]:  # fmt: skip
+    """Put the cells that have a name into their places; the indices of those that have none.
+
+    doubled takes what stands there twice; without it a second one is left over: its name was only a guess.
+    """
+    left = []
+    for index in indices:
+        name, unit = _meaning(header[index], names, columns)
+        if name not in columns or (name in places and doubled is None):
+            left.append(index)
+        elif name in places and doubled is not None:
+            doubled.append(header[index])
         else:
             named = naming.get(name, Named())
-            written = None if key == plain(cell) and key != plain(text) else unit
-            places[name] = Place(index, columns[name], named.unit or written, named.sign)
-    return Match(places, doubled, others)
+            places[name] = Place(index, columns[name], named.unit or unit, named.sign, guessed=doubled is None)
+    return left
+
+
+def _meaning(cell: str, names: Mapping[str, str], columns: Mapping[str, Column]) -> tuple[str, str | None]:
+    """The column that a header cell names, and the unit in it; empty where it names none."""
+    text, unit = _parts(cell)
+    for key, found in ((plain(cell), None), (plain(text), unit)):
+        if key in names:
+            return names[key], found
+    words = text.split("_")
+    for count in (1, 2):
+        stem, tail = plain(" ".join(words[:-count])), "/".join(words[-count:])
+        name = names.get(stem, "")
+        if name in columns and _knows(columns[name].quantity, tail):
+            return name, tail
+    return "", None
+
+
+def _knows(quantity: Quantity, unit: str) -> bool:
+    try:
+        quantity.conversion(unit)
+    except ValueError:
+        return False
+    return True
 
 
 def _parts(cell: str) -> tuple[str, str | None]:
@@ -126,7 +168,7 @@ def units_below(row: Sequence[str], places: Mapping[str, Place]) -> dict[str, Pl
                 return None
         if re.fullmatch(r"[-+]?\d+([.,]\d+)?", cell):
             return None
-        filled[name] = Place(place.index, place.column, place.unit or cell or None, place.sign)
+        filled[name] = replace(place, unit=place.unit or cell or None)
     return filled
 
 
@@ -150,7 +192,7 @@ def clock(cell: str) -> float | None:
 def stamped(row: Sequence[str], places: Mapping[str, Place]) -> dict[str, Place]:
     """The places, with the times that are time stamps in the first row marked as such."""
     return {
-        name: Place(p.index, p.column, p.unit, p.sign, stamped=True)
+        name: replace(p, stamped=True)
         if p.column.quantity is TIME and p.index < len(row) and clock(row[p.index]) is not None
         else p
         for name, p in places.items()

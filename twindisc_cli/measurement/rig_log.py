@@ -1,13 +1,11 @@
-"""Raw rig logs: creepage and T/N from two speeds, torque and load, and the steps found in them.
+"""T/N samples from a rig's log, on a history that is given or that the log shows.
 
-    creepage = (R1 w1 - R2 w2) / ((R1 w1 + R2 w2) / 2)          (Eq. 1)
-    T/N = (torque - zero) / (R N),  R of the disc the torque was measured on
-
-The zero is found in the rows without load. The rows under load are averaged over a twentieth of an iteration. The
-averages are laid along the history's steps in order, by the cheapest monotone path over |creepage - step's creepage|.
-Those that straddle a change of step, and those that belong to no step (running up, idling), are left out, and counted
-by what they are. The clock of the log may start anywhere: times are counted from where each step is found. The sign of
-the torque is the sensor's; it is taken so that T/N is positive.
+The zero of the signal is found in the rows without load, else from slip both ways. The rows under load are averaged
+over a twentieth of an iteration. On a given history the averages are laid along the steps in order, by the cheapest
+monotone path over what creepage, load and speed are off by. Those that straddle a change of step, and those that belong
+to no step (running up, idling), are left out, and counted by what they are. The clock of the log may start anywhere:
+times are counted from where each step is found. The sign of the traction is the sensor's; it is taken so that T/N has
+the sign of the creepage.
 """
 
 from __future__ import annotations
@@ -20,113 +18,108 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.measurement.channels import tolerance
-from twindisc_cli.measurement.header import Column, Naming
+from twindisc_cli.measurement.found_steps import MOST_AVERAGES, Seen, find_steps, told
+from twindisc_cli.measurement.log import REASONS, Codes, Log, idle_rows, outliers
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
-from twindisc_cli.measurement.table import Table, read_table
-from twindisc_cli.measurement.torque_zero import Zero, find_zero
-from twindisc_cli.measurement.units import FORCE, TIME, TORQUE, turning
+from twindisc_cli.measurement.torque_zero import Zero, find_zero, zero_of_both_ways
 from twindisc_cli.model.experiment import History, Rig, TorqueZero, TractionSamples
 
 Bools = NDArray[np.bool_]
 ZeroSetting = Literal["unloaded", "as recorded"] | float | None
 
 _PER_ITERATION = 20
-_UNLOADED = 0.1
-_STANDING = 0.02
 _LONGEST = 1.05
 _SHORTEST = 0.5
 _WRONG_LOAD = 0.2
 _WRONG_SPEED = 0.1
+_CHANGING, _OTHER = REASONS.index("at a change of step"), REASONS.index("at the creepage of no step")
 
 
 @dataclass(frozen=True)
 class RigLog:
-    """T/N samples of a log, the zero of its torque where it is known, and what became of its rows."""
+    """T/N samples of a log on a history, the zero of its signal where it is known, and what became of its rows."""
 
     samples: TractionSamples
+    history: History
     zero: TorqueZero | None
     rows: RowCount
 
 
-def read_rig_log(
-    data: bytes,
-    file: str,
-    *,
-    rig: Rig,
-    history: History,
-    torque_disc: int,
-    torque_zero: ZeroSetting = None,
-    naming: Naming | None = None,
-) -> RigLog:
-    """T/N samples from a raw log; MeasurementError says which step is missing or does not fit.
+@dataclass(frozen=True)
+class _Averages:
+    """Means over stretches of time, each (average,); block: the one that each driven row is in (driven row,)."""
+
+    time: Floats
+    creepage: Floats
+    speed: Floats
+    load: Floats
+    ratio: Floats
+    label: Ints
+    block: Ints
+
+
+def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: ZeroSetting = None) -> RigLog:
+    """T/N samples of a log; MeasurementError says which step is missing or does not fit. history None: it is found.
 
     torque_zero: "unloaded", from the rows without load, which must be there; a torque [N m]; or "as recorded". None
-    takes it from the rows without load where there are any.
+    takes it from the rows without load where there are any, else from slip both ways.
     """
-    wanted = (
-        Column("time", TIME),
-        Column("speed 1", turning(rig.disc1.rolling_radius)),
-        Column("speed 2", turning(rig.disc2.rolling_radius)),
-        Column("torque", TORQUE),
-        Column("normal load", FORCE),
-    )
-    table = read_table(data, file, wanted, naming, gaps=True)
-    _check_rows(table, rig)
-    table.check()
-    reasons = _idle(table, rig)
-    driven = reasons == ""
-    if not driven.any():
-        table.note("the discs never turn under the load", "speed 1")
-        table.check()
-    radius = (rig.disc1 if torque_disc == 1 else rig.disc2).rolling_radius
-    columns = table.columns
-    found = find_zero(columns["time"], columns["torque"], columns["normal load"], rig.normal_load)
+    table = log.table
+    lightest = rig.normal_load * (float(history.load_factor[history.driven].min()) if history else 1.0)
+    reason = idle_rows(log, rig, lightest)
+    found = find_zero(log.time, log.signal, log.load, lightest) if log.has_load else None
     if torque_zero == "unloaded" and found is None:
-        table.note("no rows without load at either end: no torque_zero can be found in this log", "torque")
-    offset = _offset(table.columns["time"], found, torque_zero)
-    time, creepage, ratio, block = _averages(table, rig, history, driven, (table.columns["torque"] - offset) / radius)
-    sense = float(np.sign(np.median(ratio)) or 1.0)
-    _check_rig(table, rig, driven)
-    step = _align(time, creepage, history)
-    kept = _settled(creepage, step, history)
-    _check_steps(table, time, step, kept, history)
+        table.note("no rows without load at either end: no torque_zero can be found in this log", log.kind)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = (log.signal - _offset(log.time, found, torque_zero)) / log.per_ratio(log.load)
+    outliers(log, ratio, reason)
+    driven = reason == 0
+    mean = _averages(log, driven, ratio, _length(log.time[driven], history))
+    sense = float(np.sign(np.median(mean.ratio * np.sign(mean.creepage))) or 1.0)
+    if history is None:
+        steps = find_steps(Seen(mean.time, mean.creepage, mean.speed, mean.load, mean.label), rig)
+        history, step, time = steps.history, steps.step, mean.time - steps.begin
+        kept = step >= 0
+        table.notes.append(f"the history found in it:\n{told(history, rig)}")
+    else:
+        step = _align(mean, history, rig)
+        kept = _settled(mean.creepage, step, history)
+        _check_rig(log, rig, history, mean, step)
+        _check_steps(log, mean.time, step, kept, history)
+        time = _history_time(mean.time, step, history)
     table.check()
-    reasons[driven] = _left(step, kept)[block]
+    unit = sense * float(log.per_ratio(rig.normal_load))
+    zero = _zero(found, torque_zero, log.time[driven], unit)
+    ratio, told_zero = sense * mean.ratio, zero
+    if found is None and not isinstance(torque_zero, float):
+        both = zero_of_both_ways(history.step_creepage, ratio[kept], step[kept])
+        if both is not None:
+            off = torque_zero != "as recorded"
+            ratio = ratio - both[0] if off else ratio
+            told_zero = zero = TorqueZero(both[0], both[1], np.nan, taken_off=off, unit=unit)
+    reason[driven] = _left(step, kept)[mean.block]
     samples = TractionSamples(
-        time=_history_time(time, step, history)[kept],
+        time=time[kept],
         step=step[kept],
-        creepage=creepage[kept],
-        ratio=sense * ratio[kept],
+        creepage=mean.creepage[kept],
+        ratio=ratio[kept],
         uncertainty=np.full(int(kept.sum()), np.nan),
     )
-    zero = _zero(found, torque_zero, table.columns["time"][driven], sense * radius * rig.normal_load)
-    table.left_out |= _counts(reasons)
-    table.notes += _notes(zero, found, time, history)
-    return RigLog(samples, zero, table.count(int(np.sum(reasons == ""))))
+    table.left_out |= _counts(reason)
+    table.notes += _notes(log, told_zero, found, mean.time, history)
+    return RigLog(samples, history, zero, table.count(int(np.sum(reason == 0))))
 
 
-def _idle(table: Table, rig: Rig) -> NDArray[np.object_]:
-    """Why each row says nothing of the traction, empty where it does."""
-    speed = table.columns["speed 1"] * rig.disc1.rolling_radius + table.columns["speed 2"] * rig.disc2.rolling_radius
-    unloaded = table.columns["normal load"] <= _UNLOADED * rig.normal_load
-    standing = np.abs(speed) < 2.0 * _STANDING * rig.rolling_speed
-    sense = np.sign(np.median(speed[~unloaded & ~standing])) if np.any(~unloaded & ~standing) else 1.0
-    reasons = np.select(
-        [unloaded, standing, sense * speed < 0.0], ["unloaded", "standing still", "turning the other way"], ""
-    )
-    return reasons.astype(object)
-
-
-def _offset(time: Floats, found: Zero | None, setting: ZeroSetting) -> Floats:
-    """What is taken off the torque of each row [N m]."""
+def _offset(time: Floats, found: Zero | None, setting: ZeroSetting) -> Floats | float:
+    """What is taken off the signal of each row."""
     if isinstance(setting, float):
-        return np.full(len(time), setting)
-    return np.zeros(len(time)) if found is None or setting == "as recorded" else found.at(time)
+        return setting
+    return 0.0 if found is None or setting == "as recorded" else found.at(time)
 
 
 def _zero(found: Zero | None, setting: ZeroSetting, time: Floats, unit: float) -> TorqueZero | None:
-    """What is known of the zero, as T/N; time [s] of the rows under load, unit the torque of T/N = 1 [N m]."""
+    """What is known of the zero, as T/N; time [s] of the rows under load, unit the signal of T/N = 1."""
     if isinstance(setting, float):
         return TorqueZero(setting / unit, np.nan, np.nan, taken_off=True, unit=unit)
     if found is None:
@@ -135,129 +128,149 @@ def _zero(found: Zero | None, setting: ZeroSetting, time: Floats, unit: float) -
     return TorqueZero(mean / unit, found.std / abs(unit), found.drift / unit, taken_off=off, unit=unit)
 
 
-def _left(step: Ints, kept: Bools) -> NDArray[np.object_]:
-    """Why each average was left out, empty where it was not."""
+def _length(time: Floats, history: History | None) -> float:
+    """How long a stretch of time is averaged over [s]."""
+    if history is not None:
+        return float(history.duration[history.driven].min()) / _PER_ITERATION
+    spacing = float(np.median(np.diff(time))) if len(time) > 1 else 1.0
+    return max(spacing, float(np.ptp(time)) / MOST_AVERAGES)
+
+
+def _averages(log: Log, driven: Bools, ratio: Floats, length: float) -> _Averages:
+    """Means of the driven rows over stretches of time of a length [s]."""
+    time = log.time[driven]
+    block = np.floor((time - time[0]) / length * (1.0 + 1e-9)).astype(np.int64)
+    block = np.cumsum(np.diff(block, prepend=block[:1]) != 0)
+    count = np.bincount(block)
+
+    def mean(values: Floats) -> Floats:
+        return np.asarray(np.bincount(block, weights=values) / count)
+
+    label = np.zeros(len(count), dtype=np.int64)
+    if log.label is not None:
+        label[block] = log.label[driven]
+    return _Averages(
+        time=mean(time),
+        creepage=mean(log.creepage[driven]),
+        speed=mean(log.speed[driven]),
+        load=mean(log.load[driven]),
+        ratio=mean(ratio[driven]),
+        label=label,
+        block=block,
+    )
+
+
+def _left(step: Ints, kept: Bools) -> Codes:
+    """Why each average was left out, as an index of REASONS; 0 where it was not."""
     order, used = np.arange(len(kept)), np.flatnonzero(kept)
     first, last = (used[0], used[-1]) if len(used) else (len(kept), len(kept))
     change = np.flatnonzero(np.diff(step))
-    changing = np.isin(order, [*change, *(change + 1)])
-    reasons = np.select(
-        [kept, order < first, order > last, changing],
-        ["", "running up", "running down", "at a change of step"],
-        "at the creepage of no step",
-    )
-    return reasons.astype(object)
+    changing = np.isin(order, [*change, *(change + 1)]) | (step < 0)
+    up, down = REASONS.index("running up"), REASONS.index("running down")
+    reasons = np.select([kept, order < first, order > last, changing], [0, up, down, _CHANGING], _OTHER)
+    return reasons.astype(np.int8)
 
 
-def _counts(reasons: NDArray[np.object_]) -> Mapping[str, int]:
-    names, counts = np.unique(reasons[reasons != ""].astype(str), return_counts=True)
-    return {str(name): int(count) for name, count in zip(names, counts, strict=True)}
+def _counts(reason: Codes) -> Mapping[str, int]:
+    return {REASONS[code]: int(np.sum(reason == code)) for code in np.unique(reason) if code}
 
 
-def _notes(zero: TorqueZero | None, found: Zero | None, time: Floats, history: History) -> tuple[str, ...]:
-    """The zero of the torque, and a log that is much shorter or longer than the history."""
+def _notes(log: Log, zero: TorqueZero | None, found: Zero | None, time: Floats, history: History) -> tuple[str, ...]:
+    """The zero of the signal, and a log that is much shorter or longer than the history."""
     notes = []
     if zero is not None:
-        drift = f", drift {zero.drift * zero.unit * 1e3:.3g}" if np.isfinite(zero.drift) else ""
-        error = f" ± {zero.std * abs(zero.unit) * 1e3:.2g}" if np.isfinite(zero.std) else ""
-        whence = f"from {found.rows} rows without load" if found and np.isfinite(zero.std) else "as stated"
+        drift = f", drift {log.told(zero.drift * zero.unit)}" if np.isfinite(zero.drift) else ""
+        error = f" ± {log.told(zero.std * abs(zero.unit), digits=2)}" if np.isfinite(zero.std) else ""
+        whence = f"from {found.rows} rows without load" if found else "from slip both ways"
+        whence = whence if np.isfinite(zero.std) else "as stated"
         taken = "taken off" if zero.taken_off else "left in"
-        notes.append(f"torque zero {zero.value * zero.unit * 1e3:.3g}{error} mN m{drift}, {whence}, {taken}")
-    span, planned = float(np.ptp(time)), float(history.end_time[-1])
-    if not _SHORTEST * planned < span < _LONGEST * planned:
+        unit = f" {log.unit}" if log.unit else ""
+        name = "torque" if log.kind == "torque" else log.kind
+        notes.append(f"{name} zero {log.told(zero.value * zero.unit)}{error}{unit}{drift}, {whence}, {taken}")
+    span, planned = float(np.ptp(time)), float(history.duration[history.driven].sum())
+    if not _SHORTEST * planned < span < _LONGEST * float(history.end_time[-1]):
         notes.append(f"lasts {span:.4g} s under load, the history {planned:.4g} s")
     return tuple(notes)
 
 
-def _check_rows(table: Table, rig: Rig) -> None:
-    """What can be judged row by row."""
-    if not (np.isfinite(rig.disc1.rolling_radius) and np.isfinite(rig.disc2.rolling_radius)):
-        table.note("a rig log needs two discs that turn; one rolling radius is inf")
-    rise = np.diff(table.columns["time"], prepend=-np.inf)
-    table.flag(rise == 0.0, "time", lambda row: f"time {table.written['time'][row]:g} occurs twice")
-    table.flag(rise < 0.0, "time", lambda row: f"time {table.written['time'][row]:g} is earlier than the row before")
-    if not np.any(table.columns["normal load"] > _UNLOADED * rig.normal_load) and not table.problems:
-        table.note(f"the load never comes near the definition's {rig.normal_load:g} N", "normal load")
-
-
-def _averages(
-    table: Table, rig: Rig, history: History, driven: Bools, force: Floats
-) -> tuple[Floats, Floats, Floats, Ints]:
-    """Time, creepage and T/N averaged over a twentieth of an iteration, and the average each driven row is in.
-
-    force: T of each row [N].
-    """
-    columns = {name: values[driven] for name, values in table.columns.items()}
-    speed1, speed2 = columns["speed 1"] * rig.disc1.rolling_radius, columns["speed 2"] * rig.disc2.rolling_radius
-    values = (
-        columns["time"],
-        (speed1 - speed2) / (0.5 * (speed1 + speed2)),
-        force[driven] / columns["normal load"],
-    )
-    length = float(history.duration[0]) / _PER_ITERATION
-    _, block = np.unique(np.floor((values[0] - values[0][0]) / length), return_inverse=True)
-    count = np.bincount(block)
-    time, creepage, ratio = (np.bincount(block, weights=v) / count for v in values)
-    return time, creepage, ratio, block
-
-
-def _check_rig(table: Table, rig: Rig, loaded: Bools) -> None:
-    """The log's load and speed are the definition's."""
-    load = float(np.median(table.columns["normal load"][loaded]))
-    if abs(load / rig.normal_load - 1.0) > _WRONG_LOAD:
-        table.note(f"the load is {load:.4g} N, the definition says {rig.normal_load:g} N", "normal load")
-    speeds = [
-        float(np.median(table.columns[name][loaded])) * disc.rolling_radius
-        for name, disc in (("speed 1", rig.disc1), ("speed 2", rig.disc2))
-    ]
-    if abs(np.mean(speeds) / rig.rolling_speed - 1.0) > _WRONG_SPEED:
-        what = f"the mean speed is {np.mean(speeds):.4g} m/s, the definition says {rig.rolling_speed:.4g} m/s"
-        table.note(f"{what}; check the unit", "speed 1")
-    if speeds[0] < speeds[1]:
+def _check_rig(log: Log, rig: Rig, history: History, mean: _Averages, step: Ints) -> None:
+    """The log's loads and speeds are the definition's, and slip goes the way it says."""
+    table, planned = log.table, history.step_creepage[history.step_driven]
+    where = [("", slice(None), 1.0, 1.0)]
+    if not history.is_constant:
+        first = np.unique(history.step, return_index=True)[1]
+        where = [
+            (f" in step {k + 1}", step == k, history.load_factor[first[k]], history.speed_factor[first[k]])
+            for k in np.unique(step)
+        ]
+    for told_step, mine, load_factor, speed_factor in where:
+        load, wanted = float(np.median(mean.load[mine])), rig.normal_load * load_factor
+        if abs(load / wanted - 1.0) > _WRONG_LOAD:
+            table.note(f"the load{told_step} is {load:.4g} N, the definition says {wanted:g} N", "normal load")
+        speed, wanted = float(np.median(np.abs(mean.speed[mine]))), rig.rolling_speed * speed_factor
+        if abs(speed / wanted - 1.0) > _WRONG_SPEED:
+            what = f"the mean speed{told_step} is {speed:.4g} m/s, the definition says {wanted:.4g} m/s"
+            table.note(f"{what}; check the unit", "speed 1")
+    slip = float(np.median(mean.creepage))
+    if slip < 0.0 <= planned.min():
         table.note("disc 1 is the slower one, so creepage is negative: swapped with speed 2?", "speed 1")
+    elif planned.max() <= 0.0 < slip:
+        table.note("disc 1 is the faster one, so creepage is positive: swapped with speed 2?", "speed 1")
 
 
-def _align(time: Floats, creepage: Floats, history: History) -> Ints:
-    """The step of each average: the cheapest path that never goes back. Time only decides between equal creepages."""
-    steps = history.step_creepage
-    ends = np.array([history.end_time[history.step == k][-1] for k in range(len(steps))])
-    starts = np.concatenate([[0.0], ends[:-1]])
-    since = (time - time[0])[:, None]
-    late = np.maximum(since - ends, 0.0) + np.maximum(starts - since, 0.0)
-    cost = np.minimum(np.abs(creepage[:, None] - steps) / tolerance(history), 3.0) ** 2 + 1e-3 * late / ends[-1]
-    came_from = np.empty(cost.shape, dtype=np.int64)
-    total = cost[0]
+def _align(mean: _Averages, history: History, rig: Rig) -> Ints:
+    """The step of each average: the cheapest path that never goes back. Time only decides between equal steps."""
+    driven = np.flatnonzero(history.step_driven)
+    ends = np.array([history.end_time[history.step == k][-1] for k in driven])
+    lasts = np.array([history.duration[history.step == k].sum() for k in driven])
+    since = (mean.time - mean.time[0])[:, None]
+    late = np.maximum(since - ends, 0.0) + np.maximum(ends - lasts - since, 0.0)
+    cost = _misfit(mean, history, rig, driven) + 1e-3 * late / ends[-1]
+    came_from = np.empty(cost.shape, dtype=np.int32)
+    total, steps = cost[0], np.arange(len(driven), dtype=np.int32)
     for row in range(1, len(cost)):
         best = np.minimum.accumulate(total)
-        is_new = total <= best
-        came_from[row] = np.maximum.accumulate(np.where(is_new, np.arange(len(steps)), 0))
+        came_from[row] = np.maximum.accumulate(np.where(total <= best, steps, 0))
         total = best + cost[row]
     path = np.empty(len(cost), dtype=np.int64)
     path[-1] = int(np.argmin(total))
     for row in range(len(cost) - 1, 0, -1):
         path[row - 1] = came_from[row, path[row]]
-    return path
+    return np.asarray(driven[path])
+
+
+def _misfit(mean: _Averages, history: History, rig: Rig, driven: Ints) -> Floats:
+    """By how much each average is off each step, in tolerances, squared: (average, driven step)."""
+    first = np.unique(history.step, return_index=True)[1][driven]
+    off = np.abs(mean.creepage[:, None] - history.creepage[first]) / tolerance(history)[driven]
+    cost = np.minimum(off, 3.0) ** 2
+    if not history.is_constant:
+        load = rig.normal_load * history.load_factor[first]
+        speed = rig.rolling_speed * history.speed_factor[first]
+        for values, planned, share in ((mean.load, load, _WRONG_LOAD), (np.abs(mean.speed), speed, _WRONG_SPEED)):
+            cost += np.nan_to_num(np.minimum(np.abs(values[:, None] / planned - 1.0) / share, 3.0) ** 2)
+    return np.asarray(cost)
 
 
 def _settled(creepage: Floats, step: Ints, history: History) -> Bools:
     """Averages at their step's creepage that do not straddle a change of step."""
-    steps = history.step_creepage
-    settled = np.abs(creepage - steps[step]) <= tolerance(history)[step]
+    settled = np.abs(creepage - history.step_creepage[step]) <= tolerance(history)[step]
     change = np.flatnonzero(np.diff(step))
     settled[change] = False
     settled[change + 1] = False
     return np.asarray(settled)
 
 
-def _check_steps(table: Table, time: Floats, step: Ints, kept: Bools, history: History) -> None:
+def _check_steps(log: Log, time: Floats, step: Ints, kept: Bools, history: History) -> None:
     """Every step is there and as long as the history says."""
-    for index, creepage in enumerate(history.step_creepage):
-        planned = float(history.duration[history.step == index].sum())
+    for index in np.flatnonzero(history.step_driven):
+        creepage, planned = history.step_creepage[index], float(history.duration[history.step == index].sum())
         mine = time[kept & (step == index)]
         if len(mine) == 0:
-            table.note(f"no stretch of the log runs at the {creepage * 100:g} % of step {index + 1}", "speed 1")
+            log.table.note(f"no stretch of the log runs at the {creepage * 100:g} % of step {index + 1}", "speed 1")
         elif np.ptp(mine) > _LONGEST * planned:
-            table.note(f"step {index + 1} lasts {np.ptp(mine):.4g} s here, {planned:.4g} s in the history", "time")
+            told_span = f"step {index + 1} lasts {np.ptp(mine):.4g} s here, {planned:.4g} s in the history"
+            log.table.note(told_span, "time")
 
 
 def _history_time(time: Floats, step: Ints, history: History) -> Floats:
@@ -267,6 +280,6 @@ def _history_time(time: Floats, step: Ints, history: History) -> Floats:
         mine = step == index
         duration = history.duration[history.step == index].sum()
         end = history.end_time[history.step == index][-1]
-        half = 0.5 * history.duration[0] / _PER_ITERATION
+        half = 0.5 * history.duration[history.driven].min() / _PER_ITERATION
         result[mine] = np.minimum(end - duration + half + time[mine] - time[mine][0], end)
     return result

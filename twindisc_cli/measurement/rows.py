@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+_MOST_LINES = 44
+
 
 @dataclass(frozen=True)
 class RowCount:
@@ -26,7 +28,7 @@ class RowCount:
         """The count in a line, and each note."""
         left = ", ".join(f"{count} {reason}" for reason, count in self.left_out.items())
         told = f"{self.used} of {self.read} rows used; left out: {left}" if left else f"all {self.read} rows used"
-        return (f"{self.file}: {told}", *(f"{self.file}: {note}" for note in self.notes))
+        return (f"{self.file}: {told}", *(f"{self.file}: {_shortened(note)}" for note in self.notes))
 
     def json(self) -> dict[str, Any]:
         """The count for scripts."""
@@ -37,3 +39,12 @@ class RowCount:
             "left_out": dict(self.left_out),
             "notes": list(self.notes),
         }
+
+
+def _shortened(note: str) -> str:
+    """A note of many lines without those in its middle."""
+    lines = note.split("\n")
+    if len(lines) <= _MOST_LINES:
+        return note
+    half = _MOST_LINES // 2
+    return "\n".join([*lines[:half], f"  ... {len(lines) - 2 * half} more lines, see --json", *lines[-half:]])

@@ -82,16 +82,21 @@ def read_bytes(path: Path) -> bytes:
 
 
 def read_table(
-    data: bytes, file: str, wanted: Sequence[Column], naming: Naming | None = None, *, gaps: bool = False
-) -> Table:
+    data: bytes, file: str, wanted: Sequence[Column], naming: Naming | None = None, *, gaps: bool = False,
+    instead: Sequence[Sequence[Column]] = (),
+) -> Table:  # fmt: skip
     """Read the wanted columns; others are ignored unless they look like a misspelt one.
 
     naming: what the definition says of columns; gaps: rows without a number are left out and counted, not refused.
+    instead: other sets of columns, of which the first that is there is read.
     """
-    expected = ", ".join(str(c) for c in wanted if c.required)
-    sheet = open_sheet(data, file, expected, lambda cells: is_header(cells, wanted, naming or {}))
+    expected, naming = ", ".join(str(c) for c in wanted if c.required), naming or {}
+    ways = (wanted, *instead)
+    sheet = open_sheet(data, file, expected, lambda cells: any(is_header(cells, way, naming) for way in ways))
     table = Table(file, {}, {}, {}, np.zeros(0, dtype=np.int64))
-    found = match(sheet.header, wanted, naming or {})
+    wanted = _way(sheet.header, ways, naming)
+    found = match(sheet.header, wanted, naming)
+    table.notes += [_taken(name, sheet.header[place.index]) for name, place in found.places.items() if place.guessed]
     sheet, places = _below_units(table, sheet, found.places)
     _check_header(table, sheet, found, places, wanted)
     table.check()
@@ -102,6 +107,17 @@ def read_table(
     _fill(table, rows, places, sheet, gaps=gaps)
     _convert(table, places)
     return table
+
+
+def _way(header: Sequence[str], ways: Sequence[Sequence[Column]], naming: Naming) -> Sequence[Column]:
+    """The first set of columns that is there, else the one of which most are."""
+    whole = [way for way in ways if is_header(header, way, naming)]
+    return whole[0] if whole else max(ways, key=lambda way: len(match(header, way, naming).places))
+
+
+def _taken(name: str, cell: str) -> str:
+    """What is said of a column that goes by another name."""
+    return f"{cell.strip()} taken for {name} (columns.{name.replace(' ', '_')} overrules)"
 
 
 def _below_units(table: Table, sheet: Sheet, places: Mapping[str, Place]) -> tuple[Sheet, Mapping[str, Place]]:

@@ -1,4 +1,4 @@
-"""The zero of a torque sensor, from the rows in which the discs carry no load, before the test and after it.
+"""The zero of a torque sensor, from the rows in which the discs carry no load, or from slip both ways.
 
     z(t) = z_b + (z_a - z_b) (t - t_b) / (t_a - t_b)        a constant where only one end was recorded
 
@@ -21,6 +21,7 @@ UNLOADED = 0.02
 """Share of the nominal load below which a row carries none: the torque of a load being put on is no zero."""
 FEWEST = 5
 _STRETCHES = 20
+_ALIKE = 1.05
 
 
 @dataclass(frozen=True)
@@ -70,3 +71,26 @@ def _error(values: NDArray[np.float64]) -> float:
     stretches = np.array_split(values, min(_STRETCHES, len(values)))
     means = np.array([stretch.mean() for stretch in stretches])
     return float(means.std(ddof=1) / np.sqrt(len(means)))
+
+
+def zero_of_both_ways(creepage: Floats, ratio: Floats, step: NDArray[np.int64]) -> tuple[float, float] | None:
+    """The zero that slip both ways shows, and its standard error, both as T/N; None where none was driven both ways.
+
+    z = (T+ + T-) / 2 over the steps of nearly one size of creepage (step,), from the samples' ratio and step (sample,).
+    Of the sizes those above half of the largest, since the least slip is the least sure to be alike both ways. The
+    error is the larger of the samples' scatter and of what the sizes disagree by.
+    """
+    zeros, errors, size = [], [], np.abs(creepage)
+    left = [s for s in np.unique(size)[::-1] if s > 0.5 * size.max(initial=0.0)]
+    while left:
+        alike = (size <= left[0]) & (size >= left[0] / _ALIKE)
+        ways = [ratio[np.isin(step, np.flatnonzero(alike & (sign * creepage > 0.0)))] for sign in (1.0, -1.0)]
+        if min(len(way) for way in ways) >= FEWEST:
+            zeros.append(0.5 * float(sum(way.mean() for way in ways)))
+            errors.append(0.5 * float(np.hypot(_error(ways[0]), _error(ways[1]))))
+        left = [s for s in left if s < left[0] / _ALIKE]
+    if not zeros:
+        return None
+    scatter = float(np.std(zeros, ddof=1)) if len(zeros) > 1 else 0.0
+    noise = float(np.sqrt(np.sum(np.square(errors)))) / len(zeros)
+    return float(np.mean(zeros)), max(noise, scatter / float(np.sqrt(len(zeros))))

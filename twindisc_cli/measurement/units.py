@@ -47,16 +47,14 @@ PERCENTAGE = Quantity("a ratio", {"%": (1e-2, 0.0), "1": (1.0, 0.0)})
 MASS = Quantity("mass", _scaled(mg=1e-6, ug=1e-9, g=1e-3, kg=1.0))
 FORCE = Quantity("force", _scaled(N=1.0, kN=1e3, mN=1e-3, kgf=9.80665, lbf=4.4482216152605))
 TORQUE = Quantity("torque", _scaled(**{"N m": 1.0, "N cm": 1e-2, "N mm": 1e-3, "mN m": 1e-3, "kN m": 1e3}))
-TURNING = Quantity(
-    "speed of rotation",
-    {"rpm": (2.0 * math.pi / 60.0, 0.0), "rad/s": (1.0, 0.0), "Hz": (2.0 * math.pi, 0.0)},
-)
+SPEED = Quantity("speed", _scaled(**{"m/s": 1.0, "mm/s": 1e-3, "m/min": 1.0 / 60.0, "km/h": 1.0 / 3.6}))
 
 
-def turning(radius: float) -> Quantity:
-    """The speed of rotation of a disc, also given by the speed of its rim; radius [m]."""
-    rim = {"m/s": 1.0, "mm/s": 1e-3, "km/h": 1.0 / 3.6}
-    return Quantity(TURNING.name, {**TURNING.units, **_scaled(**{unit: value / radius for unit, value in rim.items()})})
+def rim_speed(radius: float) -> Quantity:
+    """The speed of a disc's rim [m/s], also given by its speed of rotation where the radius [m] is finite."""
+    turning = {"rpm": 2.0 * math.pi / 60.0, "rad/s": 1.0, "Hz": 2.0 * math.pi}
+    turns = _scaled(**{unit: value * radius for unit, value in turning.items()}) if math.isfinite(radius) else {}
+    return Quantity("speed of a disc", {**turns, **SPEED.units})
 
 
 TEMPERATURE = Quantity(
@@ -77,6 +75,8 @@ _ALIASES = {
     "kN m": ("kNm",),
     "rpm": ("RPM", "1/min", "r/min", "rev/min", "min-1"),
     "rad/s": ("rad s-1",),
+    "m/s": ("m s-1",),
+    "mm/s": ("mm s-1",),
     "Hz": ("1/s", "rev/s"),
     "degC": ("C", "deg C", "Celsius"),
     "degF": ("F", "deg F"),

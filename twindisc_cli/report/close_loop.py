@@ -49,7 +49,8 @@ def meaning(effect: str, key: str) -> str:
 
 def history_toml(planned: NextExperiment, test: Test) -> str:
     """The planned history as a [history] table ready for a definition."""
-    revolutions = test.resolved["history"]["revolutions_per_iteration"]
+    history = test.experiment.history
+    revolutions = float(np.median(history.revolutions[history.driven]))
     lines = [
         f"  {{ creepage_percent = {float(step['creepage_percent']):.6g}, iterations = {int(step['iterations'])} }},"
         for step in planned.steps

@@ -1,0 +1,194 @@
+"""A rig's log as it was written, row by row: creepage, rolling speed, load and traction, in SI units.
+
+    creepage = (v1 - v2) / ((v1 + v2) / 2)          (Eq. 1), or a slide-roll ratio as recorded
+    T/N      = (signal - zero) / (arm N)            torque (arm: radius of its disc) or traction force (arm: 1)
+
+T/N itself may be recorded, too. A load that is not recorded is the definition's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twindisc_cli.measurement.channels import RATIOS, SLIP
+from twindisc_cli.measurement.header import Column, Naming
+from twindisc_cli.measurement.sheet import Floats, Ints
+from twindisc_cli.measurement.table import Table, read_table
+from twindisc_cli.measurement.units import COUNT, FORCE, PERCENTAGE, RATIO, SPEED, TIME, TORQUE, rim_speed
+from twindisc_cli.model.experiment import Rig
+
+Codes = NDArray[np.int8]
+REASONS = (
+    "", "unloaded", "standing still", "turning the other way", "outlier",
+    "running up", "running down", "at a change of step", "at the creepage of no step",
+)  # fmt: skip
+"""Why a row says nothing of the traction; the first: it does."""
+UNLOADED = 0.1
+"""Share of the least nominal load below which the discs are not pressed together."""
+LARGEST_RATIO = 3.0
+_STANDING = 0.02
+_MOST_OUTLIERS = 0.01
+_TOLD = {"torque": (1e3, "mN m"), "traction force": (1.0, "N"), "traction ratio": (1.0, "")}
+
+
+@dataclass(frozen=True)
+class Log:
+    """The rows of a log that are numbers, each (row,): time [s], creepage [1], speed [m/s], load [N], signal.
+
+    speed is NaN and load the definition's where they were not recorded. kind: "torque" [N m], "traction force" [N] or
+    "traction ratio" [1]; arm [m] of a torque. label: the step that the file names, None where it names none.
+    """
+
+    table: Table
+    kind: str
+    arm: float
+    time: Floats
+    creepage: Floats
+    speed: Floats
+    load: Floats
+    signal: Floats
+    label: Ints | None
+    has_load: bool
+
+    def per_ratio(self, load: Floats | float) -> Floats:
+        """The signal of T/N = 1 at a load [N]."""
+        return np.ones_like(np.asarray(load)) if self.kind == "traction ratio" else np.asarray(self.arm * load)
+
+    def told(self, value: float, *, digits: int = 3) -> str:
+        """A signal as it is told."""
+        factor, _ = _TOLD[self.kind]
+        return f"{value * factor:.{digits}g}"
+
+    @property
+    def unit(self) -> str:
+        """The unit in which a signal is told."""
+        return _TOLD[self.kind][1]
+
+
+def read_log(data: bytes, file: str, *, rig: Rig, torque_disc: int | None, naming: Naming | None = None) -> Log:
+    """The rows of a log; MeasurementError says which columns or rows are wrong."""
+    first, *others = _ways(rig)
+    table = read_table(data, file, first, naming, gaps=True, instead=others)
+    _check_time(table)
+    table.check()
+    columns = table.columns
+    kind = next(name for name in _TOLD if name in columns)
+    arm = _arm(table, rig, torque_disc) if kind == "torque" else 1.0
+    creepage, speed = _motion(columns)
+    has_load = "normal load" in columns
+    if not has_load:
+        table.notes.append(f"no load in it, so that of the definition: {rig.normal_load:g} N")
+    log = Log(
+        table=table,
+        kind=kind,
+        arm=arm,
+        time=columns["time"],
+        creepage=creepage,
+        speed=speed,
+        load=columns["normal load"] if has_load else np.full(len(table), rig.normal_load),
+        signal=columns[kind],
+        label=columns["step"].astype(np.int64) if "step" in columns else None,
+        has_load=has_load,
+    )
+    table.columns, table.written = {}, {}
+    return log
+
+
+def _ways(rig: Rig) -> list[Sequence[Column]]:
+    """The sets of columns that make a log: a traction signal, and two speeds or a creepage."""
+    speeds = tuple(Column(f"speed {n}", rim_speed(disc.rolling_radius)) for n, disc in ((1, rig.disc1), (2, rig.disc2)))
+    slip = (
+        Column("creepage", PERCENTAGE, also=SLIP),
+        Column("rolling speed", SPEED, required=False, also=("entrainment speed", "mean speed", "rolling")),
+    )
+    load = Column("normal load", FORCE, also=("load", "normal force", "fn"))
+    optional = Column("normal load", FORCE, required=False, also=load.also)
+    signals = (
+        (Column("torque", TORQUE), load),
+        (Column("traction ratio", RATIO, also=RATIOS), optional),
+        (Column("traction force", FORCE, also=("friction force", "tangential force", "ft")), optional),
+    )
+    time = (
+        Column("time", TIME, also=("t", "elapsed time", "test time")),
+        Column("step", COUNT, required=False, also=("sweep",)),
+    )
+    return [(*time, *motion, *signal) for signal in signals for motion in (speeds, slip)]
+
+
+def _arm(table: Table, rig: Rig, torque_disc: int | None) -> float:
+    """Radius [m] of the disc whose torque was measured; it need not be said where both are alike or only one turns."""
+    radii = [rig.disc1.rolling_radius, rig.disc2.rolling_radius]
+    if torque_disc is not None and not np.isfinite(radii[torque_disc - 1]):
+        table.note(f"disc {torque_disc} does not turn, its rolling radius is inf: torque_disc is the other", "torque")
+    elif torque_disc is None and np.isfinite(radii).all() and radii[0] != radii[1]:
+        table.note("say with torque_disc = 1 or 2 which disc the torque was measured on: their radii differ", "torque")
+    table.check()
+    return min(radii) if torque_disc is None else radii[torque_disc - 1]
+
+
+def _check_time(table: Table) -> None:
+    """Times rise; where a step is named, they may begin anew with it."""
+    if table.problems:
+        return
+    time = table.columns["time"]
+    again = np.flatnonzero(np.diff(time) <= 0.0) + 1
+    label = table.columns.get("step")
+    if label is not None and len(again) and np.all(label[again] != label[again - 1]):
+        spacing = float(np.median(np.diff(time)))
+        shift = np.zeros(len(time))
+        shift[again] = time[again - 1] + spacing - time[again]
+        table.columns["time"] = time + np.cumsum(shift)
+        table.notes.append("the time begins anew with each step, and is counted on")
+        return
+    rise = np.diff(time, prepend=-np.inf)
+    table.flag(rise == 0.0, "time", lambda row: f"time {table.written['time'][row]:g} occurs twice")
+    table.flag(rise < 0.0, "time", lambda row: f"time {table.written['time'][row]:g} is earlier than the row before")
+
+
+def _motion(columns: dict[str, Floats]) -> tuple[Floats, Floats]:
+    """Creepage [1] and rolling speed [m/s] of each row; NaN where a speed was not recorded."""
+    if "creepage" in columns:
+        return columns["creepage"], columns.get("rolling speed", np.full(len(columns["time"]), np.nan))
+    mean = 0.5 * (columns["speed 1"] + columns["speed 2"])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return (columns["speed 1"] - columns["speed 2"]) / mean, mean
+
+
+def idle_rows(log: Log, rig: Rig, lightest: float) -> Codes:
+    """Why each row says nothing of the traction, as an index of REASONS (row,); lightest: the least load [N]."""
+    reason = np.zeros(len(log.time), dtype=np.int8)
+    if log.has_load:
+        reason[log.load <= UNLOADED * lightest] = REASONS.index("unloaded")
+    with np.errstate(invalid="ignore"):
+        standing = np.abs(log.speed) < _STANDING * rig.rolling_speed
+        reason[standing & (reason == 0)] = REASONS.index("standing still")
+        driven = log.speed[reason == 0]
+        sense = np.sign(np.median(driven)) if len(driven) else 1.0
+        reason[(sense * log.speed < 0.0) & (reason == 0)] = REASONS.index("turning the other way")
+    if not np.any(reason == 0):
+        _never_driven(log, rig, reason)
+    return reason
+
+
+def _never_driven(log: Log, rig: Rig, reason: Codes) -> None:
+    if np.all(reason == REASONS.index("unloaded")):
+        log.table.note(f"the load never comes near the definition's {rig.normal_load:g} N", "normal load")
+    else:
+        log.table.note("the discs never turn under the load", "speed 1")
+    log.table.check()
+
+
+def outliers(log: Log, ratio: Floats, reason: Codes) -> None:
+    """Mark rows whose T/N (row,) no contact can have; many of them are a mistake of the file."""
+    with np.errstate(invalid="ignore"):
+        wild = (reason == 0) & ~(np.abs(ratio) <= LARGEST_RATIO)
+    if wild.sum() > _MOST_OUTLIERS * np.sum(reason == 0):
+        row = int(np.flatnonzero(wild)[0])
+        told = f"T/N of {ratio[row]:.3g} cannot be, and so in {int(wild.sum())} of {len(ratio)} rows"
+        log.table.note(f"{told}; check the units and torque_disc", log.kind, int(log.table.lines[row]))
+        log.table.check()
+    reason[wild] = REASONS.index("outlier")
