@@ -166,10 +166,11 @@ def contact(
         int | None, typer.Option("--step", metavar="N", help="Step of the test. [default: most in partial slip]")
     ] = None,
     creepage: Annotated[
-        float | None, typer.Option("--creepage", metavar="PERCENT", help="Another creepage: an illustrative case.")
+        float | None,
+        typer.Option("--creepage", metavar="PERCENT", min=-200, max=200, help="An illustrative creepage."),
     ] = None,
     mu: Annotated[
-        float | None, typer.Option("--mu", metavar="MU", min=1e-4, help="Another mu: an illustrative case.")
+        float | None, typer.Option("--mu", metavar="MU", min=1e-4, max=100, help="An illustrative mu.")
     ] = None,
 ) -> int:
     """Pressure, traction and slip over the patch: exact theory beside FASTSIM."""
@@ -282,6 +283,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     given = list(sys.argv[1:] if arguments is None else arguments)
     for threads in LINEAR_ALGEBRA_THREADS:
         os.environ.setdefault(threads, "1")
+    os.environ["MPLBACKEND"] = "agg"
     asked: list[int] = []
     before = _listen(asked)
     try:
@@ -326,6 +328,8 @@ def _done(given: Sequence[str]) -> tuple[int, list[str]]:
         return DefinitionError.exit_code, [_usage(error)]
     except TwindiscError as error:
         return error.exit_code, [str(problem) for problem in error.problems]
+    except OSError as error:  # what the system refused, wherever it did
+        return OutputError.exit_code, [f"{error.filename or 'the system'}: {error.strerror or error}"]
     except MemoryError:
         return ValidityError.exit_code, ["there is not enough memory for a test of this size"]
     except Exception as error:

@@ -7,6 +7,9 @@ import stat
 from pathlib import Path
 
 LARGEST = 2**31
+"""Bytes of a measured file."""
+LARGEST_DEFINITION = 2**22
+"""Bytes of a definition; what is longer is something else."""
 _KINDS = (
     (stat.S_ISDIR, errno.EISDIR, "is a folder"),
     (stat.S_ISFIFO, errno.EINVAL, "is a pipe, which can be read only once; name a file"),

@@ -16,7 +16,7 @@ from typing import Any, TextIO
 
 from twindisc_cli.errors import OutputError
 
-LONGEST_LINE = 2000
+LONGEST_LINE, LONGEST_FAILURE = 2000, 400
 MOST_LINES = 40
 _GONE = (errno.EPIPE, errno.EBADF, errno.ESHUTDOWN)
 _CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff]")
@@ -29,7 +29,7 @@ def say(lines: Iterable[str], *, error: bool = False) -> None:
 
 def say_failure(problems: Iterable[str]) -> None:
     """Write the lines of a failure to stderr; beyond a screenful only their number."""
-    lines = [line for problem in problems for line in problem.split("\n")]
+    lines = [plain_line(problem, longest=LONGEST_FAILURE) for problem in problems]
     more = [f"... and {len(lines) - MOST_LINES} more"] if len(lines) > MOST_LINES else []
     say([*lines[:MOST_LINES], *more], error=True)
 
@@ -47,11 +47,11 @@ def say_json(value: Mapping[str, Any], *, indent: int | None = 2) -> None:
     _write(f"{text}\n", error=False)
 
 
-def plain_line(text: str) -> str:
+def plain_line(text: str, *, longest: int = LONGEST_LINE) -> str:
     """A text as one line of bounded length, its control characters escaped."""
     line = _CONTROL.sub(_escaped, text)
-    half = (LONGEST_LINE - 5) // 2
-    return line if len(line) <= LONGEST_LINE else f"{line[:half]} ... {line[-half:]}"
+    half = (longest - 5) // 2
+    return line if len(line) <= longest else f"{line[:half]} ... {line[-half:]}"
 
 
 def _escaped(match: re.Match[str]) -> str:

@@ -17,7 +17,7 @@ from twindisc_cli import __version__, terminal
 from twindisc_cli.commands._output import Output
 from twindisc_cli.commands._told import tell, write_depfile
 from twindisc_cli.definition import Test, dump, load, relocate
-from twindisc_cli.errors import DefinitionError, MeasurementError, Problem, TwindiscError, ValidityError
+from twindisc_cli.errors import DefinitionError, MeasurementError, OutputError, Problem, TwindiscError, ValidityError
 from twindisc_cli.physics.half_space import ContactError
 from twindisc_cli.results import Result
 from twindisc_cli.results.files import write_all
@@ -189,12 +189,14 @@ def _made(
 ) -> tuple[Result, dict[str, bytes]]:
     """A result, and its files by name, made for a folder; a failure says which definition it is of."""
     from twindisc_cli.commands._base import with_data
+    from twindisc_cli.figures.style import house_style
 
     test = tests[0]
     try:
-        result = with_data(compute(), tests)
-        extra = {name: _content(name, text, test, folder) for name, text in result.extra_files.items()}
-        return result, images(result, origin, extra, formats=output.formats, dpi=output.dpi)
+        with house_style():
+            result = with_data(compute(), tests)
+            extra = {name: _content(name, text, test, folder) for name, text in result.extra_files.items()}
+            return result, images(result, origin, extra, formats=output.formats, dpi=output.dpi)
     except ContactError as error:
         raise ValidityError(str(error)).of(test.path) from error
     except TwindiscError as error:
@@ -207,7 +209,11 @@ def _content(name: str, content: str | bytes, test: Test, folder: Path) -> bytes
         return content
     if name.endswith(".toml"):
         content = relocate(content, source=test.path.parent, target=folder)
-    return content.encode()
+    try:
+        return content.encode()
+    except UnicodeEncodeError:
+        what = "cannot be written: the path to the data holds bytes that are no text; rename that folder"
+        raise OutputError(Problem(what, str(folder / name))) from None
 
 
 @contextmanager

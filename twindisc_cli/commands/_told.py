@@ -9,6 +9,7 @@ from typing import Any
 
 from twindisc_cli import terminal
 from twindisc_cli.commands._output import Output
+from twindisc_cli.reading import LARGEST_DEFINITION, read_regular
 
 
 def tell(summary: Sequence[str], outcome: Mapping[str, Any], files: Sequence[Path], output: Output, state: str) -> None:
@@ -28,7 +29,7 @@ def tell_unchanged(command: str, paths: Sequence[Path], options: Mapping[str, An
     if output.force or output.dry_run:
         return None
     try:
-        name = tomllib.loads(paths[0].read_text("utf-8-sig"))["test"]["name"] if paths[0].is_file() else ""
+        name = tomllib.loads(read_regular(paths[0], largest=LARGEST_DEFINITION).decode("utf-8-sig"))["test"]["name"]
         if not isinstance(name, str) or not name:
             return None
         stored = unchanged(output.folder / name / f"{command}.h5", paths, {**options, **output.options})

@@ -30,11 +30,9 @@ from twindisc_cli.laws.covariates import COVARIATES, covariate_named
 from twindisc_cli.laws.law import Law
 from twindisc_cli.laws.shapes import SHAPES
 from twindisc_cli.model.experiment import Disc, Experiment, History, Options, Rig, Thermal
-from twindisc_cli.reading import read_regular
+from twindisc_cli.reading import LARGEST_DEFINITION, read_regular
 
 CELSIUS = 273.15
-_LARGEST = 2**22
-"""Bytes of a definition; what is longer is something else."""
 VICKERS = 9.80665e6
 """Pa in one HV: kilogram-force per square millimetre."""
 
@@ -90,7 +88,7 @@ def _check_hold_out(definition: DefinitionBase, history: History, path: Path) ->
 def _text(path: Path) -> str:
     """The text of a definition file, or a clear reason why there is none."""
     try:
-        text = read_regular(path, largest=_LARGEST).decode("utf-8-sig")
+        text = read_regular(path, largest=LARGEST_DEFINITION).decode("utf-8-sig")
     except FileNotFoundError:
         near = ", ".join(sorted(p.name for p in path.parent.glob("*.toml"))[:5]) if path.parent.is_dir() else ""
         raise DefinitionError(Problem(f"no such file{f'; here are {near}' if near else ''}", path)) from None

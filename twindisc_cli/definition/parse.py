@@ -21,6 +21,7 @@ _SYNTAX = re.compile(r"(.*) \(at (?:line (\d+), column \d+|end of document)\)")
 _PAIR = re.compile(r"""^\s*[\w.-]+\s*=\s*(?![\[{]|\"{3}|'{3})""")
 _DECIMAL_COMMA = re.compile(r"^(\s*([\w.-]+)\s*=\s*[-+]?\d+),(\d+)(\s*(?:#.*)?)$")
 _UNIT = re.compile(r"_(?:N|rpm|m_s|mm|um|GPa|HV|C|J_K|mm3|mm2|kg_m3|J_kgK|W_mK|W_K|W_m2K|1_m|percent)$")
+_ENDLESS = re.compile(r"[0-9_]{1000}")
 _MOST_SYNTAX_ERRORS = 20
 NAMED: Key = ("laws",)
 """The table whose tables have names of the user's choice."""
@@ -43,6 +44,13 @@ class _Source:
 
 def parse(text: str, file: str) -> DefinitionBase:
     """Check a whole document; DefinitionError lists every mistake, in the order of the lines."""
+    try:
+        return _parse(text, file)
+    except RecursionError:
+        raise DefinitionError(Problem("is nested too deeply for a test definition", file)) from None
+
+
+def _parse(text: str, file: str) -> DefinitionBase:
     source, problems = _read(text, file)
     meant: dict[Key, str] = {}
     try:
@@ -79,6 +87,9 @@ def _read(text: str, file: str) -> tuple[_Source, list[Problem]]:
                 raise DefinitionError(_in_order(problems)) from None
             mended.add(lines[number].partition("=")[0].strip())
             lines[number] = repaired
+        except ValueError:  # Python refuses to read integers of thousands of digits
+            number = next((n for n, line in enumerate(lines, start=1) if _ENDLESS.search(line)), 0)
+            raise DefinitionError(Problem("a number has thousands of digits", file, number)) from None
         else:
             return _Source(file, raw, locate("\n".join(lines)), frozenset(mended)), problems
 

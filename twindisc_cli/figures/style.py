@@ -5,7 +5,8 @@ Colours: M. Okabe and K. Ito, Color Universal Design (2008); families of curves 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from string import ascii_lowercase
 from typing import Literal
 
@@ -23,6 +24,14 @@ BLACK = "#222222"
 WIDTH = 7.2
 TEXT, SMALL = 8.5, 7.0
 Place = Literal["best", "upper left", "upper right", "lower left", "lower right", "center right", "upper center"]
+
+
+@contextmanager
+def house_style() -> Iterator[None]:
+    """Figures that are drawn inside are the same on every machine, whatever its matplotlibrc says."""
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        yield
 
 
 def page(rows: int, columns: int, *, height: float, title: str, provenance: str = "") -> tuple[Figure, list[Axes]]:
