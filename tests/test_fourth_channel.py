@@ -1,4 +1,4 @@
-"""A made-up fourth channel, an energy meter: one file in the folder of the channels, and the loop has it throughout.
+"""A made-up channel, an energy meter: one file in the folder of the channels, and the loop has it throughout.
 
     E(t) = integral of mu N v V dt,   in full sliding
 
@@ -62,7 +62,7 @@ def predicted(model, prediction):
 
 
 CHANNEL = Channel(
-    name="meter", label="energy meter", order=3, unit="kJ", factor=1e-3, si="J", drawn=Scale("energy [kJ]", 1e-3),
+    name="meter", label="energy meter", order=4, unit="kJ", factor=1e-3, si="J", drawn=Scale("energy [kJ]", 1e-3),
     rest="measured - model [kJ]", assumed_noise=10.0,
     base=None, samples=samples, values=lambda of: of.energy, predicted=predicted, noise=noise,
     generic=lambda model, prediction: iter([("time", "smooth", smooth(samples(model.experiment).time, 5))]),
@@ -111,7 +111,7 @@ def found(meter: None) -> Diagnosis:
 
 
 def test_it_is_found_by_the_registry() -> None:
-    assert list(channels()) == ["traction", "temperature", "profile", "meter"]
+    assert list(channels()) == ["traction", "temperature", "profile", "mass", "meter"]
     assert measured_channels(recorded(Plant(COURSE))) == ("traction", "meter")
 
 

@@ -148,4 +148,8 @@ def _wear_rate(test: Test, outcome: Mapping[str, Any]) -> dict[str, Value]:
     return {
         "T gamma / A [N/mm2]": per_area * 1e-6,
         "wear rate [um/km]": per_area * k / rig.disc2.hardness * 1e9,
-    }
+    } | (
+        {"wear rate [ug/m/mm2]": per_area * k / rig.disc2.hardness * rig.disc2.density * 1e3}
+        if np.isfinite(rig.disc2.density)
+        else {}
+    )

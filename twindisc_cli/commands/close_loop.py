@@ -69,7 +69,7 @@ def result_of(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None
 
 def _refuse_nothing_measured(tests: Sequence[Test]) -> None:
     """Every test must bring something to compare with."""
-    what = "names no data that can be compared: give a traction, a profile, or a temperature with [thermal]"
+    what = "names no data that can be compared: give a traction, a profile, a mass, or a temperature with [thermal]"
     problems = [Problem(what, test.path, key="measured") for test in tests if not measured_channels(test.experiment)]
     problems += [
         Problem(

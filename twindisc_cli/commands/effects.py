@@ -57,8 +57,8 @@ def _listed() -> list[str]:
     width = max(map(len, catalogue()))
     lines = []
     for channel in channels():
-        lines.append(f"seen first in the {channel}")
-        chosen = ((n, e) for n, e in catalogue().items() if e.channel == channel)
+        chosen = [(n, e) for n, e in catalogue().items() if e.channel == channel]
+        lines += [f"seen first in the {channel}"] * bool(chosen)
         lines += [f"{_INDENT}{n:<{width}}  {_summary(e)}" for n, e in chosen]
     return [*lines, "`twindisc effects NAME` explains one"]
 

@@ -13,6 +13,7 @@ from twindisc_cli.commands._base import friction_of_steps
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import ValidityError
 from twindisc_cli.identify.mass import MassFit, identify_from_mass
+from twindisc_cli.identify.regimes import Regime, regimes
 from twindisc_cli.identify.wear import WearFit, identify_wear
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.model.forward import ForwardModel
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 APART = 1.5
 """The volumes of profile and mass contradict each other beyond this factor and three standard errors."""
+SEED = 1
 IMPOSSIBLE = 3.0
 """A stated K this many times off what W H / E allows is called impossible."""
 
@@ -47,7 +49,7 @@ def run(test: Test) -> Result:
         summary=(*_summary(fit), *_mass_lines(mass), *_findings(fit, stated, mass)),
         json=_json(fit, stated, mass),
         dataset=_dataset(fit),
-        figure=lambda: _figure(experiment, fit, stated),
+        figure=lambda: _figure(experiment, fit, stated, mass),
     )
 
 
@@ -81,7 +83,17 @@ def _by_weight(test: Experiment, mass: MassFit) -> Result:
 def _weighed_figure(test: Experiment, mass: MassFit) -> Figure:
     from twindisc_cli.figures.mass import weighed
 
-    return weighed(mass, name=test.name, provenance=test.measured.provenance)
+    return weighed(mass, _regimes(mass), name=test.name, provenance=test.measured.provenance)
+
+
+def _regimes(mass: MassFit) -> list[Regime]:
+    """The regimes of the wear rate [ug/m/mm2] over T gamma / A [N/mm2], as logarithms; of disc 2 if weighed."""
+    rates = mass.rates
+    shown = (rates.disc == rates.disc.max(initial=0)) & (rates.rate > 0.0)
+    if not np.any(shown):
+        return []
+    x, y = np.log(rates.index[shown] * 1e-6), np.log(rates.rate[shown] * 1e3)
+    return regimes(x, y, np.random.default_rng(SEED))
 
 
 def _mass_json(mass: MassFit) -> dict[str, Any]:
@@ -89,6 +101,12 @@ def _mass_json(mass: MassFit) -> dict[str, Any]:
     return {
         "K": mass.wear_coefficient,
         "K_std": or_null(mass.std),
+        "K_of_discs": {str(disc): k for disc, k in mass.of_disc.items()},
+        "wear_rates": [
+            {"disc": int(disc), "Tgamma_over_A_N_mm2": index * 1e-6, "wear_rate_ug_m_mm2": rate * 1e3}
+            for disc, index, rate in zip(mass.rates.disc, mass.rates.index, mass.rates.rate, strict=True)
+        ],
+        "regimes_from_N_mm2": [float(np.exp(regime.low)) for regime in _regimes(mass)[1:]],
         "weighings": [
             {"iteration": i, "volume_mm3": v * 1e9, "predicted_volume_mm3": p * 1e9, "dissipated_energy_kJ": e * 1e-3}
             for i, v, p, e in rows
@@ -100,7 +118,14 @@ def _mass_lines(mass: MassFit | None) -> tuple[str, ...]:
     if mass is None:
         return ()
     error = f" ± {mass.std:.2g}" if np.isfinite(mass.std) else ""
-    return (f"K = {mass.wear_coefficient:.3g}{error}, by weight: {mass.volume[-1] * 1e9:.3g} mm³ were worn off",)
+    lines = [f"K = {mass.wear_coefficient:.3g}{error}, by weight: {mass.volume[-1] * 1e9:.3g} mm³ were worn off"]
+    if len(mass.of_disc) > 1:
+        lines.append("of each disc: " + ", ".join(f"disc {disc} {k:.3g}" for disc, k in mass.of_disc.items()))
+    found = _regimes(mass)
+    if len(found) > 1:
+        breaks = ", ".join(f"{np.exp(r.low):.3g} N/mm² (p = {r.p_value:.2g})" for r in found[1:])
+        lines.append(f"the wear rate has {len(found)} regimes over T gamma / A, from {breaks}")
+    return tuple(lines)
 
 
 def _json(fit: WearFit, stated: dict[str, float], mass: MassFit | None) -> dict[str, Any]:
@@ -128,7 +153,7 @@ def _json(fit: WearFit, stated: dict[str, float], mass: MassFit | None) -> dict[
 
 def _findings(fit: WearFit, stated: dict[str, float], mass: MassFit | None) -> tuple[str, ...]:
     """Every stated K that worn volume and dissipated energy contradict, and a mass that contradicts the profile."""
-    apart = mass.wear_coefficient / fit.allowed if mass else 1.0
+    apart = mass.of_disc.get(fit.disc, mass.wear_coefficient) / fit.allowed if mass else 1.0
     error = float(np.nan_to_num(mass.std)) / fit.allowed if mass else 0.0
     contradicts = not 1.0 / APART < apart < APART and abs(apart - 1.0) > 3.0 * error
     told = (
@@ -156,10 +181,11 @@ def _summary(fit: WearFit) -> tuple[str, ...]:
     )
 
 
-def _figure(test: Experiment, fit: WearFit, stated: dict[str, float]) -> Figure:
+def _figure(test: Experiment, fit: WearFit, stated: dict[str, float], mass: MassFit | None) -> Figure:
     from twindisc_cli.figures.wear import fitted
 
-    return fitted(fit, stated=stated, name=test.name, provenance=test.measured.provenance)
+    weighed = (mass, _regimes(mass)) if mass else None
+    return fitted(fit, stated=stated, weighed=weighed, name=test.name, provenance=test.measured.provenance)
 
 
 def _dataset(fit: WearFit) -> Dataset:

@@ -173,15 +173,17 @@ class View:
 
 
 def _parts(curve: Curve) -> list[tuple[str, Mask]]:
-    """Every recorded profile of a curve with its label; all samples of a channel over time."""
+    """Every recorded profile of a curve, or what is known of each disc, with its label; else all samples."""
     everything = np.ones(len(curve.measured), dtype=bool)
     if "disc" not in curve.covariates:
         return [("", everything)]
-    disc, iteration = curve.covariates["disc"], curve.covariates["iteration"]
-    stops = np.unique(np.stack([disc, iteration]), axis=1).T
+    names = [name for name in ("disc", "iteration") if name in curve.covariates]
+    numbers = np.stack([curve.covariates[name] for name in names])
+    stops = np.unique(numbers, axis=1).T
     if len(stops) == 1:
         return [("", everything)]
-    return [(f"disc {d}, iteration {i}", np.asarray((disc == d) & (iteration == i))) for d, i in stops]
+    labels = [", ".join(f"{name} {i}" for name, i in zip(names, stop, strict=True)) for stop in stops]
+    return [(label, np.all(numbers == stop[:, None], axis=0)) for label, stop in zip(labels, stops, strict=True)]
 
 
 def strongest(diagnosis: Diagnosis, channel: str) -> str:

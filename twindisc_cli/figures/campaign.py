@@ -82,7 +82,7 @@ def wear(table: Table, k: Sequence[Regime], rate: Sequence[Regime], *, title: st
             colour = COLOURS[place % len(COLOURS)] if name else GREY
             axes.errorbar(x[inside], y[inside], yerr=np.nan_to_num(std[inside]), linestyle="none", marker="o",
                           markersize=3.5, markerfacecolor="white", color=colour, label=name or "tests")  # fmt: skip
-        _regimes(axes, found)
+        regime_lines(axes, found)
         axes.set_xscale("log")
         axes.set_yscale("log")
         name_axes(axes, ENERGY, label, f"{len(found)} regimes" if len(found) > 1 else "no break shown")
@@ -90,7 +90,7 @@ def wear(table: Table, k: Sequence[Regime], rate: Sequence[Regime], *, title: st
     return figure
 
 
-def _regimes(axes: Axes, found: Sequence[Regime]) -> None:
+def regime_lines(axes: Axes, found: Sequence[Regime]) -> None:
     """The line of each regime, and the probability by chance of each break."""
     for regime in found:
         ends = np.array([regime.low, regime.high])

@@ -1,31 +1,60 @@
-"""The figure of a wear coefficient from weighed mass: volume over energy, and over the iterations."""
+"""The figure of wear by weight: volume over energy, and the wear rate over T gamma / A as railways plot it."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
-from twindisc_cli.figures.style import BLUE, legend, measured_points, name_axes, page
+from twindisc_cli.figures.campaign import regime_lines
+from twindisc_cli.figures.style import BLUE, ORANGE, legend, measured_points, name_axes, page
 
 if TYPE_CHECKING:
     from twindisc_cli.identify.mass import MassFit
+    from twindisc_cli.identify.regimes import Regime
 
-VOLUME = "worn volume [mm³]"
+DISCS = {1: ORANGE, 2: BLUE}
 
 
-def weighed(fit: MassFit, *, name: str, provenance: str) -> Figure:
-    """Volume as weighed and at K, over the dissipated energy and over the iterations."""
+def weighed(fit: MassFit, found: Sequence[Regime], *, name: str, provenance: str) -> Figure:
+    """Volume as weighed and at K over the dissipated energy, and the wear rate of each disc."""
     figure, (left, right) = page(1, 2, height=3.2, title=f"{name}: wear by weight", provenance=provenance)
-    half = 1.645 * fit.error * 1e9
-    for axes, x in ((left, fit.energy * 1e-3), (right, fit.iteration.astype(float))):
-        measured_points(axes, x, fit.volume * 1e9, half, label=f"{provenance}, 90 % interval")
-        axes.plot(np.insert(x, 0, 0.0), np.insert(fit.predicted * 1e9, 0, 0.0), color=BLUE, marker=".",
-                  label=f"$K$ = {fit.wear_coefficient:.3g}")  # fmt: skip
-        axes.set_xlim(0.0, None)
-        axes.set_ylim(0.0, None)
-        legend(axes, "upper left")
-    name_axes(left, "dissipated energy [kJ]", VOLUME)
-    name_axes(right, "iteration", VOLUME)
+    volume(left, fit, provenance=provenance)
+    wear_rate(right, fit, found)
     return figure
+
+
+def volume(axes: Axes, fit: MassFit, *, provenance: str) -> None:
+    """Volume as weighed and at K, over the dissipated energy."""
+    half = 1.645 * fit.error * 1e9
+    measured_points(axes, fit.energy * 1e-3, fit.volume * 1e9, half, label=f"{provenance}, 90 % interval")
+    axes.plot(np.insert(fit.energy * 1e-3, 0, 0.0), np.insert(fit.predicted * 1e9, 0, 0.0), color=BLUE, marker=".",
+              label=f"$K$ = {fit.wear_coefficient:.3g}")  # fmt: skip
+    axes.set_xlim(0.0, None)
+    axes.set_ylim(0.0, None)
+    legend(axes, "upper left")
+    name_axes(axes, "dissipated energy [kJ]", "worn volume [mm³]", "weighed volume")
+
+
+def wear_rate(axes: Axes, fit: MassFit, found: Sequence[Regime]) -> None:
+    """The wear rate from weighing to weighing, with the regimes that the data show."""
+    rates = fit.rates
+    for disc in np.unique(rates.disc):
+        mine = (rates.disc == disc) & (rates.rate > 0.0)
+        half = 1.645 * rates.error[mine] * 1e3
+        axes.errorbar(rates.index[mine] * 1e-6, rates.rate[mine] * 1e3, yerr=np.nan_to_num(half), linestyle="none",
+                      marker="o", markersize=4.0, markerfacecolor="white", color=DISCS[int(disc)],
+                      label=f"disc {disc}")  # fmt: skip
+    regime_lines(axes, found)
+    for scale, axis in ((axes.set_xscale, axes.xaxis), (axes.set_yscale, axes.yaxis)):
+        scale("log")
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter(FormatStrFormatter("%g"))
+        axis.set_minor_formatter(NullFormatter())
+    name_axes(axes, "$T\\gamma/A$ [N/mm²]", "wear rate [µg/m/mm²]",
+              f"{len(found)} regimes" if len(found) > 1 else "no break shown")  # fmt: skip
+    legend(axes, "upper left")

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
+from twindisc_cli.figures.mass import volume, wear_rate
 from twindisc_cli.figures.style import (
     BLACK,
     BLUE,
@@ -25,6 +28,8 @@ from twindisc_cli.figures.style import (
 )
 
 if TYPE_CHECKING:
+    from twindisc_cli.identify.mass import MassFit
+    from twindisc_cli.identify.regimes import Regime
     from twindisc_cli.identify.wear import WearFit
     from twindisc_cli.identify.wear_history import WearHistory
 
@@ -89,11 +94,26 @@ def _around_the_track(
     axes.locator_params(axis="x", nbins=6)
 
 
-def fitted(fit: WearFit, *, stated: dict[str, float], name: str, provenance: str) -> Figure:
-    """Measured and simulated profile, what is left, the bisection, and every K there is; stated K by what it is."""
-    figure, (profile, left, trail, all_k) = page(
-        2, 2, height=5.6, title=f"{name}: wear coefficient", provenance=provenance
-    )
+def fitted(
+    fit: WearFit,
+    *,
+    stated: dict[str, float],
+    weighed: tuple[MassFit, Sequence[Regime]] | None,
+    name: str,
+    provenance: str,
+) -> Figure:
+    """Measured and simulated profile, what is left, the bisection, and every K there is; stated K by what it is.
+
+    Of weighed discs a row more: the volume over the energy, and the wear rate with its regimes.
+    """
+    rows = 3 if weighed else 2
+    title = f"{name}: wear coefficient"
+    figure, panels = page(rows, 2, height=2.8 * rows, title=title, provenance=provenance)
+    profile, left, trail, all_k = panels[:4]
+    if weighed:
+        volume(panels[4], weighed[0], provenance=provenance)
+        wear_rate(panels[5], *weighed)
+        stated = {f"by weight, disc {disc}": k for disc, k in weighed[0].of_disc.items()} | stated
     y = fit.y * 1e3
     profile.plot(y, fit.height * 1e6, color=BLACK, linewidth=1.0, label=provenance)
     profile.plot(y, fit.simulated_height * 1e6, color=BLUE, linewidth=1.3, label=f"simulated, {fit.method}")
@@ -135,6 +155,7 @@ def _coefficients(axes: Axes, fit: WearFit, stated: dict[str, float]) -> None:
     axes.set_yticks(np.arange(len(rows)), list(rows))
     axes.set_ylim(len(rows) - 0.4, -0.6)
     axes.set_xscale("log")
+    axes.xaxis.set_minor_formatter(NullFormatter())
     values = [value for value, _, _ in rows.values()]
     axes.set_xlim(min(values) / 3.0, max(values) * 3.0)
     name_axes(axes, "wear coefficient $K$ [1]", "", "what each says")

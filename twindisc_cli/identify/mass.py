@@ -3,11 +3,19 @@
 m_d = rho_d s_d 2 pi R S(K)        disc d; S the worn section of both discs, s_d the share of disc d
 W   = sum over the discs weighed of m_d / rho_d
 
-rho_d   density [kg/m3];  s_2 = 1 - s_1, and s_1 = 0 unless an effect says otherwise
+K_d = W_d H_d / E                  of each disc weighed
+
+rho_d   density [kg/m3];  s_2 = 1 - s_1, and s_1 = 0 unless an effect says otherwise;  H_d  hardness [Pa]
+
+The wear rate, as railway laboratories give it, is mass lost over distance rolled and area of the patch,
+dm_d / (ds A) = rho_d K_d / H_d (T gamma / A), with T gamma = dE / ds the energy dissipated on the distance.
+
+Source: R. Lewis and R. S. Dwyer-Joyce, Proc. IMechE J 218 (2004) 467-478.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,11 +28,25 @@ from twindisc_cli.model.forward import ForwardModel, Prediction
 
 
 @dataclass(frozen=True)
+class WearRates:
+    """Wear from weighing to weighing of each disc: disc, T gamma / A [N/m2], rate [kg/m3], its error; each (row,).
+
+    A is the patch of the unworn discs. error: standard error, NaN where no uncertainty was stated.
+    """
+
+    disc: Ints
+    index: Floats
+    rate: Floats
+    error: Floats
+
+
+@dataclass(frozen=True)
 class MassFit:
     """K and its standard error [1] (NaN where one weighing has no uncertainty), and what they rest on.
 
     iteration: those after which was weighed; volume, predicted: worn off the discs weighed by then [m3], as weighed and
     at K; error: standard error of volume [m3], NaN where none was stated; energy: dissipated by then [J]; each (stop,).
+    of_disc: K of each disc weighed, with its own hardness; rates: from weighing to weighing.
     """
 
     wear_coefficient: float
@@ -34,6 +56,8 @@ class MassFit:
     predicted: Floats
     error: Floats
     energy: Floats
+    of_disc: Mapping[int, float]
+    rates: WearRates
 
 
 def worn_mass(model: ForwardModel, prediction: Prediction) -> Floats:
@@ -43,13 +67,20 @@ def worn_mass(model: ForwardModel, prediction: Prediction) -> Floats:
     return np.asarray(_density(model, samples) * shares * volume)
 
 
-def identify_from_mass(model: ForwardModel, mu: Floats) -> MassFit:
-    """Fit K to the weighed mass with mu (step,) in the contact."""
-    test, samples = model.experiment, _weighed(model)
+def weighed_volume(model: ForwardModel) -> tuple[Ints, Floats, Floats]:
+    """Iterations after which was weighed, the volume [m3] that the discs lost by then, its standard error; (stop,)."""
+    samples = _weighed(model)
     stops, stop = np.unique(samples.iteration, return_inverse=True)
     density = _density(model, samples)
     volume = np.asarray(np.bincount(stop, samples.loss / density), dtype=float)
-    error = np.sqrt(np.bincount(stop, (samples.uncertainty / density) ** 2))
+    return stops, volume, np.sqrt(np.bincount(stop, (samples.uncertainty / density) ** 2))
+
+
+def identify_from_mass(model: ForwardModel, mu: Floats) -> MassFit:
+    """Fit K to the weighed mass with mu (step,) in the contact."""
+    test, samples = model.experiment, _weighed(model)
+    stops, volume, error = weighed_volume(model)
+    stop = np.searchsorted(stops, samples.iteration)
     if not volume[-1] > 0.0:
         raise MeasurementError("nothing was worn off by weight: the last mass loss is not positive")
 
@@ -59,9 +90,8 @@ def identify_from_mass(model: ForwardModel, mu: Floats) -> MassFit:
         each = _share(model, prediction, samples) * _volume(model, prediction, samples.iteration)
         return np.stack([np.bincount(stop, row) for row in each])
 
-    energy = model.predict(BaseParameters.declared(test, mu[None])).state.energy[
-        0, model.points.of_iteration[stops - 1]
-    ]
+    prediction = model.predict(BaseParameters.declared(test, mu[None]))
+    energy = prediction.state.energy[0, model.points.of_iteration[stops - 1]]
     if not energy[-1] > 0.0:
         raise ValidityError("nothing slides up to the last weighing: no K can have worn it")
     hardness = model.circumference_hardness / (2.0 * np.pi * model.radius)
@@ -73,7 +103,49 @@ def identify_from_mass(model: ForwardModel, mu: Floats) -> MassFit:
     stated = fit.value / np.sqrt(float(np.sum((fit.predicted / error) ** 2)))
     scatter = fit.std if len(stops) > 1 else np.nan
     known = [std for std in (stated, scatter) if np.isfinite(std)]
-    return MassFit(fit.value, max(known, default=np.nan), stops, volume, fit.predicted, error, energy)
+    return MassFit(
+        wear_coefficient=fit.value,
+        std=max(known, default=np.nan),
+        iteration=stops,
+        volume=volume,
+        predicted=fit.predicted,
+        error=error,
+        energy=energy,
+        of_disc=_of_disc(model, samples, dict(zip(stops, energy, strict=True))),
+        rates=_wear_rates(model, prediction, samples),
+    )
+
+
+def _of_disc(model: ForwardModel, samples: MassSamples, energy: Mapping[int, float]) -> dict[int, float]:
+    """K of each disc by its last weighing."""
+    found = {}
+    for number, disc in ((1, model.experiment.rig.disc1), (2, model.experiment.rig.disc2)):
+        mine = samples.disc == number
+        if np.any(mine):
+            last = int(np.argmax(np.where(mine, samples.iteration, 0)))
+            spent = energy[int(samples.iteration[last])]
+            found[number] = float(samples.loss[last] / disc.density * disc.hardness / spent)
+    return found
+
+
+def _wear_rates(model: ForwardModel, prediction: Prediction, samples: MassSamples) -> WearRates:
+    """Mass lost over energy dissipated and distance rolled between the weighings; none where nothing slid."""
+    state, at = prediction.state, model.points.of_iteration
+    rolled = np.cumsum(np.broadcast_to(state.rolling_speed, state.energy.shape)[0] * state.duration)
+    rows = []
+    for number in np.unique(samples.disc):
+        mine = np.flatnonzero(samples.disc == number)
+        mine = mine[np.argsort(samples.iteration[mine])]
+        place = at[samples.iteration[mine] - 1]
+        lost, distance, energy = (
+            np.diff(values, prepend=0.0) for values in (samples.loss[mine], rolled[place], state.energy[0, place])
+        )
+        squared = samples.uncertainty[mine] ** 2
+        error = np.sqrt(squared + np.append(0.0, squared[:-1]))
+        per = 1.0 / (distance * float(model.experiment.rig.patch.area))
+        rows.append(np.stack([np.full(len(mine), number), energy * per, lost * per, error * per])[:, energy > 0.0])
+    disc, index, rate, error = np.concatenate(rows, axis=1)
+    return WearRates(disc.astype(np.int64), index, rate, error)
 
 
 def _weighed(model: ForwardModel) -> MassSamples:

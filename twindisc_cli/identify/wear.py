@@ -24,8 +24,8 @@ from twindisc_cli.physics.archard import allowed_coefficient
 class WearFit:
     """K and its standard error [1], by `method` "least squares" or "bisection"; both, and what they rest on.
 
-    measured, simulated: the track of the last profile of the disc that wears. Of that profile, (sample,): y and height
-    [m], simulated_height at K, squares_height at the least-squares K; rms of height less simulated_height [m].
+    measured, simulated: the track of the last profile of the disc that wears, `disc`. Of that profile, (sample,): y and
+    height [m], simulated_height at K, squares_height at the least-squares K; rms of height less simulated_height [m].
     allowed: the K of Archard's W H / E; energy: what was dissipated up to that profile [J].
     """
 
@@ -34,6 +34,7 @@ class WearFit:
     method: str
     bisection: Bisection
     least_squares: Fit
+    disc: int
     measured: Track
     simulated: Track
     y: Floats
@@ -81,6 +82,7 @@ def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
         method="least squares" if agrees else "bisection",
         bisection=bisection,
         least_squares=squares,
+        disc=int(profile.disc[last][0]),
         measured=measured,
         simulated=worn_track(y, simulated, smooth=False),
         y=y,

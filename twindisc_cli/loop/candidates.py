@@ -10,6 +10,7 @@ import numpy as np
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Effect
 from twindisc_cli.laws.trial import Trial
+from twindisc_cli.loop.channels.mass import weighed_stops
 from twindisc_cli.loop.channels.profile import recorded_stops
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.learn import Pair, is_timed, pairs
@@ -77,7 +78,7 @@ def laws(fitted: Fit) -> list[Proposal]:
 def searched(problem: Problem) -> list[str]:
     """Names of the effects that may be missing: neither declared nor added yet, nor known from the measurement."""
     declared = {name for case in problem.cases for name in case.test.effects}
-    stops = max((len(recorded_stops(case.test)) for case in problem.cases), default=0)
+    stops = max((max(len(recorded_stops(case.test)), weighed_stops(case.test)) for case in problem.cases), default=0)
     timed = any(is_timed(case) for case in problem.cases)
     zeros = [zero_known(case.test) for case in problem.cases if "traction" in case.noise]
     if zeros and all(zeros):
@@ -85,7 +86,7 @@ def searched(problem: Problem) -> list[str]:
     return [
         name
         for name, effect in catalogue().items()
-        if effect.channel in problem.channels
+        if problem.shown_in(effect)
         and name not in problem.terms
         and name not in declared
         and (stops > 1 or not effect.needs_stops)

@@ -8,6 +8,7 @@ from time import monotonic
 
 import numpy as np
 
+from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Effect
 from twindisc_cli.laws.law import Law, formula_text, warnings
 from twindisc_cli.laws.trial import Trial
@@ -151,7 +152,8 @@ def _found(found: Outcome) -> tuple[list[FoundEffect], list[FoundLaw]]:
     effects, laws = [], []
     for name in found.answer.terms:
         effect = found.answer.effect(name)
-        remains = _remains(found, effect.channel)
+        channel = found.problem.shown_in(effect)
+        remains = _remains(found, channel)
         probability, rivals = weighed(found, name)
         probability *= 1.0 - remains
         strength = _strength(found, probability, rivals)
@@ -161,7 +163,7 @@ def _found(found: Outcome) -> tuple[list[FoundEffect], list[FoundLaw]]:
             labels = tuple(_text(label) for label, _ in rivals)
             parameters = term_parameters(found.sure, name)
             strength = "possible" if unfixed(effect, parameters) else strength
-            effects.append(FoundEffect(name, effect.channel, parameters, labels, probability, strength, remains))
+            effects.append(FoundEffect(name, channel, parameters, labels, probability, strength, remains))
     return effects, laws
 
 
@@ -330,8 +332,9 @@ def _place(
         elif not found.answer.terms or behind > THRESHOLDS.within:
             refused = "explains less"
     gain = short.fit.chi2 - member.fit.chi2
+    channel = found.problem.shown_in(effect)
     return Tried(
-        effect.channel, name, _text(label), len(label) == 2, gain, member.evidence - found.answer.evidence,
+        channel, name, _text(label), len(label) == 2, gain, member.evidence - found.answer.evidence,
         share, member.fit.at_bound, refused, chosen and bool(name),
     )  # fmt: skip
 
@@ -379,7 +382,8 @@ def _notes(found: Outcome) -> list[str]:
                 f"{name}: {' and '.join(case.test.effects)} declared: the parameters stay as given; taken out of the "
                 f"definition, an effect is looked for and fitted"
             )
-        missing = [c for c in channels() if c not in measured_channels(case.test)]
+        showing = {effect.channel for effect in catalogue().values()}
+        missing = [c for c in channels() if c in showing and c not in measured_channels(case.test)]
         if missing:
             notes.append(f"{name}: {' and '.join(missing)} not measured; effects seen only there stay unseen")
         if len(recorded_stops(case.test)) == 1:

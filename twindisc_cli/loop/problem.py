@@ -48,7 +48,11 @@ class Case:
     @cached_property
     def guesses(self) -> dict[str, float]:
         """Base parameters from the measurements alone, by key; NaN where nothing tells."""
-        return {base.key: base.guess(self.model) for base in _bases()}
+        guesses: dict[str, float] = {}
+        for base in _bases():
+            if not np.isfinite(guesses.get(base.key, np.nan)):
+                guesses[base.key] = base.guess(self.model)
+        return guesses
 
     @property
     def held(self) -> dict[str, float]:
@@ -145,6 +149,11 @@ class Problem:
     def effect(self, name: str) -> Effect:
         """A term as it acts: a law on trial, or an effect of the catalogue."""
         return self.trial[name] if name in self.trial else catalogue()[name]
+
+    def shown_in(self, effect: Effect) -> str:
+        """The channel an effect shows in first, or the measured one that stands for it; "" where none does."""
+        stands = (name for name in self.channels if effect.stage in channels()[name].stands_for)
+        return effect.channel if effect.channel in self.channels else next(stands, "")
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:

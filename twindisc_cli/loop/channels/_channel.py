@@ -63,6 +63,7 @@ class Channel:
     withheld   samples in the steps (index from 0) and parts that are held out (sample,)
     covariates what a residual may be drawn over, by name (sample,)
     planned    samples that a planned history would bring
+    stands_for stages whose effects it shows where the channel they show in first was not measured
     """
 
     name: str
@@ -84,3 +85,4 @@ class Channel:
     covariates: Callable[[ForwardModel, Prediction], dict[str, Floats | Ints]]
     planned: Callable[[Experiment, Floats, float], Any]
     look_at: Mapping[str, str] = field(default_factory=dict)
+    stands_for: frozenset[str] = frozenset()

@@ -1,0 +1,114 @@
+"""Mass that the discs lost, weighed at stops; it fixes the wear coefficient, as the profile does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from twindisc_cli.identify.mass import weighed_volume, worn_mass
+from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Scale
+from twindisc_cli.loop.generic import smooth
+from twindisc_cli.loop.noise import Noise, estimate, given, polynomials
+from twindisc_cli.model.energy import measured_energy
+from twindisc_cli.model.experiment import Experiment, Floats, Ints, MassSamples
+from twindisc_cli.model.forward import ForwardModel, Prediction
+
+SHAPES, EACH = 2, 3
+"""Degree of what is smooth over the energy, and samples of one disc that each degree takes."""
+
+
+def weighed_stops(test: Experiment) -> int:
+    """At how many stops was weighed."""
+    return 0 if test.measured.mass is None else len(np.unique(test.measured.mass.iteration))
+
+
+def _samples(test: Experiment) -> MassSamples | None:
+    return test.measured.mass
+
+
+def _measured(test: Experiment) -> MassSamples:
+    samples = test.measured.mass
+    assert samples is not None
+    return samples
+
+
+def _given(test: Experiment) -> float:
+    return test.options.wear_coefficient
+
+
+def _guess(model: ForwardModel) -> float:
+    """K from W H / E of the last weighing, with the traction as it was measured."""
+    test = model.experiment
+    if test.measured.mass is None:
+        return np.nan
+    volume = max(float(weighed_volume(model)[1][-1]), 1e-15)
+    hardness = model.circumference_hardness / (2.0 * np.pi * model.radius)
+    return float(np.clip(volume * hardness / measured_energy(test), 1e-9, 0.5))
+
+
+def noise(test: Experiment) -> Noise:
+    """Noise as stated, else from the scatter of each disc's mass about a smooth course."""
+    samples = _measured(test)
+    at = samples.iteration.astype(float)
+    if np.isfinite(samples.uncertainty).all():
+        return given(samples.uncertainty, at)
+    trend = polynomials(at, samples.disc, SHAPES, EACH)
+    return estimate(samples.loss, [trend], at, samples.disc, float(np.ptp(samples.loss)), correlated=False)
+
+
+def _generic(model: ForwardModel, prediction: Prediction) -> Iterator[Generic]:
+    samples = _measured(model.experiment)
+    energy = _covariates(model, prediction)["energy"]
+    degree = min(SHAPES, len(np.unique(samples.iteration)) // EACH)
+    if degree:
+        own = samples.loss / max(float(np.abs(samples.loss).max()), 1e-30)
+        yield "energy", "smooth", smooth(np.asarray(energy, dtype=float), degree) * own[:, None]
+
+
+def _withheld(test: Experiment, steps: tuple[int, ...]) -> Mask:
+    """Weighings at the end of the steps that are held out."""
+    return np.isin(test.history.step[_measured(test).iteration - 1], steps)
+
+
+def _covariates(model: ForwardModel, prediction: Prediction) -> dict[str, Floats | Ints]:
+    samples, points, state = _measured(model.experiment), model.points, prediction.state
+    at = points.of_iteration[samples.iteration - 1]
+    return {
+        "time": points.time[at],
+        "energy": state.energy[0, at],
+        "cycles": points.cycles[at],
+        "disc": samples.disc,
+    }
+
+
+def _planned(test: Experiment, times: Floats, half_width: float) -> MassSamples | None:
+    if not np.isfinite(test.rig.disc2.density):
+        return None
+    stops = np.flatnonzero(np.diff(test.history.step, append=-1) != 0) + 1
+    unknown = np.full(len(stops), np.nan)
+    return MassSamples(stops, np.zeros(len(stops)), np.full(len(stops), 2, dtype=np.int64), unknown)
+
+
+CHANNEL = Channel(
+    name="mass",
+    label="mass lost",
+    order=3,
+    unit="mg",
+    factor=1e6,
+    si="kg",
+    drawn=Scale("mass lost [mg]", 1e6),
+    rest="weighed − model [mg]",
+    assumed_noise=1e-7,
+    base=Base("K", "1", 1e-9, 1.0, _given, _guess, shared=True),
+    samples=_samples,
+    values=lambda samples: np.asarray(samples.loss),
+    predicted=worn_mass,
+    noise=noise,
+    generic=_generic,
+    withheld=_withheld,
+    covariates=_covariates,
+    planned=_planned,
+    look_at={"energy": "a wear coefficient that changed over the history, or another share of the discs in the wear"},
+    stands_for=frozenset({"wear"}),
+)
