@@ -24,7 +24,7 @@ def called(*arguments: str) -> int:
 
 def test_lists_every_effect_once_under_its_channel() -> None:
     lines = run(None).summary
-    places = {channel: lines.index(f"seen first in the {channel}") for channel in channels()}
+    places = {channel: lines.index(f"seen first in the {channel}") for channel in channels() if channel != "mass"}
     for name, effect in catalogue().items():
         (place,) = [i for i, line in enumerate(lines) if line.split()[:1] == [name]]
         above = max((at, channel) for channel, at in places.items() if at < place)[1]
