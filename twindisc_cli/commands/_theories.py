@@ -1,7 +1,7 @@
 """One contact by two theories, in one form: the exact solution on elements, and FASTSIM on the strips of an ellipse.
 
-Along a line both are closed forms. Under lateral creepage or spin the exact theory is solved there too, on the strip
-with its ends, and FASTSIM turns as a whole into the direction of the combined law.
+Along a line both are closed forms. Under lateral creepage or spin, and of unlike discs, the exact theory is solved on
+the strip with its ends, and FASTSIM turns as a whole into the direction of the combined law.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ def profile_patch(rig: Rig, normal_load: float, *, y: Floats, height: Floats, or
 
 def exact_field(patch: Patch, rig: Rig, *, mu: float, creepage_x: float, creepage_y: float, spin: float) -> Field:
     """The exact theory on the patch, its force carried to the limit from this grid and one of half the fineness."""
-    if patch.line and creepage_y == spin == 0.0:
+    if patch.line and creepage_y == spin == rig.dundurs == 0.0:
         return _line_field(patch, rig, "exact", mu=mu, creepage_x=creepage_x, creepage_y=0.0, spin=0.0)
 
     def solve(grid: Grid) -> rolling.Rolling:

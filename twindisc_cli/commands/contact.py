@@ -65,7 +65,7 @@ def run(test: Test, *, step: int | None = None, creepage: float | None = None, m
     shortcuts = _shortcuts(experiment, point, patch)
     return Result(
         command="contact",
-        summary=_summary(point, patch, fields, shortcuts),
+        summary=_summary(point, patch, fields, shortcuts, rig.dundurs),
         json={
             "operating_point": {
                 "origin": point.origin,
@@ -77,6 +77,7 @@ def run(test: Test, *, step: int | None = None, creepage: float | None = None, m
                 "normal_load_N": point.normal_load,
             },
             "patch": patch.origin,
+            "dundurs_beta": rig.dundurs,
             **{field.theory: _numbers(field, patch, point.normal_load) for field in fields},
             **shortcuts,
         },
@@ -201,7 +202,9 @@ def _numbers(field: Field, patch: Patch, normal_load: float) -> dict[str, float]
     }
 
 
-def _summary(point: Point, patch: Patch, fields: tuple[Field, ...], shortcuts: dict[str, Any]) -> tuple[str, ...]:
+def _summary(
+    point: Point, patch: Patch, fields: tuple[Field, ...], shortcuts: dict[str, Any], unlike: float
+) -> tuple[str, ...]:
     turned = f", lateral {point.creepage_y * 100.0:.3g} %, spin {point.spin:.3g} rad/m" * bool(
         point.creepage_y or point.spin
     )
@@ -211,6 +214,11 @@ def _summary(point: Point, patch: Patch, fields: tuple[Field, ...], shortcuts: d
         f"mu = {point.mu:.3g}, creepage {point.creepage_x * 100.0:.3g} %{turned}, load {point.normal_load:.3g} N",
         f"patch of {patch.origin}: a {size['a_mm']:.4g} mm, b {size['b_mm']:.4g} mm, p0 {size['p0_MPa']:.4g} MPa",
     ]
+    if unlike:
+        lines.append(
+            f"discs of unlike elasticity (Dundurs' second constant {unlike:.2g}): the exact theory has the slip that "
+            "pressure alone makes, FASTSIM and every other command take the combined modulus"
+        )
     for field in fields:
         error = f" ± {field.error / point.normal_load:.1g}" if field.error else ""
         lines.append(

@@ -199,6 +199,7 @@ def _options(definition: DefinitionBase) -> Options:
         contact=model.contact,
         traction=model.traction,
         wear_coefficient=_or_nan(model.wear_coefficient),
+        disc1_wear_coefficient=_or_nan(model.disc1_wear_coefficient),
         friction_coefficient=_or_nan(model.friction_coefficient),
     )
 

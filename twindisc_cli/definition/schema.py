@@ -208,7 +208,10 @@ class ModelTable(Table):
 
     contact: Literal["hertz", "half_space"] = "hertz"
     traction: Literal["fastsim", "fastrip", "exact"] = "fastsim"
-    wear_coefficient: Positive | None = Field(default=None, le=1.0, description="K; left out: identified")
+    wear_coefficient: Positive | None = Field(default=None, le=1.0, description="K of disc 2; left out: identified")
+    disc1_wear_coefficient: Positive | None = Field(
+        default=None, le=1.0, description="K of disc 1; left out: it does not wear, unless an effect says so"
+    )
     friction_coefficient: Friction | None = Field(default=None, description="constant base value; left out: identified")
 
 

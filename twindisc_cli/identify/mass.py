@@ -1,11 +1,11 @@
 """The wear coefficient of a test from the mass that its discs lost, weighed at stops.
 
-m_d = rho_d s_d 2 pi R S(K)        disc d; S the worn section of both discs, s_d the share of disc d
+m_d = rho_d s_d 2 pi R_d S(K)      disc d; S the worn section of both discs, s_d the share of disc d
 W   = sum over the discs weighed of m_d / rho_d
 
 K_d = W_d H_d / E                  of each disc weighed
 
-rho_d   density [kg/m3];  s_2 = 1 - s_1, and s_1 = 0 unless an effect says otherwise;  H_d  hardness [Pa]
+rho_d   density [kg/m3];  s_2 = 1 - s_1, and s_1 = 0 unless K_1 or an effect says otherwise;  H_d  hardness [Pa]
 
 The wear rate, as railway laboratories give it, is mass lost over distance rolled and area of the patch,
 dm_d / (ds A) = rho_d K_d / H_d (T gamma / A), with T gamma = dE / ds the energy dissipated on the distance.
@@ -63,8 +63,7 @@ class MassFit:
 def worn_mass(model: ForwardModel, prediction: Prediction) -> Floats:
     """The mass loss [kg] of a prediction at the weighings of its test, (set, sample)."""
     samples = _weighed(model)
-    volume, shares = _volume(model, prediction, samples.iteration), _share(model, prediction, samples)
-    return np.asarray(_density(model, samples) * shares * volume)
+    return np.asarray(_density(model, samples) * _volume(model, prediction, samples))
 
 
 def weighed_volume(model: ForwardModel) -> tuple[Ints, Floats, Floats]:
@@ -87,8 +86,7 @@ def identify_from_mass(model: ForwardModel, mu: Floats) -> MassFit:
     def volumes(k: Floats) -> Floats:
         base = BaseParameters.declared(test, np.broadcast_to(mu, (len(k), len(mu))))
         prediction = model.predict(replace(base, K=k))
-        each = _share(model, prediction, samples) * _volume(model, prediction, samples.iteration)
-        return np.stack([np.bincount(stop, row) for row in each])
+        return np.stack([np.bincount(stop, row) for row in _volume(model, prediction, samples)])
 
     prediction = model.predict(BaseParameters.declared(test, mu[None]))
     energy = prediction.state.energy[0, model.points.of_iteration[stops - 1]]
@@ -160,14 +158,13 @@ def _density(model: ForwardModel, samples: MassSamples) -> Floats:
     return np.where(samples.disc == 1, rig.disc1.density, rig.disc2.density)
 
 
-def _volume(model: ForwardModel, prediction: Prediction, iteration: Ints) -> Floats:
-    """Worn off both discs by the end of iterations (sample,) [m3], (set, sample)."""
-    at = model.points.of_iteration[iteration - 1]
-    return np.asarray(2.0 * np.pi * model.radius * prediction.section[:, at])
-
-
-def _share(model: ForwardModel, prediction: Prediction, samples: MassSamples) -> Floats:
-    """The share of each weighed disc in what is worn, (set, sample)."""
+def _volume(model: ForwardModel, prediction: Prediction, samples: MassSamples) -> Floats:
+    """Worn off each weighed disc [m3], (set, sample): 2 pi of its radius times its share of the section."""
     at = model.points.of_iteration[samples.iteration - 1]
     first = np.broadcast_to(prediction.state.disc1_share, prediction.section.shape)[:, at]
-    return np.where(samples.disc == 1, first, 1.0 - first)
+    share = np.where(samples.disc == 1, first, 1.0 - first)
+    rig = model.experiment.rig
+    radius = np.where(samples.disc == 1, rig.disc1.rolling_radius, rig.disc2.rolling_radius)
+    return np.asarray(
+        2.0 * np.pi * np.where(np.isfinite(radius), radius, model.radius) * share * prediction.section[:, at]
+    )

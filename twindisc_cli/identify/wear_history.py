@@ -64,7 +64,8 @@ def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) ->
         creepage=np.broadcast_to(state.creepage, wide)[0, at],
         mu=np.broadcast_to(state.mu, wide)[0, at],
         energy=state.energy[0, at],
-        volume=worn_volume(y=y, depth=depth, rolling_radius=model.radius),
+        volume=worn_volume(y=y, depth=-height, rolling_radius=model.radius)
+        + worn_volume(y=y, depth=-disc1_height, rolling_radius=_turning(test.rig.disc1.rolling_radius, model.radius)),
         y=y,
         height=height,
         disc1_height=disc1_height,
@@ -97,6 +98,11 @@ def _profiles(paths: WeightedPaths, own: Floats, scaled: Scaled) -> tuple[Floats
         return widest, found
     y = widest * float(scale.max())
     return y, np.array([np.interp(y / s, widest, row) for s, row in zip(scale, found, strict=True)])
+
+
+def _turning(radius: float, other: float) -> float:
+    """The radius of a disc [m], the other's of a flat one, on which the worn length is the same."""
+    return radius if np.isfinite(radius) else other
 
 
 def _radius(y: Floats, height: Floats, b: Floats, unworn: float, *, flat: bool) -> Floats:

@@ -97,6 +97,12 @@ class Rig:
         """Width over which both discs can touch [m], inf where none is stated."""
         return min(self.disc1.width, self.disc2.width)
 
+    @property
+    def dundurs(self) -> float:
+        """Dundurs' second constant: 0 where pressure alone makes no disc slip on the other."""
+        one, two = ((1.0 - 2.0 * d.poisson_ratio) / d.shear_modulus for d in (self.disc1, self.disc2))
+        return 0.25 * self.effective_modulus * (one - two)
+
     @cached_property
     def patch(self) -> hertz.Ellipse | line_contact.Strip:
         """Hertz's patch of the unworn discs: an ellipse, or a strip as wide as the narrower disc."""
@@ -194,11 +200,15 @@ class History:
 
 @dataclass(frozen=True)
 class Options:
-    """How the contact is computed, and the base parameters that are given (NaN: to be found)."""
+    """How the contact is computed, and the base parameters that are given (NaN: to be found).
+
+    wear_coefficient is disc 2's; disc1_wear_coefficient NaN: disc 1 does not wear, unless an effect says so.
+    """
 
     contact: Contact = "hertz"
     traction: Traction = "fastsim"
     wear_coefficient: float = np.nan
+    disc1_wear_coefficient: float = np.nan
     friction_coefficient: float = np.nan
 
 

@@ -163,7 +163,10 @@ class _Chain:
         creepage = np.broadcast_to(points.creepage, shape) * self._at_points(self.base.creepage_factor)
         environment = test.thermal.environment_temperature if test.thermal else np.nan
         history, load = test.history, test.rig.normal_load * test.history.load_factor[points.iteration]
+        first = self._of_disc1()
         return State(
+            wear_factor=1.0 + first,
+            disc1_share=first / (1.0 + first),
             time=points.time,
             duration=points.duration,
             cycles=points.cycles,
@@ -184,6 +187,12 @@ class _Chain:
             power_before=np.full(shape, 1e-30),
             power=np.full(shape, 1e-30),
         )
+
+    def _of_disc1(self) -> Floats:
+        """Worn depth of disc 1 over disc 2's, K1 H2 R2 / (K2 H1 R1) where both K are known, (set, 1) [1]."""
+        disc = self.model.experiment.rig.disc1
+        resists = 2.0 * np.pi * disc.rolling_radius * disc.hardness / self.model.circumference_hardness
+        return np.nan_to_num(self.model.experiment.options.disc1_wear_coefficient / (self.base.K * resists))
 
     def run(self, before: State) -> State:
         """One pass through all stages but the sensors."""
