@@ -239,7 +239,7 @@ def volume_and_energy(facts: Facts) -> Iterator[Finding]:
                 unit="1",
                 why=f"the worn volume ({' or '.join(volumes)}) with {_number(facts.energy * 1e-3)} kJ",
                 hint=f"W H / E is {' or '.join(_number(k) for k in allowed)}, "
-                f"and K is {' or '.join(_number(value / k) for k in allowed)} times that",
+                f"and K is {' or '.join(_number(value / k if k else np.inf) for k in allowed)} times that",
             )
 
 

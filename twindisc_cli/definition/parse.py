@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
@@ -21,6 +22,7 @@ _SYNTAX = re.compile(r"(.*) \(at (?:line (\d+), column \d+|end of document)\)")
 _PAIR = re.compile(r"""^\s*[\w.-]+\s*=\s*(?![\[{]|\"{3}|'{3})""")
 _DECIMAL_COMMA = re.compile(r"^(\s*([\w.-]+)\s*=\s*[-+]?\d+),(\d+)(\s*(?:#.*)?)$")
 _UNIT = re.compile(r"_(?:N|rpm|m_s|mm|um|GPa|HV|C|J_K|mm3|mm2|kg_m3|J_kgK|W_mK|W_K|W_m2K|1_m|percent)$")
+_LARGEST = 10**300
 _ENDLESS = re.compile(r"[0-9_]{1000}")
 _MOST_SYNTAX_ERRORS = 20
 NAMED: Key = ("laws",)
@@ -78,7 +80,7 @@ def _read(text: str, file: str) -> tuple[_Source, list[Problem]]:
     mended: set[str] = set()
     while True:
         try:
-            raw = tomllib.loads("\n".join(lines))
+            raw = _bounded(tomllib.loads("\n".join(lines)))
         except tomllib.TOMLDecodeError as error:
             problem, repaired = _syntax_problem(error, lines, file)
             problems.append(problem)
@@ -92,6 +94,15 @@ def _read(text: str, file: str) -> tuple[_Source, list[Problem]]:
             raise DefinitionError(Problem("a number has thousands of digits", file, number)) from None
         else:
             return _Source(file, raw, locate("\n".join(lines)), frozenset(mended)), problems
+
+
+def _bounded(value: Any) -> Any:
+    """The same values; integers that no floating-point number can hold are infinite."""
+    if isinstance(value, dict):
+        return {key: _bounded(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_bounded(item) for item in value]
+    return math.copysign(math.inf, value) if isinstance(value, int) and abs(value) > _LARGEST else value
 
 
 def _syntax_problem(error: tomllib.TOMLDecodeError, lines: Sequence[str], file: str) -> tuple[Problem, str | None]:

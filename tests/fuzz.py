@@ -1,0 +1,428 @@
+"""Broken input by the thousand: python -m tests.fuzz [--seed N] [--definitions N] [--tables N] ...
+
+Real definitions, tables and result files are mutated, and extreme but valid tests made; the program must answer each
+within ten seconds by a result or by one of its own failures, and never by a traceback. Runs are killed at random
+moments, and must leave a result that is whole, or none. Each case follows from its seed alone: what fails is printed
+with the seed that makes it again (`--only KIND SEED`).
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+import traceback
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from twindisc_cli.commands import _runner
+from twindisc_cli.commands._output import Output
+from twindisc_cli.definition import load_text
+from twindisc_cli.errors import TwindiscError
+from twindisc_cli.physics.half_space import ContactError
+from twindisc_cli.results.recorded import Recorded, recorded
+
+ROOT = Path(__file__).parents[1]
+LIMIT = 10.0
+COMMANDS = ("friction-chart", "identify-mu", "simulate-wear", "fit-k", "thermal", "contact", "check")
+NUMBERS = ["0", "-1", "1e-300", "1e300", "-1e300", "nan", "inf", "-inf", "1e400", "9" * 400, "0.1", "3", "1_0", "0x7f"]
+NUMBERS += ["1e-9", "1e9", "true", '""', '"x"', "[]", "{}", "[1, 2]", "1979-05-27", "-0.0", "1,5", "100000", "2.5"]
+VALUES: list[Any] = [0, -1, 1, 2, 1e-300, 1e300, -1e300, float("nan"), float("inf"), 10**30, True, "", "x", [], {}, 0.5]
+VALUES += [[1, 2], [{}], {"a": 1}, "1", -0.0, 1e-9, 1e9, 100_000, "\x1b", "a" * 400, [[]], -5, 37.5]
+CELLS = [
+    "",
+    "nan",
+    "inf",
+    "-inf",
+    "1e300",
+    "-1e300",
+    "1e-300",
+    "0",
+    "-1",
+    "x",
+    "1,5",
+    '"',
+    "1e400",
+    "12:30",
+    "#N/A",
+    "1 000",
+]
+CELLS += ["[mm]", "time [s]", "y [um]", "=1", "\t", ";", "١", "1e", "2024-01-01 10:00:00", "100", "-0", "9" * 30]
+
+
+class Hanging(BaseException):
+    """No answer within the limit."""
+
+
+@contextmanager
+def limited(seconds: float) -> Iterator[None]:
+    """Hanging, where what is inside takes longer than the limit."""
+
+    def late(*_: object) -> None:
+        raise Hanging
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+@dataclass
+class Tally:
+    """What became of the cases of one kind."""
+
+    kind: str
+    limit: float = LIMIT
+    tried: int = 0
+    hangs: int = 0
+    answers: Counter[str] = field(default_factory=Counter)
+    failures: dict[str, tuple[int, str]] = field(default_factory=dict)
+    failed: int = 0
+
+    def note(self, case: Callable[[random.Random, Path], str], seed: int, folder: Path) -> None:
+        """Try the case of a seed."""
+        self.tried += 1
+        try:
+            with limited(self.limit), warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                self.answers[case(random.Random(f"{self.kind} {seed}"), folder)] += 1
+        except (TwindiscError, ContactError) as error:
+            self.answers[type(error).__name__] += 1
+        except Hanging as error:
+            self.hangs += 1
+            self._keep("hangs", error, seed)
+        except Exception as error:
+            self.failed += 1
+            self._keep(type(error).__name__, error, seed)
+
+    def _keep(self, what: str, error: BaseException, seed: int) -> None:
+        own = [f for f in traceback.extract_tb(error.__traceback__) if "twindisc_cli" in f.filename]
+        place = f"{Path(own[-1].filename).name}:{own[-1].lineno}" if own else "?"
+        self.failures.setdefault(f"{what} at {place}", (seed, " ".join(str(error).split())[:120]))
+
+    def line(self) -> str:
+        """One row of the table of reliability."""
+        return (
+            f"{self.kind:<44} {self.tried:>7} tried {self.failed:>4} tracebacks {self.hangs:>4} slower than {LIMIT:g} s"
+        )
+
+
+# Mutations
+
+
+def mutated_bytes(rng: random.Random, data: bytes) -> bytes:
+    """A few bytes flipped, doubled, moved or cut."""
+    text = bytearray(data)
+    for _ in range(rng.choice((1, 1, 2, 5, 20))):
+        if not text:
+            return b""
+        at, size = rng.randrange(len(text)), rng.choice((1, 1, 2, 7, 60))
+        how = rng.randrange(6)
+        if how == 0:
+            text[at] ^= 1 << rng.randrange(8)
+        elif how == 1:
+            del text[at : at + size]
+        elif how == 2:
+            text[at:at] = text[at : at + size]
+        elif how == 3:
+            text[at:at] = bytes(rng.randrange(256) for _ in range(size))
+        elif how == 4:
+            text[at : at + 1] = rng.choice(
+                (b"\n", b"\r", b"\0", b'"', b",", b";", b"[", b"]", b"=", b"\xff", b"#", b"{")
+            )
+        elif rng.random() < 0.1:
+            del text[at:]
+    return bytes(text)
+
+
+def mutated_lines(rng: random.Random, text: str, atoms: list[str], number: str) -> str:
+    """Numbers exchanged, lines dropped, doubled or swapped."""
+    lines = text.split("\n")
+    for _ in range(rng.choice((1, 1, 2, 4))):
+        at = rng.randrange(len(lines))
+        how = rng.randrange(6)
+        if how < 3:
+            found = list(re.finditer(number, lines[at]))
+            if found:
+                place = rng.choice(found)
+                lines[at] = lines[at][: place.start()] + rng.choice(atoms) + lines[at][place.end() :]
+        elif how == 3 and len(lines) > 1:
+            del lines[at]
+        elif how == 4:
+            lines.insert(at, rng.choice(lines))
+        else:
+            other = rng.randrange(len(lines))
+            lines[at], lines[other] = lines[other], lines[at]
+    return "\n".join(lines)
+
+
+def mutated_values(rng: random.Random, text: str) -> str:
+    """Values of a definition exchanged for others, keys dropped or moved."""
+    document = tomllib.loads(text)
+    for _ in range(rng.choice((1, 1, 2, 4))):
+        table: Any = document
+        while True:
+            keys = list(table) if isinstance(table, dict) else list(range(len(table)))
+            if not keys:
+                break
+            key = rng.choice(keys)
+            if isinstance(table[key], (dict, list)) and table[key] and rng.random() < 0.8:
+                table = table[key]
+                continue
+            if rng.random() < 0.15:
+                del table[key]
+            elif rng.random() < 0.15 and isinstance(table, dict):
+                table[rng.choice(ALL_KEYS)] = table[key]
+            else:
+                table[key] = rng.choice(VALUES)
+            break
+    return tomli_w.dumps(document)
+
+
+@cache
+def definitions() -> tuple[tuple[str, Path], ...]:
+    """Definitions that are valid, with the paths they lie at."""
+    from definitions import VALID
+
+    template = (ROOT / "twindisc_cli/definition/template.toml").read_text(encoding="utf-8")
+    every = re.sub(r"^# (?=[\w.]+ = |\[)", "", template, flags=re.MULTILINE)
+    found = [(path.read_text(encoding="utf-8"), path) for path in sorted((ROOT / "configs").glob("*.toml"))]
+    return (*found, (VALID, ROOT / "configs/x.toml"), (VALID + EFFECTS, ROOT / "configs/y.toml"),
+            (template, ROOT / "configs/z.toml"), (every, ROOT / "configs/w.toml"))  # fmt: skip
+
+
+EFFECTS = """
+[effects.falling_friction]
+ratio = 0.4
+decay_s_m = 0.6
+[effects.half_space_contact]
+[effects.thermocouple_lag]
+[laws.mu_over_time]
+quantity = "mu"
+covariate = "time_s"
+at = [0.0, 100.0]
+factor = [0.9, 1.1]
+"""
+SCHEMA = ROOT / "twindisc_cli/definition/test.schema.json"
+ALL_KEYS = sorted(set(re.findall(r'"(\w+)": \{', SCHEMA.read_text("utf-8"))))
+
+
+# Cases: each takes its random numbers and a folder of its own, and gives the name of what came out
+
+
+def broken_definition(rng: random.Random, folder: Path) -> str:
+    """A definition with mistakes; one that is valid all the same is checked."""
+    text, path = rng.choice(definitions())
+    how = rng.random()
+    if how < 0.25:
+        text = mutated_bytes(rng, text.encode()).decode("utf-8", "surrogateescape").encode("utf-8", "ignore").decode()
+    elif how < 0.6 or path.name == "w.toml":
+        text = mutated_lines(rng, text, NUMBERS, r"-?\d[\w.+-]*|true|\"[^\"]*\"")
+    else:
+        text = mutated_values(rng, text)
+    import_module("twindisc_cli.commands.check").run(load_text(text, path))
+    return "valid"
+
+
+@cache
+def tables() -> tuple[tuple[bytes, str, str], ...]:
+    """Tables with the key they are named by and the definition that names them."""
+    base = definitions()[-4][0]
+    shipped = [(key, name, text, path.parent) for text, path in definitions()[:-4]
+               for key, name in tomllib.loads(text).get("measured", {}).items() if key in KEYS]  # fmt: skip
+    read = [((folder / name).read_bytes()[:20_000], key, text) for key, name, text, folder in shipped]
+    return (*read, *((text.encode(), key, base) for key, text in MADE.items()))
+
+
+KEYS = ("traction", "log", "profile", "temperature", "mass")
+MADE = {
+    "temperature": "time [s];temperature [degC]\n"
+    + "".join(f"{t};{20 + t // 30},{t % 30}\n" for t in range(0, 400, 20)),
+    "mass": "iteration,mass loss [mg],uncertainty [mg]\n1,0.5,0.1\n3,1.5,0.1\n5,2.5,0.1\n",
+    "log": "Prüfstand 7\n\ntime [s],speed 1 [rpm],speed 2 [rpm],torque [N m],normal load [N]\n"
+    + "".join(f"{t},{3000 + 7.5},{3000 - 7.5},{0.9 + 0.01 * (t % 3)},72\n" for t in range(0, 420, 4)),
+}  # fmt: skip
+
+
+def broken_table(rng: random.Random, folder: Path) -> str:
+    """A measured table with mistakes; one that can be read all the same is checked."""
+    data, key, definition = rng.choice(tables())
+    how = rng.random()
+    if how < 0.3:
+        data = mutated_bytes(rng, data)
+    else:
+        text = data.decode("utf-8", "replace")
+        data = mutated_lines(rng, text, CELLS, r"[^,;\t\n]+").encode()
+        if how > 0.8:
+            data = data.decode().encode(rng.choice(("utf-16", "utf-8-sig", "cp1252", "utf-32")), "replace")
+    (folder / "table").write_bytes(data)
+    document = tomllib.loads(definition)
+    own = {"torque_disc": 2} if key == "log" else {}
+    document["measured"] = {key: "table", **own}
+    test = load_text(tomli_w.dumps(document), folder / "test.toml")
+    import_module("twindisc_cli.commands.check").run(test)
+    return "valid"
+
+
+def broken_result(rng: random.Random, folder: Path) -> str:
+    """A result of which one file was damaged: it must not count."""
+    stored = folder / "results/small"
+    whole = _whole(folder)
+    name = rng.choice(sorted(whole))
+    damaged = mutated_bytes(rng, whole[name])
+    (stored / name).write_bytes(damaged)
+    found = recorded(stored / "check.h5")
+    (stored / name).write_bytes(whole[name])
+    if isinstance(found, Recorded) != (damaged == whole[name]):
+        raise AssertionError(f"{name} was damaged and counts")
+    return "refused" if isinstance(found, str) else "the same"
+
+
+@cache
+def _whole(folder: Path) -> dict[str, bytes]:
+    from definitions import VALID
+
+    (folder / "small.toml").write_text(VALID)
+    _runner.run_command("check", folder / "small.toml", Output(folder / "results", quiet=True, force=True))
+    return {path.name: path.read_bytes() for path in (folder / "results/small").iterdir()}
+
+
+def extreme(rng: random.Random, folder: Path) -> str:
+    """A test at the ends of what is valid, through one command, to its files."""
+    text, path = tomli_w.dumps(_extreme_document(rng)), folder / "extreme.toml"
+    command = rng.choice(COMMANDS)
+    test = load_text(text, path)
+    result, _ = _runner.quiet(command, test, folder)
+    return f"exit code {result.exit_code}"
+
+
+def _extreme_document(rng: random.Random) -> dict[str, Any]:
+    def spread(low: float, high: float) -> float:
+        return float(f"{low * (high / low) ** rng.random():.4g}")
+
+    def disc() -> dict[str, Any]:
+        radius = rng.choice((float("inf"), spread(0.5, 1e4), spread(5.0, 200.0), -spread(50.0, 1e4)))
+        return {"rolling_radius_mm": spread(1.0, 1000.0), "transverse_radius_mm": radius}
+
+    def step() -> dict[str, Any]:
+        own = {"creepage_percent": rng.choice((0.0, spread(1e-4, 150.0), -spread(1e-3, 100.0)))}
+        own |= {"iterations": rng.choice((1, 1, 2, 5))}
+        own |= {"mu": spread(1e-3, 3.0)} if rng.random() < 0.2 else {}
+        own |= {"normal_load_N": spread(1.0, 1e5)} if rng.random() < 0.1 else {}
+        own |= {"rolling_speed_m_s": spread(1e-2, 100.0)} if rng.random() < 0.1 else {}
+        own |= {"yaw_mrad": spread(1e-2, 50.0)} if rng.random() < 0.1 else {}
+        return {"pause_s": spread(1.0, 1e5)} if rng.random() < 0.1 else own
+
+    document: dict[str, Any] = {"schema": 1, "test": {"name": "extreme"}}
+    document["rig"] = {"normal_load_N": spread(1e-2, 1e6), "rolling_speed_m_s": spread(1e-3, 200.0)}
+    document["rig"] |= {"disc1": disc(), "disc2": {**disc(), "transverse_radius_mm": spread(0.5, 1e4)}}
+    document["material"] = {"youngs_modulus_GPa": spread(1e-3, 1200.0), "poisson_ratio": round(0.49 * rng.random(), 3)}
+    document["material"] |= {"hardness_HV": spread(1.0, 5000.0), "density_kg_m3": spread(500.0, 2e4)}
+    document["history"] = {"revolutions_per_iteration": rng.choice((1, 100, 4200, 10**6))}
+    document["history"]["steps"] = [step() for _ in range(rng.choice((1, 2, 4)))]
+    document["model"] = {"friction_coefficient": spread(1e-3, 3.0), "wear_coefficient": spread(1e-12, 1e-2)}
+    document["model"]["contact"] = rng.choice(("hertz", "hertz", "half_space"))
+    document["model"]["traction"] = rng.choice(("fastsim", "fastsim", "exact"))
+    if rng.random() < 0.7:
+        document["thermal"] = {"environment_temperature_C": rng.uniform(-196.0, 500.0)}
+        document["thermal"] |= {"heat_capacity_J_K": spread(1e-2, 1e5), "convection_W_K": spread(1e-4, 1e4)}
+    return document
+
+
+CHECK = (sys.executable, "-m", "twindisc_cli", "check", "small.toml", "--format", "png,svg")
+
+
+def killed(rng: random.Random, folder: Path) -> str:
+    """Runs of two definitions in turn into one folder, one of them killed at some moment: no mixture counts."""
+    number = rng.choice((signal.SIGKILL, signal.SIGTERM, signal.SIGINT))
+    text, _ = definitions()[-4]
+    for hardness in (700, rng.randrange(100, 600)):
+        (folder / "small.toml").write_text(text.replace("hardness_HV = 700", f"hardness_HV = {hardness}"))
+        command = [*CHECK, "-o", "out", "--force"]
+        process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        if hardness != 700:
+            time.sleep(rng.uniform(0.25, _duration(folder)))
+            process.send_signal(number)
+        told = process.communicate(timeout=60)[1]
+        if "Traceback" in told and "twindisc_cli/" in told:
+            raise AssertionError(f"{number.name}: {told[-200:]}")
+    found = recorded(folder / "out/small/check.h5")
+    if isinstance(found, str) and found != "is not there":
+        raise AssertionError(f"{number.name} left a mixture: {found}")
+    return f"{number.name}: {'none' if isinstance(found, str) else 'whole'}"
+
+
+@cache
+def _duration(folder: Path) -> float:
+    """Seconds that a run takes here."""
+    began = time.perf_counter()
+    subprocess.run([*CHECK, "-o", "timed"], cwd=folder, capture_output=True, check=False)
+    return time.perf_counter() - began
+
+
+CASES: dict[str, tuple[str, Callable[[random.Random, Path], str], int]] = {
+    "definitions": ("mutated definitions", broken_definition, 40_000),
+    "tables": ("mutated tables", broken_table, 40_000),
+    "results": ("damaged results, refused", broken_result, 20_000),
+    "physics": ("extreme but valid tests, all commands", extreme, 1_000),
+    "kills": ("runs killed, none leaving a mixture", killed, 100),
+}
+
+
+def run(kind: str, seeds: range) -> Tally:
+    """Try the cases of one kind; the working folder is one of its own."""
+    name, case, _ = CASES[kind]
+    tally = Tally(name, 120.0 if kind == "kills" else LIMIT)
+    os.environ["MPLBACKEND"] = "agg"
+    with tempfile.TemporaryDirectory() as folder:
+        for seed in seeds:
+            tally.note(case, seed, Path(folder))
+    return tally
+
+
+def main() -> None:
+    """Run the cases that are asked for and print the table, and what failed."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--seed", type=int, default=0, help="where the seeds begin")
+    parser.add_argument("--only", nargs=2, metavar=("KIND", "SEED"), help="one case again, with its traceback")
+    for kind, (_, _, usual) in CASES.items():
+        parser.add_argument(f"--{kind}", type=int, default=usual, metavar="N")
+    given = parser.parse_args()
+    if given.only:
+        kind, seed = given.only
+        name, case, _ = CASES[kind]
+        with tempfile.TemporaryDirectory() as folder:
+            print(case(random.Random(f"{name} {seed}"), Path(folder)))
+        return
+    tallies = []
+    for kind in CASES:
+        tallies.append(run(kind, range(given.seed, given.seed + getattr(given, kind))))
+        print(tallies[-1].line(), flush=True)
+        print(f"    {dict(tallies[-1].answers.most_common())}", flush=True)
+        for what, (seed, message) in tallies[-1].failures.items():
+            print(f"    --only {kind} {seed}: {what}: {message}", flush=True)
+    sys.exit(any(tally.failed or tally.hangs for tally in tallies))
+
+
+if __name__ == "__main__":
+    sys.path.insert(0, str(Path(__file__).parent))
+    main()

@@ -1,0 +1,13 @@
+"""A seeded part of `make fuzz`: no traceback, no hang, no mixture of two results."""
+
+import fuzz
+import pytest
+
+PART = {"definitions": 500, "tables": 500, "results": 300, "physics": 25, "kills": 3}
+
+
+@pytest.mark.parametrize("kind", PART)
+def test_no_case_of_a_kind_ends_in_a_traceback_or_a_hang(kind: str) -> None:
+    tally = fuzz.run(kind, range(PART[kind]))
+    assert not tally.failures
+    assert len(tally.answers) > 1, "the cases are all alike"
