@@ -102,7 +102,8 @@ def _bounded(value: Any) -> Any:
         return {key: _bounded(item) for key, item in value.items()}
     if isinstance(value, list):
         return [_bounded(item) for item in value]
-    return math.copysign(math.inf, value) if isinstance(value, int) and abs(value) > _LARGEST else value
+    too_large = isinstance(value, int) and abs(value) > _LARGEST
+    return (math.inf if value > 0 else -math.inf) if too_large else value
 
 
 def _syntax_problem(error: tomllib.TOMLDecodeError, lines: Sequence[str], file: str) -> tuple[Problem, str | None]:
