@@ -128,6 +128,12 @@ def test_a_step_can_be_chosen(tmp_path):
         contact.run(test, step=4)
 
 
+@pytest.mark.parametrize(("given", "told"), [({"creepage": 3.0}, "creepage 3 %"), ({"mu": 0.4}, "mu 0.4")])
+def test_one_of_them_is_enough(tmp_path, given, told):
+    found = contact.run(read(tmp_path, definition()), **given)
+    assert f"an illustrative case, {told} as asked for" in found.summary[0]
+
+
 def test_another_creepage_or_mu_is_called_illustrative(tmp_path, figure_4):
     test = read(tmp_path, definition("steps = [{ creepage_percent = 5.0 }] #"))
     found = contact.run(test, creepage=0.2, mu=0.6)

@@ -128,7 +128,8 @@ def _where(step: int | None) -> str:
 def _origin(step: int, source: str, share: float, *, creepage: float | None, mu: float | None, asked: bool) -> str:
     """What the operating point is, in words."""
     if creepage is not None or mu is not None:
-        given = [f"creepage {creepage:g} %"] * (creepage is not None) + [f"mu {mu:g}"] * (mu is not None)
+        given = [] if creepage is None else [f"creepage {creepage:g} %"]
+        given += [] if mu is None else [f"mu {mu:g}"]
         return f"an illustrative case, {' and '.join(given)} as asked for; all else as at the start of step {step + 1}"
     partial = share <= PARTIAL
     slides = "" if partial else ", which slides all over" if asked else ", which slides all over as the other steps do"
