@@ -2,6 +2,7 @@
 # make test    the tests         make lint    style, types, layers
 # make bench   measured numbers beside their targets         make score   the closed loop on synthetic tests
 # make fuzz    broken input by the thousand: no traceback, no hang
+# make docs    the documentation as a site in build/site
 # make schema  the JSON schema of the definitions, after an effect was added or changed
 # make clean   removes results and caches, keeps .venv
 
@@ -11,13 +12,14 @@ BIN := $(VENV)/bin
 TWINDISC := $(BIN)/twindisc
 RUNTIME := $(VENV)/.runtime
 DEVELOPMENT := $(VENV)/.development
+DOCUMENTATION := $(VENV)/.documentation
 SOURCES := $(shell find twindisc_cli -name '*.py' -o -name '*.npz' -o -name '*.html' -o -name '*.toml')
 
 # A campaign uses all cores; one of them after the other.
 .NOTPARALLEL:
 export OMP_NUM_THREADS = 1
 
-.PHONY: run test lint fuzz bench score schema clean
+.PHONY: run test lint fuzz bench score docs schema clean
 
 $(RUNTIME): pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
@@ -26,6 +28,10 @@ $(RUNTIME): pyproject.toml constraints.txt
 
 $(DEVELOPMENT): $(RUNTIME)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	touch $@
+
+$(DOCUMENTATION): $(RUNTIME)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
 	touch $@
 
 # Every command on every definition in configs/ that has what it needs; a definition is named as its file. What is there
@@ -115,8 +121,13 @@ score: $(DEVELOPMENT)
 	@printf '```\n%s\n```\n![Detection and attribution over the size of the effect, and how often what is told as probable is right](docs/score.png)\n' "$$(cat results/score.txt)" | \
 	  sed -i -e '/^<!-- score begins/r /dev/stdin' README.md
 
+# The site, in build/site: every command and figure in it is made here.
+docs: $(DOCUMENTATION)
+	$(BIN)/python docs/build.py build/pages
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict --config-file build/mkdocs.yml
+
 schema: $(RUNTIME)
 	$(TWINDISC) schema > schema.tmp && mv schema.tmp twindisc_cli/definition/test.schema.json
 
 clean:
-	rm -rf results .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf results build .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
