@@ -180,7 +180,7 @@ def _check_time(table: Table, history: History, *, partner: str) -> None:
     rise = np.diff(time, prepend=-np.inf)
     rises_instead = np.all(np.diff(table.columns[partner]) > 0.0)
     hint = f"; swapped with {table.headers[partner]}?" if rises_instead else ""
-    written = table.written["time"]
+    written = table.written("time")
     table.flag(rise == 0.0, "time", lambda row: f"time {written[row]:g} occurs twice{hint}")
     table.flag(rise < 0.0, "time", lambda row: f"time {written[row]:g} is earlier than the row before{hint}")
     outside = (time < 0.0) | (time > end * 1.001)
@@ -247,10 +247,8 @@ def _check_creepage(table: Table, history: History, step: Ints) -> None:
 def _swapped(table: Table, history: History) -> bool:
     """Whether the traction ratios look like the history's creepages, and better than the creepages do."""
     steps = history.step_creepage
-    creepage, written = table.columns["creepage"], table.written
-    with np.errstate(invalid="ignore"):
-        factor = np.nanmedian(creepage / written["creepage"]) if np.any(written["creepage"]) else 1.0
-    ratio = written["traction ratio"] * factor
+    creepage, (factor, _) = table.columns["creepage"], table.scales["creepage"]
+    ratio = table.written("traction ratio") * factor
 
     def matched(values: Floats) -> tuple[bool, int]:
         nearest_step = _nearest(values, history)
@@ -282,7 +280,7 @@ def _check_profile(table: Table, rows: Ints, rig: Rig) -> None:
     hint = f"; swapped with {table.headers['height']}?" if rises_instead else ""
     bad = np.zeros(len(table), dtype=bool)
     bad[rows[1:][rise <= 0.0]] = True
-    table.flag(bad, "y", lambda row: f"y = {table.written['y'][row]:g} occurs twice or out of order here{hint}")
+    table.flag(bad, "y", lambda row: f"y = {table.written('y')[row]:g} occurs twice or out of order here{hint}")
     _check_depth(table, rows, rig)
     span, width = float(np.ptp(y)), 2.0 * float(rig.patch.b)
     if span < width:

@@ -94,7 +94,7 @@ def match(header: Sequence[str], wanted: Sequence[Column], naming: Naming) -> Ma
     absent = [column for column in free if column.name not in places]
     names = {plain(other): column.name for column in absent for other in column.also}
     others = _place(header, others, names, columns, naming, places, None)
-    return Match(places, doubled, [plain(_parts(header[index])[0]) for index in others])
+    return Match(places, doubled, [plain(parts(header[index])[0]) for index in others])
 
 
 def _place(
@@ -120,7 +120,7 @@ def _place(
 
 def _meaning(cell: str, names: Mapping[str, str], columns: Mapping[str, Column]) -> tuple[str, str | None]:
     """The column that a header cell names, and the unit in it; empty where it names none."""
-    text, unit = _parts(cell)
+    text, unit = parts(cell)
     for key, found in ((plain(cell), None), (plain(text), unit)):
         if key in names:
             return names[key], found
@@ -141,7 +141,7 @@ def _knows(quantity: Quantity, unit: str) -> bool:
     return True
 
 
-def _parts(cell: str) -> tuple[str, str | None]:
+def parts(cell: str) -> tuple[str, str | None]:
     """Name and unit of a header cell; no unit where none stands there."""
     text = cell.strip()
     for form in _FORMS:

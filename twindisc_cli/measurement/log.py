@@ -94,7 +94,7 @@ def read_log(data: bytes, file: str, *, rig: Rig, torque_disc: int | None, namin
         label=columns["step"].astype(np.int64) if "step" in columns else None,
         has_load=has_load,
     )
-    table.columns, table.written = {}, {}
+    table.columns = {}
     return log
 
 
@@ -145,8 +145,8 @@ def _check_time(table: Table) -> None:
         table.notes.append("the time begins anew with each step, and is counted on")
         return
     rise = np.diff(time, prepend=-np.inf)
-    table.flag(rise == 0.0, "time", lambda row: f"time {table.written['time'][row]:g} occurs twice")
-    table.flag(rise < 0.0, "time", lambda row: f"time {table.written['time'][row]:g} is earlier than the row before")
+    table.flag(rise == 0.0, "time", lambda row: f"time {table.written('time')[row]:g} occurs twice")
+    table.flag(rise < 0.0, "time", lambda row: f"time {table.written('time')[row]:g} is earlier than the row before")
 
 
 def _motion(columns: dict[str, Floats]) -> tuple[Floats, Floats]:

@@ -19,9 +19,11 @@ from twindisc_cli.errors import MeasurementError, Problem
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Integers = NDArray[np.integer[Any]]
 
 _BLOCK = 1 << 23
 _HEAD = 1 << 16
+_MARK = b"\xef\xbb\xbf"
 _MOST_PREAMBLE = 500
 UNCLOSED = -1
 _WORKBOOK = b"PK\x03\x04"
@@ -35,19 +37,20 @@ class Rows:
     text: what stands where no number does, by row and cell; numbers are NaN there.
     """
 
-    lines: Ints
-    counts: Ints
+    lines: Integers
+    counts: Integers
     numbers: Floats
     text: Mapping[tuple[int, int], str]
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """The header's cells and its line, and what is below it: text in UTF-8, or the cells of a workbook by line."""
+    """The header's cells and its line, and what is below it: text from `start`, or the cells of a workbook by line."""
 
     header: Sequence[str]
     line: int
-    body: bytes
+    text: bytes = b""
+    start: int = 0
     delimiter: str = ","
     cells: Mapping[int, Sequence[str]] | None = None
     preamble: int = 0
@@ -56,17 +59,17 @@ class Sheet:
         """The first line below that holds anything, and its cells; none where there is no such line."""
         if self.cells is not None:
             return next(((line, row) for line, row in self.cells.items() if line > self.line and any(row)), (0, []))
-        lines = self.body[:_HEAD].decode(errors="replace").split("\n")
+        lines = _decoded(self.text[self.start : self.start + _HEAD]).split("\n")
         found = ((self.line + 1 + n, line) for n, line in enumerate(lines) if _content(line))
         line, text = next(found, (0, ""))
         return line, _cells(text, self.delimiter)
 
     def below(self, line: int) -> Sheet:
         """The sheet without what is above and in a line."""
-        body = self.body
+        start = self.start
         for _ in range(line - self.line):
-            body = body.partition(b"\n")[2]
-        return replace(self, line=line, body=body)
+            start = self.text.find(b"\n", start) + 1 or len(self.text)
+        return replace(self, line=line, start=start)
 
     def rows(self, places: Sequence[int]) -> Rows:
         """The rows that hold anything, with the cells at `places`."""
@@ -74,16 +77,21 @@ class Sheet:
         if self.cells is not None:
             below = [(line, row) for line, row in self.cells.items() if line > self.line and any(row)]
             return _cell_by_cell(below, places, width)
-        parts, first = [], self.line + 1
-        for block in _blocks(self.body):
-            numbers = _numbers(block, places, width, self.delimiter)
+        total = self.text.count(b"\n", self.start) + 1
+        lines, counts = np.empty(total, dtype=np.int32), np.empty(total, dtype=np.int32)
+        numbers = np.empty((len(places), total)).T
+        text: dict[tuple[int, int], str] = {}
+        first, filled = self.line + 1, 0
+        for block in _blocks(self.text, self.start):
             count = block.count(b"\n") + (not block.endswith(b"\n"))
-            if numbers is not None and len(numbers) == count:
-                parts.append(Rows(first + np.arange(count), np.full(count, width), numbers, {}))
-            else:
-                parts.append(_cell_by_cell(_split(block, first, self.delimiter), places, width))
-            first += count
-        return _joined(parts, len(places))
+            part = _all_numbers(block, first, count, places, width, self.delimiter)
+            if part is None:
+                part = _cell_by_cell(_split(block, first, self.delimiter), places, width)
+            here = slice(filled, filled + len(part.lines))
+            lines[here], counts[here], numbers[here] = part.lines, part.counts, part.numbers
+            text |= {(filled + n, m): cell for (n, m), cell in part.text.items()}
+            first, filled = first + count, here.stop
+        return Rows(lines[:filled], counts[:filled], numbers[:filled], text)
 
 
 def open_sheet(data: bytes, file: str, expected: str, is_header: Callable[[Sequence[str]], bool]) -> Sheet:
@@ -91,52 +99,69 @@ def open_sheet(data: bytes, file: str, expected: str, is_header: Callable[[Seque
 
     `expected` is the header that an empty file is told to have.
     """
+    first = None
+    for sheet in sheets(data, file):
+        first = first or sheet
+        if is_header(sheet.header):
+            return sheet
+    if first is None:
+        raise MeasurementError(Problem(f"is empty; it needs a header such as {expected}", file))
+    return first
+
+
+def sheets(data: bytes, file: str) -> Iterator[Sheet]:
+    """A sheet below each of the first lines of a file's bytes that hold anything."""
     book = data.startswith(_WORKBOOK)
     text = b"" if book else _utf8(data, file)
-    heads = list(_workbook_heads(data, file) if book else _text_heads(text))
-    if not heads:
-        raise MeasurementError(Problem(f"is empty; it needs a header such as {expected}", file))
-    above = next((n for n, (sheet, _) in enumerate(heads) if is_header(sheet.header)), 0)
-    sheet, end = heads[above]
-    return replace(sheet, body=text[end + 1 :], preamble=above)
+    for above, (sheet, end) in enumerate(_workbook_heads(data, file) if book else _text_heads(text)):
+        yield replace(sheet, text=text, start=end + 1, preamble=above)
 
 
 def _workbook_heads(data: bytes, file: str) -> Iterator[tuple[Sheet, int]]:
     """A sheet below each of the first rows that hold anything."""
     cells = _workbook(data, file)
     first = list(cells.items())[:_MOST_PREAMBLE]
-    return ((Sheet(row, line, b"", cells=cells), 0) for line, row in first if any(row))
+    return ((Sheet(row, line, cells=cells), 0) for line, row in first if any(row))
 
 
 def _text_heads(text: bytes) -> Iterator[tuple[Sheet, int]]:
     """A sheet, still without its body, below each of the first lines that hold anything, and where that line ends."""
-    begin = 0
+    begin = len(_MARK) if text.startswith(_MARK) else 0
     for number, end in enumerate(_line_ends(text), start=1):
-        line = text[begin:end].decode(errors="replace")
+        line = _decoded(text[begin:end])
         if _content(line):
             delimiter = next((d for d in ("\t", ";") if d in line), ",")
-            yield Sheet(_cells(line, delimiter), number, b"", delimiter), end
+            yield Sheet(_cells(line, delimiter), number, delimiter=delimiter), end
         begin = end + 1
         if number >= _MOST_PREAMBLE:
             return
 
 
 def _utf8(data: bytes, file: str) -> bytes:
-    """A text in UTF-8 with plain line ends: from UTF-16 with a byte-order mark, or Windows-1252, as rigs write it."""
+    """A text with line feeds, which `_plain` makes UTF-8 piece by piece: what is UTF-16 is recoded, the rest stays."""
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         data = data.decode("utf-16", errors="replace").encode()
     elif b"\0" in data[:200] and (order := _wide(data[:200])):
         data = data.decode(order, errors="replace").encode()
     if b"\0" in data:
         raise MeasurementError(Problem("is not a text file; export the data as CSV", file))
-    data = data.removeprefix(b"\xef\xbb\xbf")
-    try:
-        data.decode()
-    except UnicodeDecodeError:
-        data = data.decode("cp1252", errors="replace").encode()
-    if b"\r" in data:
-        data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    return data.rstrip(b"\n ")
+    head = data[:_HEAD]
+    return data.replace(b"\r", b"\n") if b"\r" in head and b"\n" not in head else data
+
+
+def _plain(piece: bytes) -> bytes:
+    """Whole lines in UTF-8 with plain line ends; what is not UTF-8 is Windows-1252, as rigs write it."""
+    if not piece.isascii():
+        try:
+            piece.decode()
+        except UnicodeDecodeError:
+            piece = piece.decode("cp1252", errors="replace").encode()
+    return piece.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in piece else piece
+
+
+def _decoded(piece: bytes) -> str:
+    """The text of a piece; the end of a line that is cut off does not matter."""
+    return _plain(piece).decode(errors="replace")
 
 
 def _wide(head: bytes) -> str:
@@ -165,32 +190,34 @@ def _cells(line: str, delimiter: str) -> list[str]:
     return [] if line.count('"') % 2 else next(csv.reader([line], delimiter=delimiter), [])
 
 
-def _blocks(body: bytes) -> Iterator[bytes]:
-    """The lines in pieces of a few megabytes."""
-    begin = 0
-    while begin < len(body):
-        end = body.find(b"\n", begin + _BLOCK) + 1
-        end = end or len(body)
-        yield body[begin:end]
+def _blocks(text: bytes, begin: int) -> Iterator[bytes]:
+    """The lines from a place on in pieces of a few megabytes."""
+    while begin < len(text):
+        end = text.find(b"\n", begin + _BLOCK) + 1 or len(text)
+        yield _plain(text[begin:end])
         begin = end
 
 
-def _numbers(block: bytes, places: Sequence[int], width: int, delimiter: str) -> Floats | None:
-    """The wanted cells of a block, (row, cell), where each is a finite number; None where a closer look is needed."""
+def _all_numbers(
+    block: bytes, first: int, count: int, places: Sequence[int], width: int, delimiter: str
+) -> Rows | None:
+    """The wanted cells of a block where each is a finite number; None where a closer look is needed."""
     import pandas as pd
 
     line = block.partition(b"\n")[0].decode()
-    first = _cells(line, delimiter)
-    if len(first) < width or any(first[width:]) or b"true" in block.lower() or b"false" in block.lower():
+    cells = _cells(line, delimiter)
+    if len(cells) < width or any(cells[width:]) or b"true" in block.lower() or b"false" in block.lower():
         return None
     decimal = "," if delimiter != "," and "," in line else "."
-    kinds = {place: np.float64 if place in places else str for place in range(len(first))}
+    kinds = {place: np.float64 if place in places else str for place in range(len(cells))}
     try:
         frame = pd.read_csv(BytesIO(block), sep=delimiter, decimal=decimal, header=None, dtype=kinds, na_filter=False)
     except ValueError:
         return None
     values = np.asarray(frame[list(places)].to_numpy(), dtype=np.float64)
-    return values if np.all(np.isfinite(values)) else None
+    if len(values) != count or not np.all(np.isfinite(values)):
+        return None
+    return Rows(first + np.arange(count), np.full(count, width), values, {})
 
 
 def _split(block: bytes, first: int, delimiter: str) -> list[tuple[int, Sequence[str]]]:
@@ -218,16 +245,6 @@ def _number(cell: str) -> float:
         return float(cell.replace(",", "."))
     except ValueError:
         return np.nan
-
-
-def _joined(parts: Sequence[Rows], cells: int) -> Rows:
-    starts = np.cumsum([0, *(len(part.lines) for part in parts)])
-    return Rows(
-        np.concatenate([np.zeros(0, dtype=np.int64), *(part.lines for part in parts)]),
-        np.concatenate([np.zeros(0, dtype=np.int64), *(part.counts for part in parts)]),
-        np.concatenate([np.empty((0, cells)), *(part.numbers for part in parts)]),
-        {(int(start) + n, m): t for start, part in zip(starts, parts, strict=False) for (n, m), t in part.text.items()},
-    )
 
 
 def _workbook(data: bytes, file: str) -> dict[int, list[str]]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from twindisc_cli.errors import MeasurementError, Problem, did_you_mean, nearest
 from twindisc_cli.measurement.header import Column, Match, Naming, Place, clock, is_header, match, stamped, units_below
 from twindisc_cli.measurement.rows import RowCount
-from twindisc_cli.measurement.sheet import UNCLOSED, Floats, Ints, Rows, Sheet, open_sheet
+from twindisc_cli.measurement.sheet import UNCLOSED, Floats, Integers, Rows, Sheet, open_sheet
 from twindisc_cli.measurement.units import COUNT
 from twindisc_cli.reading import read_regular
 
@@ -30,16 +30,21 @@ NO_NUMBER, SUMMARY = "no number", "summary at the end"
 
 @dataclass
 class Table:
-    """The rows that could be read: SI columns by name, the numbers as written, the line of each row."""
+    """The rows that could be read: SI columns by name, factor and offset to SI, the line of each row."""
 
     file: str
     columns: dict[str, Floats]
-    written: dict[str, Floats]
+    scales: dict[str, tuple[float, float]]
     headers: dict[str, str]
-    lines: Ints
+    lines: Integers
     problems: list[Problem] = field(default_factory=list)
     left_out: dict[str, int] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+
+    def written(self, name: str) -> Floats:
+        """A column as it is written in the file."""
+        factor, offset = self.scales.get(name, (1.0, 0.0))
+        return (self.columns[name] - offset) / factor
 
     def __len__(self) -> int:
         """Number of rows."""
@@ -179,7 +184,7 @@ def _fill(table: Table, rows: Rows, places: Mapping[str, Place], sheet: Sheet, *
     for place, name in enumerate(places):
         told = lambda row, place=place: _not_a_number(rows.text[row, place])  # noqa: E731
         table.flag(bad[:, place] & ~(ragged | tail | empty), name, told)
-        table.written[name] = rows.numbers[:, place]
+        table.columns[name] = rows.numbers[:, place]
     for reason, which in ((SUMMARY, tail), (NO_NUMBER, empty)):
         if np.any(which):
             table.left_out[reason] = int(which.sum())
@@ -215,21 +220,23 @@ def _gaps(rows: Rows, bad: Bools) -> Bools:
 
 
 def _keep(table: Table, rows: Bools) -> None:
-    table.lines = table.lines[rows]
-    table.written = {name: values[rows] for name, values in table.written.items()}
+    if not rows.all():
+        table.lines = table.lines[rows]
+        table.columns = {name: values[rows] for name, values in table.columns.items()}
 
 
 def _convert(table: Table, places: Mapping[str, Place]) -> None:
-    """The SI columns; a count must be whole."""
+    """The columns in SI units, in place; a count must be whole."""
     for name, place in places.items():
         if place.column.quantity is COUNT:
-            values = table.written[name]
+            values = table.columns[name]
             broken = values != np.round(values)
             table.flag(broken, name, lambda row, values=values: f"{values[row]:g} is not a whole number")  # type: ignore[misc]
             _keep(table, ~broken)
     for name, place in places.items():
-        factor, offset = place.conversion
-        table.columns[name] = table.written[name] * factor + offset
+        factor, offset = table.scales[name] = place.conversion
+        table.columns[name] *= factor
+        table.columns[name] += offset
 
 
 def _not_a_number(cell: str) -> str:
