@@ -266,6 +266,23 @@ def init(
         terminal.say([f"written: {test}"])
 
 
+@app.command("import", context_settings=_HELP)
+def import_files(
+    files: Annotated[list[Path], typer.Argument(metavar="RIGFILE...", help="Files of one test.", show_default=False)],
+    folder: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Where they go.")] = Path("imported"),
+    as_json: AsJson = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the definition.")] = False,
+) -> None:
+    """Make tidy tables and a definition that runs from a rig's own files, and list what was guessed."""
+    from twindisc_cli.commands import _runner
+    from twindisc_cli.commands.import_file import run
+
+    found = run(files, folder, force=force)
+    terminal.say(found.summary, error=as_json)
+    if as_json:
+        _runner.tell_json(found.json)
+
+
 @app.command("schema", context_settings=_HELP)
 def schema() -> None:
     """Print the JSON schema of a test definition, for editors."""

@@ -243,7 +243,9 @@ class ColumnsTable(Table):
     uncertainty: ColumnTable | None = None
     speed_1: ColumnTable | None = None
     speed_2: ColumnTable | None = None
+    rolling_speed: ColumnTable | None = None
     torque: ColumnTable | None = None
+    traction_force: ColumnTable | None = None
     normal_load: ColumnTable | None = None
     y: ColumnTable | None = None
     height: ColumnTable | None = None

@@ -6,11 +6,28 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from twindisc_cli.errors import MeasurementError, Problem
 from twindisc_cli.measurement.channels import RATIOS, SLIP
-from twindisc_cli.measurement.header import clock, parts, plain
+from twindisc_cli.measurement.header import Named, clock, parts, plain
+from twindisc_cli.measurement.log import read_log
 from twindisc_cli.measurement.sheet import Sheet, sheets
-from twindisc_cli.measurement.units import FORCE, LENGTH, MASS, SPEED, TEMPERATURE, TIME, TORQUE, Quantity, rim_speed
+from twindisc_cli.measurement.units import (
+    COUNT,
+    FORCE,
+    LENGTH,
+    MASS,
+    PERCENTAGE,
+    RATIO,
+    SPEED,
+    TEMPERATURE,
+    TIME,
+    TORQUE,
+    Quantity,
+    rim_speed,
+)
+from twindisc_cli.model.experiment import Disc, Rig
 
 Kind = Literal["log", "traction", "profile", "temperature", "mass"]
 TURNING = Quantity("speed of rotation", {u: f for u, f in rim_speed(1.0).units.items() if u not in SPEED.units})
@@ -32,6 +49,13 @@ _NAMES: Mapping[str, tuple[str, ...]] = {
     "mass loss": ("mass loss", "weight loss", "masseverlust"),
     "temperature": ("temperature", "temperatur", "température"),
 }
+_KEYS = {name: key for key, group in _NAMES.items() for name in group}
+_QUANTITY: Mapping[str, Quantity] = {
+    "time": TIME, "step": COUNT, "creepage": PERCENTAGE, "traction ratio": RATIO, "traction force": FORCE,
+    "normal load": FORCE, "torque": TORQUE, "speed 1": rim_speed(1.0), "speed 2": rim_speed(1.0),
+    "rolling speed": SPEED, "iteration": COUNT, "disc": COUNT, "y": LENGTH, "height": LENGTH, "mass loss": MASS,
+    "temperature": TEMPERATURE,
+}  # fmt: skip
 _BY_UNIT: tuple[tuple[Quantity, tuple[str, ...]], ...] = (
     (TORQUE, ("torque",)),
     (TURNING, ("speed 1", "speed 2")),
@@ -43,66 +67,95 @@ _BY_UNIT: tuple[tuple[Quantity, tuple[str, ...]], ...] = (
     (MASS, ("mass loss",)),
 )
 _FEWEST = 2
+_CARRYING = 0.1
+_RADIUS = 0.0235
 
 
 @dataclass(frozen=True)
 class Guess:
-    """What a file is, and its columns: the name in the file by the name here; by_unit: those that only a unit tells."""
+    """What a file is, and its columns by what they are: as they are named in it, with a unit where it must be said.
+
+    by_unit: those that only their unit tells; has_turning: whether the discs' speeds are given as rotation.
+    """
 
     kind: Kind
-    columns: Mapping[str, str]
-    by_unit: frozenset[str] = frozenset()
-    has_turning: bool = False
+    columns: Mapping[str, Named]
+    by_unit: frozenset[str]
+    has_turning: bool
 
 
 def guess(data: bytes, file: str) -> Guess:
     """Look for a header that tells what the file is; MeasurementError where there is none."""
-    best: tuple[dict[str, str], set[str], bool] | None = None
+    best: Mapping[str, Named] = {}
     for sheet in sheets(data, file):
-        found = _columns(sheet)
-        if best is None or len(found[0]) > len(best[0]):
-            best = found
-        if (kind := _kind(found[0])) is not None:
-            return Guess(kind, found[0], frozenset(found[1]), found[2])
-    seen = ", ".join(best[0]) if best and best[0] else "nothing"
+        cells = list(_cells(sheet))
+        if len(cells) < _FEWEST:
+            continue
+        columns, by_unit = _columns(cells)
+        best = columns if len(columns) > len(best) else best
+        if (kind := _kind(columns)) is not None:
+            own = {name: columns[name] for name in needed(kind, columns)}
+            turning = any(text == own["speed 1"].column and _knows(TURNING, unit) for text, unit, _ in cells
+                          if "speed 1" in own)  # fmt: skip
+            return Guess(kind, own, frozenset(by_unit), turning)
     what = (
-        "is no log (time, speeds or creepage, torque or traction), curve, profile, temperature or mass that can be "
-        f"told from its header; understood: {seen}. Name its columns under [measured.columns] of a definition"
+        "is no log (time, speeds or creepage, torque or traction), curve, profile, temperature or mass that its header "
+        f"tells; understood: {', '.join(best) or 'nothing'}. Write a definition (twindisc init) and name its columns "
+        "there under [measured.columns]"
     )
     raise MeasurementError(Problem(what, file))
 
 
-def _columns(sheet: Sheet) -> tuple[dict[str, str], set[str], bool]:
-    """The columns of a header by what they are, those told by their unit, and whether speeds are of rotation."""
+def typical(data: bytes, file: str, found: Guess) -> tuple[float, float, float]:
+    """Median load [N] and rolling speed [m/s] under load, NaN where not recorded; the radius [m] that was assumed."""
+    if found.kind != "log":
+        return np.nan, np.nan, _RADIUS
+    steel = {"youngs_modulus": 2e11, "poisson_ratio": 0.3, "hardness": 7e9}
+    disc = Disc(_RADIUS, _RADIUS, **steel)
+    rig = Rig(disc, disc, normal_load=np.nan, rolling_speed=1.0)
+    log = read_log(data, file, rig=rig, torque_disc=2, naming=found.columns)
+    carrying = np.abs(log.load) > _CARRYING * np.max(np.abs(log.load)) if log.has_load else np.ones(len(log.time), bool)
+    return float(np.median(log.load[carrying])), float(np.median(np.abs(log.speed[carrying]))), _RADIUS
+
+
+def _cells(sheet: Sheet) -> Iterator[tuple[str, str, str | None]]:
+    """Name and unit of each cell of a header that may be one, and the unit that must be said; none of a row of numbers.
+
+    A unit stands in the cell, in the row below, or at the end of the name.
+    """
     _, below = sheet.first()
-    cells = [(cell.strip(), *_named(cell, below[n] if n < len(below) else "")) for n, cell in enumerate(sheet.header)]
-    if sum(bool(text) for _, text, _ in cells) < _FEWEST or all(_is_number(text) for _, text, _ in cells if text):
-        return {}, set(), False
-    found: dict[str, str] = {}
-    names = {name: key for key, group in _NAMES.items() for name in group}
-    taken = set()
-    for n, (_, text, _) in enumerate(cells):
-        key = names.get(plain(text)) or names.get(plain(text.partition("_")[0]) if "_" in text else "")
-        if key and key not in found:
-            found[key] = text
-            taken.add(n)
-    by_unit = set()
-    for n, (_, text, unit) in enumerate(cells):
-        if n in taken or not unit or not text:
+    for n, cell in enumerate(sheet.header):
+        text, unit = parts(cell)
+        under = below[n].strip().strip("[]()") if n < len(below) else ""
+        if not text or _is_number(text) or clock(text) is not None:
             continue
-        key = next((k for quantity, keys in _BY_UNIT if _knows(quantity, unit) for k in keys if k not in found), None)
-        if key:
-            found[key] = text
+        words = text.split("_")
+        key = _KEYS.get(plain(words[0]), "")
+        tails = ("/".join(words[-k:]) for k in (1, 2))
+        tail = next((t for t in tails if key and _knows(_QUANTITY[key], t)), None)
+        if unit is None and len(words) > 1 and tail:
+            yield text, tail, tail
+        else:
+            yield text, unit if unit is not None else "" if _is_number(under) or clock(under) else under, None
+
+
+def _columns(cells: Sequence[tuple[str, str, str | None]]) -> tuple[dict[str, Named], set[str]]:
+    """The columns of a header by what they are, and those told by their unit."""
+    found: dict[str, Named] = {}
+    by_unit: set[str] = set()
+    rest = []
+    for text, unit, said in cells:
+        key = _KEYS.get(plain(text)) or (_KEYS.get(plain(text.split("_")[0])) if said else None)
+        if key and key not in found:
+            found[key] = Named(text, said)
+        else:
+            rest.append((text, unit))
+    for text, unit in rest:
+        kinds = (k for quantity, keys in _BY_UNIT if unit and _knows(quantity, unit) for k in keys if k not in found)
+        if key := next(kinds, None):
+            found[key] = Named(text)
             by_unit.add(key)
-    turning = any(_knows(TURNING, unit) for _, text, unit in cells if text == found.get("speed 1"))
-    return found, by_unit, turning
-
-
-def _named(cell: str, below: str) -> tuple[str, str]:
-    """Name and unit of a header cell; the unit may stand in the row below."""
-    text, unit = parts(cell)
-    under = below.strip().strip("[]()")
-    return text, unit if unit is not None else "" if _is_number(under) or clock(under) is not None else under
+    return found, by_unit
 
 
 def _knows(quantity: Quantity, unit: str) -> bool:
@@ -121,7 +174,7 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _kind(columns: Mapping[str, str]) -> Kind | None:
+def _kind(columns: Mapping[str, Named]) -> Kind | None:
     """What a file with these columns is."""
     has = set(columns)
     traction = bool(has & {"torque", "traction ratio", "traction force"})
@@ -136,7 +189,7 @@ def _kind(columns: Mapping[str, str]) -> Kind | None:
     return "temperature" if {"time", "temperature"} <= has else None
 
 
-def needed(kind: Kind, columns: Mapping[str, str]) -> Iterator[str]:
+def needed(kind: Kind, columns: Mapping[str, Named]) -> Iterator[str]:
     """The columns of a file that are read of it, as one of its kind."""
     of: dict[Kind, Sequence[str]] = {
         "traction": ("creepage", "traction ratio", "step"),

@@ -28,7 +28,8 @@ class RowCount:
         """The count in a line, and each note."""
         left = ", ".join(f"{count} {reason}" for reason, count in self.left_out.items())
         told = f"{self.used} of {self.read} rows used; left out: {left}" if left else f"all {self.read} rows used"
-        return (f"{self.file}: {told}", *(f"{self.file}: {_shortened(note)}" for note in self.notes))
+        notes = (f"{self.file}: {_shortened(note)}" for note in self.notes)
+        return (f"{self.file}: {told}", *(line for note in notes for line in note.split("\n")))
 
     def json(self) -> dict[str, Any]:
         """The count for scripts."""

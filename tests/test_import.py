@@ -1,0 +1,122 @@
+"""import: from a rig's own text to a definition that runs, with every guess and the key that overrules it."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_found_steps import BALL, MU, rows_of, sweeps, timed_steps
+from test_rig_log import LOAD
+
+from twindisc_cli.cli import main
+from twindisc_cli.definition import load
+
+PREAMBLE = ["Wälzprüfstand 3", "Bediener: Müller", "Datum: 12.03.2024; Versuch 17", ""]
+
+
+def vendor() -> str:
+    """A German vendor's text: preamble, units row, decimal comma, N cm and kN, a summary; 2 % and 5 % of slip."""
+    rows = rows_of([(0.02, 30, 0.0, 1.0), (0.02, 120, LOAD, 1.0), (0.05, 90, LOAD, 1.0), (0.05, 30, 0.0, 1.0)])
+    lines = ["Zeit;Drehzahl oben;Drehzahl unten;Drehmoment;Normalkraft;Temp. Scheibe", "s;1/min;1/min;N cm;kN;°C"]
+    for time, first, second, torque, load_N in rows:
+        cells = (time, first, second, 100.0 * torque, 1e-3 * load_N, 25.0)
+        lines.append(";".join(f"{value:.7g}".replace(".", ",") for value in cells))
+    return "\r\n".join([*PREAMBLE, *lines, "Mittelwert;3000;2985;1,08;0,072;30"])
+
+
+def command(*arguments: object, capsys: pytest.CaptureFixture[str]) -> tuple[int, str, str]:
+    with pytest.raises(SystemExit) as stop:
+        main([str(argument) for argument in arguments])
+    out, err = capsys.readouterr()
+    return int(stop.value.code or 0), out, err
+
+
+def test_from_a_vendors_text_to_mu(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, folder = tmp_path / "Versuch 17.txt", tmp_path / "mine"
+    file.write_bytes(vendor().encode("cp1252"))
+    code, out, err = command("import", file, "-o", folder, "--json", capsys=capsys)
+    assert code == 0, err
+    told = json.loads(out)
+    assert told["definition"] == str(folder / "Versuch_17.toml")
+    (row,) = told["rows"]
+    assert row["read"] == 271
+    assert row["left_out"]["unloaded"] == 60
+    assert row["left_out"]["summary at the end"] == 1
+    keys = {guess["key"] for guess in told["guesses"]}
+    assert {"measured.columns.speed_1", "measured.columns.torque", "rig.disc1", "material.hardness_HV"} <= keys
+    written = tomllib.loads((folder / "Versuch_17.toml").read_text(encoding="utf-8"))
+    for key in keys:
+        table = written
+        for part in key.split("."):
+            table = table[part]
+    assert written["rig"]["normal_load_N"] == LOAD
+    assert written["rig"]["mean_speed_rpm"] == pytest.approx(3000.0)
+    # the rig's own radius in place of the guess
+    text = (folder / "Versuch_17.toml").read_text(encoding="utf-8").replace("23.5", "30.0")
+    (folder / "Versuch_17.toml").write_text(text, encoding="utf-8")
+    code, out, err = command("identify-mu", folder / "Versuch_17.toml", "-o", tmp_path, "--json", capsys=capsys)
+    assert code == 0, err
+    np.testing.assert_allclose([step["mu"] for step in json.loads(out)["steps"]], MU, rtol=0.005)
+    assert (tmp_path / "Versuch_17" / "identify-mu.png").is_file()
+
+
+def test_the_tidy_table_holds_what_is_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "log.csv").write_text(vendor())
+    assert command("import", tmp_path / "log.csv", "-o", tmp_path / "to", capsys=capsys)[0] == 0
+    samples = load(tmp_path / "to" / "log.toml").experiment.measured.traction
+    assert samples is not None
+    table = np.genfromtxt(tmp_path / "to" / "traction.csv", delimiter=",", skip_header=1)
+    np.testing.assert_allclose(table[:, 0], samples.time, rtol=1e-6)
+    np.testing.assert_allclose(table[:, 2:], np.column_stack([100.0 * samples.creepage, samples.ratio]), rtol=1e-6)
+
+
+@pytest.mark.parametrize(("text", "ratio"), [(sweeps(), [0.05]), (timed_steps(), [0.02, 0.03, 0.04])])
+def test_ball_on_disc_rigs(tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, ratio: list[float]) -> None:
+    (tmp_path / "rig.csv").write_text(text)
+    code, _, err = command("import", tmp_path / "rig.csv", "-o", tmp_path / "to", capsys=capsys)
+    assert code == 0, err
+    test = load(tmp_path / "to" / "rig.toml").experiment
+    assert test.measured.traction is not None
+    np.testing.assert_allclose(np.unique(np.round(test.measured.traction.ratio, 3)), ratio)
+    assert test.rig.normal_load == pytest.approx(50.0, abs=0.2)
+    assert test.rig.rolling_speed == pytest.approx(0.2, rel=1e-3)
+    assert test.rig.disc2.rolling_radius == float(BALL.split("disc2 = { rolling_radius_mm = ")[1].split(",")[0]) * 1e-3
+
+
+def test_what_cannot_be_imported_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "rig.csv"
+    file.write_text("a,b\n1,2\n")
+    code, _, err = command("import", file, "-o", tmp_path, capsys=capsys)
+    assert (code, "rig.csv: is no log (time, speeds or creepage" in err) == (3, True)
+    file.write_text("y [mm],height [um]\n" + "".join(f"{n},0\n" for n in range(9)))
+    code, _, err = command("import", file, "-o", tmp_path, capsys=capsys)
+    assert (code, "none of the files holds a traction" in err) == (2, True)
+    file.write_text(vendor())
+    (tmp_path / "two.csv").write_text(vendor())
+    code, _, err = command("import", file, tmp_path / "two.csv", "-o", tmp_path, capsys=capsys)
+    assert (code, "import one test at a time" in err) == (2, True)
+    code, _, err = command("import", tmp_path / "no.csv", "-o", tmp_path, capsys=capsys)
+    assert (code, "no such file" in err) == (3, True)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["rig.csv", "two.csv"]
+    assert command("import", file, "-o", tmp_path, capsys=capsys)[0] == 0
+    code, _, err = command("import", file, "-o", tmp_path, capsys=capsys)
+    assert (code, "exists already" in err) == (2, True)
+
+
+def test_a_curve_and_a_profile_go_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "curve.csv").write_text("slip_percent,traction_coefficient\n0.5,0.3\n1,0.4\n2,0.45\n")
+    y = np.linspace(-3.0, 3.0, 61)
+    height = -6.0 * np.clip(1.0 - (y / 0.6) ** 2, 0.0, None)
+    (tmp_path / "track.csv").write_text(
+        "y [mm],height [um]\n" + "".join(f"{a},{b}\n" for a, b in zip(y, height, strict=True))
+    )
+    files = (tmp_path / "curve.csv", tmp_path / "track.csv")
+    code, _, err = command("import", *files, "-o", tmp_path / "to", capsys=capsys)
+    assert code == 0, err
+    measured = load(tmp_path / "to" / "curve.toml").experiment.measured
+    assert measured.traction is not None
+    assert measured.profile is not None
+    assert len(measured.profile.y) == 61

@@ -1,0 +1,185 @@
+"""import: files as rigs write them -> tidy tables and a definition that runs, with what was guessed of them.
+
+The definition names the rig's own files, so that every guess is a key in it; the tables beside it are what is read.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from twindisc_cli.definition import Test, load_text
+from twindisc_cli.errors import DefinitionError, Problem
+from twindisc_cli.measurement.guess import Guess, guess, typical
+from twindisc_cli.measurement.header import plain
+from twindisc_cli.measurement.table import read_bytes
+from twindisc_cli.model.experiment import Floats, Ints, Measured
+from twindisc_cli.results.files import write_all
+
+BALL_MM = 9.525
+_STEEL = {"youngs_modulus_GPa": 206.0, "poisson_ratio": 0.3, "hardness_HV": 700.0}
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What was written, what became of the rows, and what was guessed: each with the key that overrules it."""
+
+    summary: tuple[str, ...]
+    json: Mapping[str, object]
+
+
+@dataclass
+class _Draft:
+    """A definition in the making: its lines, and the guesses in them by key."""
+
+    lines: list[str] = field(default_factory=list)
+    guesses: dict[str, str] = field(default_factory=dict)
+
+    def key(self, table: str, name: str, value: str, why: str = "") -> None:
+        """A line of a table; with a reason it is a guess."""
+        told = f"{name} = {value}"
+        self.lines.append(f"{told:<44} # guess: {why}" if why else told)
+        if why:
+            self.guesses[f"{table}.{name}"] = f"{told}: {why}"
+
+
+def run(files: Sequence[Path], folder: Path, *, force: bool) -> Imported:
+    """Read the files of one test, write tables and definition to a folder; nothing is written where one is not read."""
+    path = folder / f"{_name(files[0])}.toml"
+    if path.exists() and not force:
+        raise DefinitionError(Problem("exists already; choose another folder, or overwrite it with --force", str(path)))
+    looks = {file: guess(read_bytes(file), str(file)) for file in files}
+    draft = _draft(looks)
+    text = "\n".join(draft.lines) + "\n"
+    test = load_text(text, Path(path.name))
+    for file in files:
+        text = text.replace(_quoted(file), _quoted(Path(os.path.relpath(file, folder))))
+    tables = {folder / name: content.encode() for name, content in _tables(test.experiment.measured)}
+    clash = [str(file) for file in files if file.resolve() in {table.resolve() for table in tables}]
+    if clash:
+        raise DefinitionError(Problem("would be overwritten by a table; choose another folder", clash[0]))
+    write_all({path: text.encode(), **tables})
+    return _told(test, draft, path, list(tables))
+
+
+def _name(file: Path) -> str:
+    return re.sub(r"[^A-Za-z0-9._-]+", "_", file.stem).lstrip("._-") or "test"
+
+
+def _told(test: Test, draft: _Draft, path: Path, tables: Sequence[Path]) -> Imported:
+    lines = [line for count in test.rows for line in count.lines]
+    lines += [f"guess: {what} (key {key})" for key, what in draft.guesses.items()]
+    return Imported(
+        summary=(*lines, *(f"written: {file}" for file in (path, *tables))),
+        json={
+            "definition": str(path),
+            "tables": [str(table) for table in tables],
+            "rows": [count.json() for count in test.rows],
+            "guesses": [{"key": key, "guess": what} for key, what in draft.guesses.items()],
+        },
+    )
+
+
+def _draft(looks: Mapping[Path, Guess]) -> _Draft:
+    """The definition of the files."""
+    kinds: dict[str, Path] = {}
+    for file, found in looks.items():
+        kind = "traction" if found.kind == "log" else found.kind
+        if kind in kinds:
+            what = f"is a {found.kind} as {kinds[kind]} is; import one test at a time"
+            raise DefinitionError(Problem(what, str(file)))
+        kinds[kind] = file
+    if "traction" not in kinds:
+        raise DefinitionError("none of the files holds a traction; import a log or a curve of T/N with them")
+    draft = _Draft()
+    draft.lines += ["schema = 1", 'history = "measured"']
+    draft.lines += ["", "[test]", f'name = "{_name(next(iter(looks)))}"']
+    _rig(draft, kinds["traction"], looks[kinds["traction"]])
+    _material(draft, "mass" in kinds)
+    if "temperature" in kinds:
+        draft.lines += ["", "[thermal]"]
+        draft.key("thermal", "environment_temperature_C", "20.0", "no file tells it")
+        draft.key("thermal", "heat_capacity_J_K", "100.0", "no file tells it; of the disc")
+    _measured(draft, looks)
+    return draft
+
+
+def _rig(draft: _Draft, file: Path, found: Guess) -> None:
+    """Load and speed as recorded, discs as many rigs have them."""
+    load, speed, radius = typical(read_bytes(file), str(file), found)
+    untold = "no file tells it"
+    draft.lines += ["", "[rig]"]
+    draft.key("rig", "normal_load_N", _rounded(load, 1000.0), "" if np.isfinite(load) else untold)
+    if found.has_turning:
+        draft.key("rig", "mean_speed_rpm", _rounded(speed / radius * 30.0 / np.pi, 1.0))
+    else:
+        draft.key("rig", "rolling_speed_m_s", _rounded(speed, 1.0), "" if np.isfinite(speed) else untold)
+    ball = found.kind == "log" and not {"speed 1", "torque"} & set(found.columns)
+    mm = f"{radius * 1e3:.4g}"
+    shapes = (("inf", "inf"), (str(BALL_MM), str(BALL_MM))) if ball else ((mm, "inf"), (mm, mm))
+    why = "a ball of 3/4 inch on a flat disc" if ball else f"{untold}; the size of SUROS, one of them crowned"
+    for name, (along, across) in zip(("disc1", "disc2"), shapes, strict=True):
+        draft.key("rig", name, f"{{ rolling_radius_mm = {along}, transverse_radius_mm = {across} }}", why)
+
+
+def _rounded(value: float, unknown: float) -> str:
+    return repr(float(f"{value:.4g}") if np.isfinite(value) else unknown)
+
+
+def _material(draft: _Draft, weighed: bool) -> None:
+    draft.lines += ["", "[material]"]
+    for name, value in _STEEL.items():
+        draft.key("material", name, repr(value), "hardened steel")
+    if weighed:
+        draft.key("material", "density_kg_m3", "7800.0", "steel")
+
+
+def _measured(draft: _Draft, looks: Mapping[Path, Guess]) -> None:
+    """The files where they are, with the columns that are not called as they are here."""
+    draft.lines += ["", "[measured]"]
+    for file, found in looks.items():
+        draft.key("measured", found.kind, _quoted(file))
+    named: dict[str, str] = {}
+    for file, found in looks.items():
+        for name, column in found.columns.items():
+            cell = str(column.column)
+            if named.setdefault(name, cell) != cell:
+                what = f"{name} is called {cell} here and {named[name]} in another file; import them one by one"
+                raise DefinitionError(Problem(what, str(file)))
+            key = f"columns.{name.replace(' ', '_')}"
+            if name != plain(cell) and f"measured.{key}" not in draft.guesses:
+                why = "by its unit" if name in found.by_unit else "by its name"
+                unit = f', unit = "{column.unit}"' if column.unit else ""
+                draft.key("measured", key, f"{{ column = {json.dumps(cell, ensure_ascii=False)}{unit} }}", why)
+
+
+def _quoted(file: Path) -> str:
+    return json.dumps(file.as_posix(), ensure_ascii=False)
+
+
+def _tables(measured: Measured) -> Iterator[tuple[str, str]]:
+    """The tables that are read, by file name."""
+    if (t := measured.traction) is not None:
+        yield "traction.csv", _csv({
+            "time [s]": t.time, "step": t.step + 1, "creepage [%]": 100.0 * t.creepage, "traction ratio [1]": t.ratio,
+            "uncertainty [1]": t.uncertainty,
+        })  # fmt: skip
+    if (p := measured.profile) is not None:
+        yield "profile.csv", _csv({"y [mm]": 1e3 * p.y, "height [um]": 1e6 * p.height, "disc": p.disc})
+    if (warm := measured.temperature) is not None:
+        yield "temperature.csv", _csv({"time [s]": warm.time, "temperature [degC]": warm.temperature - 273.15})
+    if (m := measured.mass) is not None:
+        yield "mass.csv", _csv({"iteration": m.iteration, "mass loss [mg]": 1e6 * m.loss, "disc": m.disc})
+
+
+def _csv(columns: Mapping[str, Floats | Ints]) -> str:
+    """The columns that hold numbers."""
+    kept = {name: values for name, values in columns.items() if np.isfinite(values).all()}
+    rows = zip(*kept.values(), strict=True)
+    return "\n".join([",".join(kept), *(",".join(f"{value:.9g}" for value in row) for row in rows)]) + "\n"
