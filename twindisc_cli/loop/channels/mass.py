@@ -66,6 +66,12 @@ def _generic(model: ForwardModel, prediction: Prediction) -> Iterator[Generic]:
         yield "energy", "smooth", smooth(np.asarray(energy, dtype=float), degree) * own[:, None]
 
 
+def _predicted(model: ForwardModel, prediction: Prediction) -> Floats:
+    if model.experiment.measured.mass is None:
+        return np.empty((len(prediction.section), 0))
+    return worn_mass(model, prediction)
+
+
 def _withheld(test: Experiment, steps: tuple[int, ...]) -> Mask:
     """Weighings at the end of the steps that are held out."""
     return np.isin(test.history.step[_measured(test).iteration - 1], steps)
@@ -103,7 +109,7 @@ CHANNEL = Channel(
     base=Base("K", "1", 1e-9, 1.0, _given, _guess, shared=True),
     samples=_samples,
     values=lambda samples: np.asarray(samples.loss),
-    predicted=worn_mass,
+    predicted=_predicted,
     noise=noise,
     generic=_generic,
     withheld=_withheld,
