@@ -29,7 +29,8 @@ def weighed(found: Outcome, name: str) -> tuple[float, list[tuple[Label, float]]
     """Probability of a term, and the terms that cannot be told from it with theirs.
 
     These stand for it in any explanation without it, alone or with others. A law whose response is that of an effect,
-    the term's own or one that stands for it, counts for the effect: it is the same mechanism in other words.
+    the term's own or one that stands for it, counts for the effect: it is the same mechanism in other words. What does
+    something else than the term where it is added in its place is no rival. The set ends where it is probable enough.
     """
     own, shares = found.answer.label(name), found.shares
     if not np.isfinite(shares).all():
@@ -37,14 +38,20 @@ def weighed(found: Outcome, name: str) -> tuple[float, list[tuple[Label, float]]
         shares = np.minimum(shares, 1e6) / np.sum(np.minimum(shares, 1e6))
     places = {own: found.answer} | {label: member for _, member, label in in_its_place(found, name)}
     same = {label: _in_other_words(found, name, label, places) for label in places if label != own}
+    strangers = {label for label in places if alike(found, name, places[label], found.answer) < THRESHOLDS.kin}
     chances: dict[Label, float] = {}
     for member, share in zip(found.members, shares, strict=True):
-        for label in {same.get(label, label) for label in _stand_ins(found, name, member)}:
+        for label in {same.get(label, label) for label in _stand_ins(found, name, member)} - strangers:
             chances[label] = chances.get(label, 0.0) + float(share)
     probability = chances.pop(own, 0.0)
-    rivals = [(label, share) for label, share in chances.items() if share > THRESHOLDS.rival_share]
-    rivals.sort(key=lambda pair: -pair[1])
-    return probability if np.isfinite(found.shares).all() else np.nan, rivals
+    rivals = sorted(chances.items(), key=lambda pair: -pair[1])
+    before = probability + np.cumsum([0.0, *(share for _, share in rivals)])
+    near = [
+        pair
+        for pair, held in zip(rivals, before, strict=False)
+        if pair[1] > THRESHOLDS.rival_share and held < THRESHOLDS.set_share
+    ]
+    return probability if np.isfinite(found.shares).all() else np.nan, near
 
 
 def _stand_ins(found: Outcome, name: str, member: Explanation) -> list[Label]:
