@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from records import sweeps
 from rigs import SPEED, experiment, history, spread, traction_samples
 from scipy.special import betaincinv
 
@@ -14,7 +15,7 @@ from twindisc_cli.identify import hierarchy
 from twindisc_cli.laws.law import Law
 from twindisc_cli.loop import group as groups
 from twindisc_cli.loop.group import GroupDiagnosis, diagnose_group, mixture, one_set, resized
-from twindisc_cli.model.experiment import Disc, Experiment, Measured, Rig, TractionSamples
+from twindisc_cli.model.experiment import Experiment, Measured
 
 COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 2)
 TIME = spread(COURSE, 6)
@@ -135,26 +136,6 @@ def test_a_resized_law_changes_so_many_times_as_much() -> None:
 
 
 # A record that nobody made up
-
-
-def sweeps() -> list[Experiment]:
-    """Twenty traction sweeps of a lubricated ball on a flat disc; creepages in steps of equal ratio."""
-    number, creepage, ratio = np.loadtxt(REFERENCE / "etm_sweeps.csv", delimiter=",", comments="#", skiprows=4).T
-    steel = {"youngs_modulus": 207e9, "poisson_ratio": 0.29, "hardness": 760 * 9.80665e6}
-    rig = Rig(Disc(9.525e-3, 9.525e-3, **steel), Disc(np.inf, np.inf, **steel), normal_load=1647.0, rolling_speed=0.025)
-    tests = []
-    for sweep in np.unique(number):
-        inside = (number == sweep) & (creepage > 0.02)
-        x, y = creepage[inside] / 100.0, ratio[inside]
-        levels = np.geomspace(2e-4, 0.2, 25)
-        near = np.argmin(np.abs(np.log(x[:, None] / levels)), axis=1)
-        used, step = np.unique(near, return_inverse=True)
-        course = history(levels[used], 1)
-        unknown = np.full(len(x), np.nan)
-        measured = Measured(traction=TractionSamples(unknown, step, x, y, unknown))
-        changes = {"rig": rig, "thermal": None, "measured": measured}
-        tests.append(experiment(course, name=f"sweep {sweep:.0f}", **changes))
-    return tests
 
 
 def test_sweeps_of_one_ball_follow_one_law_with_a_level_for_each() -> None:
