@@ -24,6 +24,8 @@ def direction(along: Floats, across: Floats, creepage: Floats, sideways: Floats)
 
     along, across: the linear theory's force over mu N [1]; creepage, sideways [1]; of one shape.
     """
+    if not np.any(across) and not np.any(sideways):
+        return np.sign(along), np.zeros_like(along)
     xi = np.maximum(np.hypot(along, across), 1e-30)
     slip = np.maximum(np.hypot(creepage, sideways), 1e-30)
     turned = xi**3 / (xi**3 + _HALF_TURNED)
