@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from rigs import RADIUS, experiment, history, rig
+from score.hidden import Hidden
+from score.rig import March, Rig
 
 from twindisc_cli.effects._state import State, Surface
 from twindisc_cli.model.experiment import Contact, ProfileSamples
@@ -109,3 +111,47 @@ def test_unworn_is_flat_and_worn_is_flat_outside_the_track() -> None:
     assert outside.any()
     assert np.all(np.abs(worn.height[..., outside]) < 1e-3 * worn.depth.max())
     assert np.all(worn.height <= 0.0)
+
+
+def test_a_wave_across_the_track_grows_no_further_than_the_discs_give_way() -> None:
+    """d(z) = c l (1 - exp(-z / l)), l = 2 p / (E* q), of one wave (Johnson 1985, Eq. 13.4); in a deep track d = c l."""
+    y = np.linspace(-1e-3, 1e-3, 256, endpoint=False)
+    wave = np.cos(2.0 * np.pi * y / 0.5e-3)
+    give, q, c = 8e-3, 2.0 * np.pi / 0.5e-3, 0.1
+    for depth in (1e-8, 1e-6, 1e-4):
+        surface = Surface(
+            y,
+            -depth * np.ones((1, 1, 256)),
+            *np.ones((1, 1, 1, 1)),
+            np.full((1, 1, 1), depth),
+            np.full((1, 1, 1), give),
+        )
+        left = surface.eased(c * depth * wave[None, None])
+        expected = c * give / q * -np.expm1(-depth * q / give)
+        assert left[0, 0] == pytest.approx(expected * wave, abs=1e-9 * expected)
+
+
+def test_wear_that_varies_across_the_track_is_held_back_as_in_another_simulation() -> None:
+    """The score's rig presses its discs together anew at every wear step: the deviation from an even K, within 15 %."""
+    quick = Rig(
+        load=72.0, rpm=3000.0, radius=RADIUS, crown=(1e9, RADIUS), creepage=(0.01,), iterations=(5,), revolutions=4200,
+        capacity=100.0, environment=20.0, contact="half_space", law="fastsim", declared_law="fastsim", mu=0.6,
+        wear=7e-5, convection=1.6, creepage_error=(0.0,), presses=40, strips=20,
+    )  # fmt: skip
+    even, uneven = (
+        March(quick, hidden).run() for hidden in ((), (Hidden(wear_across=lambda x: 1.0 + 0.3 * np.cos(7.85 * x)),))
+    )
+    depth = even.profiles[5][1]
+    own, inside = uneven.profiles[5][1] - depth, depth > 0.02 * depth.max()
+    change = 0.3 * np.cos(7.85 * even.y / quick.edge)
+    change -= (change @ depth) / depth.sum()
+    ellipse = quick.ellipse()
+    pressure = quick.load / (np.pi * ellipse.a * ellipse.b)
+    surface = Surface(
+        even.y, -depth[None, None], np.full((1, 1, 1), quick.edge), np.full((1, 1, 1), depth.max()),
+        np.full((1, 1, 1), 2.0 * pressure / quick.contact_modulus),
+    )  # fmt: skip
+    eased = surface.eased((change * depth)[None, None])[0, 0]
+    size = np.sqrt(np.mean(own[inside] ** 2))
+    assert np.sqrt(np.mean((own - eased)[inside] ** 2)) < 0.15 * size
+    assert np.sqrt(np.mean((own - change * depth)[inside] ** 2)) > 0.3 * size

@@ -31,13 +31,31 @@ def _one() -> Floats:
 class Surface:
     """The worn surfaces as the profilometer records them: height (set, stop, strip) [m] over y (strip,) [m].
 
-    edge (set, stop, 1) is the half-width of the worn zone [m], depth (set, stop, 1) its greatest depth [m].
+    edge (set, stop, 1) is the half-width of the worn zone [m], depth (set, stop, 1) its greatest depth [m]. give (set,
+    stop, 1) is 2 p / E* [1], how far the discs give way under the mean pressure p; infinite where the pressure does not
+    follow the worn shape.
     """
 
     y: Floats
     height: Floats
     edge: Floats
     depth: Floats
+    give: Floats = field(default_factory=lambda: np.full((1, 1, 1), np.inf))
+
+    def eased(self, deviation: Floats) -> Floats:
+        """What is left of a deviation of the worn height (set, stop, strip) [m] where the pressure follows the shape.
+
+            d'(z) = k - 1 - d q E* / (2 p),   so that   d(z) = (k - 1) l (1 - exp(-z / l)),   l = 2 p / (E* q)
+
+        A wave of wavelength 2 pi / q that stands proud by d bears d q E* / 2 more pressure (K. L. Johnson, Contact
+        Mechanics (1985), Eq. 13.4) and wears faster by as much: d grows with the depth z no further than to l (k - 1).
+        """
+        if np.all(np.isinf(self.give)):
+            return deviation
+        wave = 2.0 * np.pi * np.fft.rfftfreq(len(self.y), self.y[1] - self.y[0])
+        x = np.maximum(self.depth * wave / self.give, 1e-9)
+        eased = np.fft.irfft(np.fft.rfft(deviation, axis=-1) * (-np.expm1(-x) / x), n=len(self.y), axis=-1)
+        return np.where(self.height < 0.0, eased, 0.0)
 
 
 @dataclass(frozen=True)

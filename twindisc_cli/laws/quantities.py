@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from twindisc_cli.effects._effect import Channel, Stage
 from twindisc_cli.effects._state import Floats, State
 
@@ -56,7 +58,12 @@ def _wear(s: State, change: Floats) -> State:
 
 
 def _wear_across(s: State, change: Floats) -> State:
-    return s if s.surface is None else s.on_surface(s.surface.height * (1.0 + change))
+    """The mean change is a change of K; what differs from it across the track is held back by the pressure."""
+    if s.surface is None:
+        return s
+    height = s.surface.height
+    mean = np.sum(change * height, axis=-1, keepdims=True) / np.minimum(height.sum(axis=-1, keepdims=True), -1e-300)
+    return s.on_surface(height * (1.0 + mean) + s.surface.eased(height * (change - mean)))
 
 
 def _heat(s: State, change: Floats) -> State:

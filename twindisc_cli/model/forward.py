@@ -15,7 +15,7 @@ energy and temperature stand still. Everything is vectorised over parameter sets
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -289,13 +289,24 @@ class _Chain:
         temperature = np.where(known, temperature, np.nan)
         return state.replace(temperature=temperature, disc_temperature=temperature)
 
+    def _give(self, state: State, section: Floats, stops: Stops) -> Floats:
+        """2 p / E* at the stops (set, stop, 1), over the share of the half-space contact; infinite without it."""
+        test = self.model.experiment
+        share = np.ones((1, 1)) if test.options.contact == "half_space" else state.half_space
+        if not np.any(share):
+            return np.full((1, 1, 1), np.inf)
+        load = np.broadcast_to(state.normal_load, section.shape)[:, stops.point]
+        area = self._paths(state).patch(section[:, stops.point], load / state.nominal_load).area
+        return np.asarray(2.0 * load / area / test.rig.effective_modulus / np.maximum(share, 1e-9))[..., None]
+
     def read(self, state: State) -> Prediction:
         """What the sensors record."""
         points, section = self.model.points, self.section(state)
         profile, stops = self.model.experiment.measured.profile, None
         if profile is not None:
             stops = Stops.of(profile, points)
-            state = state.replace(surface=worn_surface(self._paths(state), state, section, stops))
+            surface = worn_surface(self._paths(state), state, section, stops)
+            state = state.replace(surface=replace(surface, give=self._give(state, section, stops)))
         state = self._apply("sensor", self._apply("surface", state))
         wide = section.shape
         height = stops.sample(state.surface) if stops and state.surface else np.empty((self.sets, 0))
