@@ -119,13 +119,8 @@ def test_a_wave_across_the_track_grows_no_further_than_the_discs_give_way() -> N
     wave = np.cos(2.0 * np.pi * y / 0.5e-3)
     give, q, c = 8e-3, 2.0 * np.pi / 0.5e-3, 0.1
     for depth in (1e-8, 1e-6, 1e-4):
-        surface = Surface(
-            y,
-            -depth * np.ones((1, 1, 256)),
-            *np.ones((1, 1, 1, 1)),
-            np.full((1, 1, 1), depth),
-            np.full((1, 1, 1), give),
-        )
+        one = np.ones((1, 1, 1))
+        surface = Surface(y, -depth * np.ones((1, 1, 256)), edge=one, depth=depth * one, give=give * one)
         left = surface.eased(c * depth * wave[None, None])
         expected = c * give / q * -np.expm1(-depth * q / give)
         assert left[0, 0] == pytest.approx(expected * wave, abs=1e-9 * expected)
