@@ -1,5 +1,6 @@
 # make run     every command on every test definition, and the figures of the paper under results/figures
 # make test    the tests         make lint    style, types, layers
+# make dist    wheel and source distribution in build/dist         make test-minimum   these alone, with the oldest versions
 # make bench   measured numbers beside their targets         make score   the closed loop on synthetic tests
 # make fuzz    broken input by the thousand: no traceback, no hang
 # make docs    the documentation as a site in build/site
@@ -19,7 +20,7 @@ SOURCES := $(shell find twindisc_cli -name '*.py' -o -name '*.npz' -o -name '*.h
 .NOTPARALLEL:
 export OMP_NUM_THREADS = 1
 
-.PHONY: run test lint fuzz bench score docs schema clean
+.PHONY: run test dist test-minimum lint fuzz bench score docs schema clean
 
 $(RUNTIME): pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
@@ -98,6 +99,22 @@ run: $(RESULTS) $(PREDICTED) $(FIGURES)
 
 test: $(DEVELOPMENT)
 	$(BIN)/python -m pytest -n 2 --dist worksteal
+
+dist: $(DEVELOPMENT)
+	rm -rf build/dist build/lib
+	$(BIN)/python -m build --outdir build/dist .
+
+# The wheel by itself, with the oldest versions that pyproject.toml allows, through the tests of the unpacked source.
+test-minimum: dist
+	rm -rf build/alone && mkdir -p build/alone
+	tar -xzf build/dist/twindisc-*.tar.gz -C build/alone --strip-components=1
+	$(BIN)/python tests/minimum_versions.py > build/alone/pins.txt
+	rm -rf build/alone/twindisc_cli
+	$(PYTHON) -m venv build/alone/.venv
+	build/alone/.venv/bin/python -m pip install --quiet --disable-pip-version-check -c build/alone/pins.txt \
+	  "$$(ls build/dist/*.whl)[test,cluster,xlsx]"
+	build/alone/.venv/bin/python -m pip check
+	cd build/alone && .venv/bin/python -m pytest -n 2 --dist worksteal
 
 lint: $(DEVELOPMENT)
 	$(BIN)/ruff check .
