@@ -109,7 +109,7 @@ test-minimum: dist
 	rm -rf build/alone && mkdir -p build/alone
 	tar -xzf build/dist/twindisc-*.tar.gz -C build/alone --strip-components=1
 	$(BIN)/python tests/minimum_versions.py > build/alone/pins.txt
-	rm -rf build/alone/twindisc_cli
+	find build/alone/twindisc_cli -name '*.py' -delete
 	$(PYTHON) -m venv build/alone/.venv
 	build/alone/.venv/bin/python -m pip install --quiet --disable-pip-version-check -c build/alone/pins.txt \
 	  "$$(ls build/dist/*.whl)[test,cluster,xlsx]"
