@@ -8,13 +8,16 @@ import numpy as np
 
 from twindisc_cli.definition import Test
 from twindisc_cli.identify.friction import ABOVE_LIMIT, CONFIDENCE
-from twindisc_cli.identify.steps import StepFriction, identify_friction
+from twindisc_cli.identify.steps import StepFriction, identify_friction, softness
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+SOFT = 0.9
+"""Share of the theory's slope below which it is told."""
 
 
 def run(test: Test) -> Result:
@@ -23,7 +26,7 @@ def run(test: Test) -> Result:
     found = identify_friction(ForwardModel(experiment))
     return Result(
         command="identify-mu",
-        summary=(*_summary(found), *_note(experiment)),
+        summary=(*_summary(found), *_note(experiment), *_softer(experiment, found)),
         json={"interval_percent": 100.0 * CONFIDENCE, "steps": [_step(found, i) for i in range(len(found.mu))]},
         dataset=_dataset(found),
         figure=lambda: _figure(experiment, found),
@@ -34,6 +37,17 @@ def _note(test: Experiment) -> tuple[str, ...]:
     """What mu is where declared effects or laws change the friction or the traction."""
     acting = ", ".join([*sorted(test.effects), *sorted(test.laws)])
     return (f"mu is the base coefficient on which the declared effects and laws act: {acting}",) if acting else ()
+
+
+def _softer(test: Experiment, found: StepFriction) -> tuple[str, ...]:
+    """What steps in partial slip say of the contact, where all of them say it."""
+    slope = softness(test, found)
+    if len(slope) < 2 or slope.max() > SOFT:
+        return ()
+    return (
+        f"with the mu of full sliding the {len(slope)} steps below it ask for {slope.min():.2f} to {slope.max():.2f} "
+        "of the theory's slope: the contact is softer than smooth discs, or friction lower there",
+    )
 
 
 def _step(found: StepFriction, i: int) -> dict[str, Any]:
@@ -77,7 +91,7 @@ def _summary(found: StepFriction) -> tuple[str, ...]:
 def _figure(test: Experiment, found: StepFriction) -> Figure:
     from twindisc_cli.figures.friction import identified
 
-    return identified(found, test.measured, name=test.name)
+    return identified(found, test.measured, name=test.name, sentence=" ".join(_softer(test, found)))
 
 
 def _dataset(found: StepFriction) -> Dataset:

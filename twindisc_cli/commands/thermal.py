@@ -55,7 +55,7 @@ def run(test: Test) -> Result:
     start = thermal.initial_temperature
     return Result(
         command="thermal",
-        summary=_summary(heat, start),
+        summary=(*_summary(heat, start), *_missed(heat, experiment)),
         json={
             "rise_C": float(heat.temperature.max() - start),
             "peak_C": float(heat.temperature.max()) - ZERO_CELSIUS,
@@ -155,6 +155,20 @@ def _summary(heat: Heat, start: float) -> tuple[str, ...]:
     )
 
 
+def _missed(heat: Heat, test: Experiment) -> tuple[str, ...]:
+    """What the convection leaves of the measured temperature."""
+    samples = test.measured.temperature
+    if samples is None:
+        return ()
+    missed = samples.temperature - np.interp(samples.time, heat.time, heat.temperature)
+    worst = int(np.argmax(np.abs(missed)))
+    return (
+        f"one convection leaves {np.sqrt(np.mean(missed**2)):.2g} K rms of the measured temperature, "
+        f"most at {samples.time[worst]:.0f} s: the disc is {abs(missed[worst]):.2g} K "
+        f"{'warmer' if missed[worst] > 0.0 else 'colder'} than it makes it",
+    )
+
+
 def _figure(test: Experiment, heat: Heat) -> Figure:
     from twindisc_cli.figures.thermal import temperatures
 
@@ -166,6 +180,7 @@ def _figure(test: Experiment, heat: Heat) -> Figure:
         hottest=heat.flash.maximum,
         mean=heat.flash.mean,
         test=test,
+        sentence=" ".join(_missed(heat, test)),
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from twindisc_cli.figures.style import BLACK, BLUE, GREY, RED, family, legend, measured_points, name_axes, page
+from twindisc_cli.figures.style import BLACK, BLUE, GREY, RED, family, legend, measured_points, name_axes, page, said
 from twindisc_cli.model.experiment import Measured
 
 if TYPE_CHECKING:
@@ -47,9 +47,10 @@ def chart(one: Chart, many: Chart, measured: StepFriction | None, *, name: str, 
     return figure
 
 
-def identified(steps: StepFriction, measured: Measured, *, name: str) -> Figure:
+def identified(steps: StepFriction, measured: Measured, *, name: str, sentence: str) -> Figure:
     """The measured T/N over creepage (Fig. 2; over time where that is constant), and the mu behind each step."""
     figure, (left, right) = page(1, 2, height=3.2, title=f"{name}: friction identified", provenance=measured.provenance)
+    said(figure, sentence)
     _traction(left, steps, measured)
     known, beyond = np.isfinite(steps.mu), np.isinf(steps.mu)
     order = np.arange(1, len(steps.mu) + 1)

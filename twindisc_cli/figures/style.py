@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from string import ascii_lowercase
+from textwrap import wrap
 from typing import Literal
 
 import matplotlib
@@ -21,7 +22,7 @@ from twindisc_cli import __version__
 
 BLUE, ORANGE, GREEN, RED, PURPLE, GREY = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#7F7F7F"
 BLACK = "#222222"
-WIDTH = 7.2
+WIDTH, LINE = 7.2, 120
 TEXT, SMALL = 8.5, 7.0
 Place = Literal["best", "upper left", "upper right", "lower left", "lower right", "center right", "upper center"]
 
@@ -52,6 +53,12 @@ def page(rows: int, columns: int, *, height: float, title: str, provenance: str 
     for place, axes in enumerate(panels):
         _dress(axes, f"({ascii_lowercase[place]})" if len(panels) > 1 else "")
     return figure, panels
+
+
+def said(figure: Figure, sentence: str) -> None:
+    """A sentence below the panels, in lines that fit the page."""
+    if sentence:
+        figure.supxlabel("\n".join(wrap(sentence, LINE)), fontsize=SMALL, y=0.26 / figure.get_figheight(), va="bottom")
 
 
 def _dress(axes: Axes, letter: str) -> None:

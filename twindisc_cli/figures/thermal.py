@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from twindisc_cli.figures.style import BLUE, GREEN, ORANGE, RED, legend, measured_points, name_axes, page
+from twindisc_cli.figures.style import BLUE, GREEN, ORANGE, RED, legend, measured_points, name_axes, page, said
 from twindisc_cli.model.experiment import Experiment, Floats
 
 ZERO_CELSIUS = 273.15
@@ -19,6 +19,7 @@ def temperatures(
     hottest: Floats,
     mean: Floats,
     test: Experiment,
+    sentence: str,
 ) -> Figure:
     """Over time [s]: disc [degC], power [W], the contact's hottest and mean rise above the disc [K], each (point,).
 
@@ -28,6 +29,7 @@ def temperatures(
     recorded = samples is not None or test.measured.traction is not None
     provenance = test.measured.provenance if recorded else ""
     figure, (first, second, third) = page(3, 1, height=6.0, title=f"{test.name}: temperature", provenance=provenance)
+    said(figure, sentence)
     first.plot(time, disc, color=BLUE, label="disc, Eq. 18 exactly")
     first.plot(*steps, color=ORANGE, linestyle="none", marker=".", markersize=3.0, label="disc, Eq. 19 step by step")
     if samples is not None:

@@ -14,6 +14,7 @@ from twindisc_cli.errors import MeasurementError
 from twindisc_cli.identify.friction import (
     HIGHEST,
     HIGHEST_THAT_WEARS,
+    LIGHT_LINE,
     NO_CREEPAGE,
     mean_and_interval,
     mu_from_traction,
@@ -24,6 +25,8 @@ from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, TractionSamples
 from twindisc_cli.model.forward import ForwardModel
 
+FAR_BEYOND = 2.0
+"""A step slides all over, whatever the contact's softness, at so many times the creepage of full slip."""
 Explanation = tuple[Callable[[Floats], Floats], Callable[[Floats], Floats]]
 
 
@@ -71,6 +74,23 @@ def identify_friction(model: ForwardModel) -> StepFriction:
 def _idle(ratio: float) -> str | None:
     """The state of a step without creepage, of which no mu is seen; None where nothing was measured."""
     return NO_CREEPAGE if np.isfinite(ratio) else None
+
+
+def softness(test: Experiment, found: StepFriction) -> Floats:
+    """The slope that steps below full sliding ask for, over the theory's, if mu is as in full sliding; (such a step,).
+
+    Empty where no step slides all over or declared effects act. Below 1 the contact is softer than smooth discs, as
+    rough or covered ones are, or friction is lower there: T/N alone does not tell which.
+    """
+    if not test.is_plain or not np.any(known := np.isfinite(found.mu) & (found.mu > 0.0)):
+        return np.empty(0)
+    law, creepage, ratio = unworn_law(test), np.abs(found.creepage), np.abs(found.ratio)
+    slides = known & (creepage > FAR_BEYOND * found.mu / law.slope * law.full_slip)
+    if not np.any(slides):
+        return np.empty(0)
+    mu = float(np.mean(found.mu[slides]))
+    below = known & (creepage < mu / law.slope * law.full_slip) & (ratio < LIGHT_LINE * mu)
+    return np.asarray(law.unsaturation(ratio[below] / mu) * mu / (law.slope * creepage[below]))
 
 
 def friction_in_use(model: ForwardModel) -> tuple[Floats, list[str]]:

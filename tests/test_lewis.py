@@ -1,0 +1,44 @@
+"""The eight slips of Lewis and Dwyer-Joyce (2004): heat as printed, and what is said where the theory misses them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from definitions import outcome
+from matplotlib.figure import Figure
+
+HEAT_W = (1.3, 9.2, 25.7, 102.6, 246.0, 327.8, 492.1, 728.4)
+BULK_C = np.array([20.6, 22.9, 27.5, 48.6, 89.0, 111.9, 136.8, 202.1])
+
+
+def words(figure: Figure) -> str:
+    """All that a figure says outside its panels."""
+    return " ".join(" ".join(text.get_text().split()) for text in figure.texts)
+
+
+def test_the_heat_is_the_tables() -> None:
+    found = outcome("lewis2004", "thermal").json["iterations"]
+    assert [row["power_W"] for row in found] == pytest.approx(HEAT_W, rel=5e-3)
+
+
+def test_one_convection_balances_the_bulk_and_what_it_leaves_is_said() -> None:
+    result = outcome("lewis2004", "thermal")
+    heat = np.array(HEAT_W)
+    squares = np.sum(heat**2) / np.sum(heat * (BULK_C - 20.0))  # steady: T - 20 = P / hS
+    assert result.json["convection_W_K"] == pytest.approx(squares, rel=5e-3)
+    missed = BULK_C - 20.0 - heat / squares
+    (line,) = [line for line in result.summary if "one convection leaves" in line]
+    assert f"{np.sqrt(np.mean(missed**2)):.2g} K rms" in line
+    assert "one convection leaves" in words(result.figure())
+
+
+def test_carter_is_too_stiff_for_the_lower_slips_and_the_figure_says_so() -> None:
+    """T/N / mu = 1 - (1 - k v / v_full)^2 with v_full = mu a kappa."""
+    half_length = np.sqrt(8 * 7233 / 0.01 * 0.0235 / 2 * 0.91 / (np.pi * 209e9))
+    mu = np.mean([0.480, 0.461, 0.460, 0.461, 0.512])
+    full = mu * half_length * 2 / 0.0235
+    ask = [full / v * (1 - np.sqrt(1 - t / mu)) for v, t in ((0.002, 0.091), (0.005, 0.258), (0.01, 0.361))]
+    result = outcome("lewis2004", "identify-mu")
+    (line,) = [line for line in result.summary if "theory's slope" in line]
+    assert f"{min(ask):.2f} to {max(ask):.2f}" in line
+    assert "theory's slope" in words(result.figure())
