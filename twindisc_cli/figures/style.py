@@ -22,7 +22,8 @@ from twindisc_cli import __version__
 
 BLUE, ORANGE, GREEN, RED, PURPLE, GREY = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#7F7F7F"
 BLACK = "#222222"
-WIDTH, LINE = 7.2, 120
+WIDTH, LINE, FOOT = 7.2, 120, 0.24
+"""Width and foot of a page [inch], and characters of a line below its panels."""
 TEXT, SMALL = 8.5, 7.0
 Place = Literal["best", "upper left", "upper right", "lower left", "lower right", "center right", "upper center"]
 
@@ -37,7 +38,7 @@ def house_style() -> Iterator[None]:
 
 def page(rows: int, columns: int, *, height: float, title: str, provenance: str = "") -> tuple[Figure, list[Axes]]:
     """A figure of text width with its panels, row by row; provenance "" where no recorded data are in it."""
-    foot = 0.24 / height
+    foot = FOOT / height
     layout = ConstrainedLayoutEngine(rect=(0.0, foot, 1.0, 1.0 - foot), w_pad=0.06, h_pad=0.06)
     figure = Figure(figsize=(WIDTH, height), layout=layout)
     figure.suptitle(title, fontsize=TEXT + 1.0, x=0.01, ha="left", fontweight="bold")
@@ -57,8 +58,10 @@ def page(rows: int, columns: int, *, height: float, title: str, provenance: str 
 
 def said(figure: Figure, sentence: str) -> None:
     """A sentence below the panels, in lines that fit the page."""
-    if sentence:
-        figure.supxlabel("\n".join(wrap(sentence, LINE)), fontsize=SMALL, y=0.26 / figure.get_figheight(), va="bottom")
+    lines, height = wrap(sentence, LINE), figure.get_figheight()
+    figure.text(0.5, FOOT / height, "\n".join(lines), fontsize=SMALL, ha="center", va="bottom")
+    foot = (FOOT + 0.16 * len(lines)) / height
+    figure.set_layout_engine(ConstrainedLayoutEngine(rect=(0.0, foot, 1.0, 1.0 - foot), w_pad=0.06, h_pad=0.06))
 
 
 def _dress(axes: Axes, letter: str) -> None:
