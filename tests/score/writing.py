@@ -42,6 +42,7 @@ traction = "{law}"
 [measured]
 traction = "{tables}traction.csv"
 profile = "{tables}profile.csv"
+profile_place = "as recorded"
 temperature = "{tables}temperature.csv"
 provenance = "synthetic"
 """

@@ -250,6 +250,7 @@ class ColumnsTable(Table):
     y: ColumnTable | None = None
     height: ColumnTable | None = None
     disc: ColumnTable | None = None
+    trace: ColumnTable | None = None
     iteration: ColumnTable | None = None
     temperature: ColumnTable | None = None
     mass_loss: ColumnTable | None = None
@@ -268,6 +269,9 @@ class MeasuredTable(Table):
         'else from slip both ways; a torque in N m; or "as recorded"',
     )  # fmt: skip
     profile: FileName | None = None
+    profile_place: Literal["as recorded"] | None = Field(
+        default=None, description="left out: levelled on the unworn flanks and centred on the track"
+    )
     temperature: FileName | None = None
     mass: FileName | None = Field(default=None, description="mass loss of a disc, weighed at stops; needs a density")
     columns: ColumnsTable | None = None

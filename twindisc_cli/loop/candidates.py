@@ -14,7 +14,7 @@ from twindisc_cli.loop.channels.mass import weighed_stops
 from twindisc_cli.loop.channels.profile import recorded_stops
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.learn import Pair, is_timed, pairs
-from twindisc_cli.loop.problem import Problem, parameters_of, zero_known
+from twindisc_cli.loop.problem import Problem, known_sensors, parameters_of
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.experiment import Floats
@@ -80,9 +80,10 @@ def searched(problem: Problem) -> list[str]:
     declared = {name for case in problem.cases for name in case.test.effects}
     stops = max((max(len(recorded_stops(case.test)), weighed_stops(case.test)) for case in problem.cases), default=0)
     timed = any(is_timed(case) for case in problem.cases)
-    zeros = [zero_known(case.test) for case in problem.cases if "traction" in case.noise]
-    if zeros and all(zeros):
-        declared.add("torque_offset")
+    for channel in ("traction", "profile"):
+        seen = [{name for name, _, _ in known_sensors(case.test)} for case in problem.cases if channel in case.noise]
+        own = {name for name in set().union(*seen) if catalogue()[name].channel == channel}
+        declared |= {name for name in own if all(name in known for known in seen)}
     return [
         name
         for name, effect in catalogue().items()

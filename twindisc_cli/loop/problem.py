@@ -285,16 +285,16 @@ class Problem:
         columns = np.nan_to_num(np.array(rows) - plain).T
         imitated = span @ (span.T @ columns)
         # mu is meant over the load as set, whatever the load was
-        known = np.array([name == "load_error" for name in off] + [False] * (len(rows) - len(off)))
+        known = np.array([name.startswith("load_error") for name in off] + [False] * (len(rows) - len(off)))
         return replace(self, nuisance=Nuisances(columns - imitated, imitated[:, ~known]))
 
     def _off_effects(self, theta: Floats) -> dict[str, Floats]:
-        """White predictions (sample,) with a small size of each of the effects that are no finding, by name.
+        """White predictions (sample,) with a small size of each of the effects that are no finding, by parameter.
 
         They come on top of what a test declares: the tolerance of a declared effect is relative to it.
         """
         found = {}
-        zeros = {zero for case in self.cases if (zero := zero_known(case.test)) is not None}
+        zeros = {known for case in self.cases for known in known_sensors(case.test)}
         for name, key, size in (*THRESHOLDS.tolerated_effects, *sorted(zeros)):
             if name in self.terms:
                 continue
@@ -306,7 +306,7 @@ class Problem:
                 )
                 for i, case in enumerate(self.cases)
             ]
-            found[name] = self.white(predictions)[0]
+            found[f"{name}.{key}"] = self.white(predictions)[0]
         return found
 
     def _off_creepage(self, theta: Floats) -> Floats:
@@ -358,11 +358,16 @@ def _off(rig: Rig, name: str, test: Experiment) -> Rig:
     )
 
 
-def zero_known(test: Experiment) -> tuple[str, str, float] | None:
-    """Effect, parameter and standard error of a torque zero that was recorded and taken off; else None."""
-    zero = test.measured.torque_zero
-    known = zero is not None and zero.taken_off and np.isfinite(zero.std)
-    return ("torque_offset", "offset", zero.std) if known and zero is not None else None
+def known_sensors(test: Experiment) -> tuple[tuple[str, str, float], ...]:
+    """Effect, parameter and standard error of what was recorded of the sensors and taken off: zeros and places."""
+    zero, place = test.measured.torque_zero, test.measured.profile_place
+    known: list[tuple[str, str, float]] = []
+    if zero is not None and zero.taken_off and np.isfinite(zero.std):
+        known.append(("torque_offset", "offset", zero.std))
+    if place is not None:
+        known += [("profile_tilt", "slope_um_mm", place.slope * 1e3), ("profile_tilt", "offset_um", place.offset * 1e6)]
+        known.append(("lateral_offset", "offset_mm", place.centre * 1e3))
+    return tuple(known)
 
 
 def _slightly(test: Experiment, name: str, key: str, size: float) -> dict[str, Floats]:

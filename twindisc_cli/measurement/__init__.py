@@ -7,11 +7,13 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
+from typing import Literal
 
 from twindisc_cli.errors import MeasurementError, Problem
-from twindisc_cli.measurement.channels import read_mass, read_profile, read_temperature, read_traction
+from twindisc_cli.measurement.channels import read_mass, read_temperature, read_traction
 from twindisc_cli.measurement.header import Named, Naming
 from twindisc_cli.measurement.log import read_log
+from twindisc_cli.measurement.profile import read_profile
 from twindisc_cli.measurement.rig_log import ZeroSetting, log_samples
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.table import read_bytes
@@ -24,7 +26,8 @@ __all__ = ["Named", "Recorded", "RowCount", "Sources", "ZeroSetting", "read"]
 class Sources:
     """The files of a test, as its definition names them, relative to `folder`; None where there is none.
 
-    torque_disc: the disc whose torque the rig log holds; torque_zero: how its zero is known. columns: what is said
+    torque_disc: the disc whose torque the rig log holds; torque_zero: how its zero is known; profile_place: whether
+    profiles stay where they are. columns: what is said
     of columns in the files.
     """
 
@@ -36,6 +39,7 @@ class Sources:
     mass: str | None = None
     torque_disc: int | None = None
     torque_zero: ZeroSetting = None
+    profile_place: Literal["as recorded"] | None = None
     columns: Naming = field(default_factory=dict)
 
 
@@ -70,7 +74,7 @@ def read(sources: Sources, *, rig: Rig, history: History | None, provenance: Pro
         except MeasurementError as error:
             problems.extend(error.problems)
 
-    traction = profile = temperature = mass = zero = None
+    traction = profile = place = temperature = mass = zero = None
     named = sources.columns
     with gathered():
         if sources.log:
@@ -86,7 +90,13 @@ def read(sources: Sources, *, rig: Rig, history: History | None, provenance: Pro
         raise MeasurementError(problems)
     with gathered():
         if sources.profile:
-            profile, count = read_profile(*content(sources.profile), rig=rig, history=history, naming=named)
+            profile, place, count = read_profile(
+                *content(sources.profile),
+                rig=rig,
+                history=history,
+                naming=named,
+                as_recorded=sources.profile_place == "as recorded",
+            )
             rows.append(replace(count, file=sources.profile))
     with gathered():
         if sources.temperature:
@@ -98,5 +108,5 @@ def read(sources: Sources, *, rig: Rig, history: History | None, provenance: Pro
             rows.append(replace(count, file=sources.mass))
     if problems:
         raise MeasurementError(problems)
-    measured = Measured(traction, profile, temperature, mass, provenance=provenance, torque_zero=zero)
+    measured = Measured(traction, profile, temperature, mass, provenance, torque_zero=zero, profile_place=place)
     return Recorded(measured, history, hashes, tuple(rows))

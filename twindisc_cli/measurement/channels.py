@@ -1,4 +1,4 @@
-"""The measured channels: traction, profile and temperature, checked against the rig and its history."""
+"""The measured channels traction, temperature and mass, checked against the rig and its history."""
 
 from __future__ import annotations
 
@@ -9,22 +9,18 @@ from twindisc_cli.measurement.header import Column, Naming
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
 from twindisc_cli.measurement.table import Table, read_table
-from twindisc_cli.measurement.units import COUNT, LENGTH, MASS, PERCENTAGE, RATIO, TEMPERATURE, TIME
-from twindisc_cli.model.experiment import History, MassSamples, ProfileSamples, Rig, TemperatureSamples, TractionSamples
+from twindisc_cli.measurement.units import COUNT, MASS, PERCENTAGE, RATIO, TEMPERATURE, TIME
+from twindisc_cli.model.experiment import History, MassSamples, Rig, TemperatureSamples, TractionSamples
 
 CREEPAGE_TOLERANCE = (0.25, 2e-4)
 """How far a creepage may lie from its step's: relative, of a step without creepage to the smallest; plus absolute."""
 LARGEST_RATIO = 3.0
 HEAVIEST = 0.1
 """A mass loss [kg] that no test discs survive."""
-NO_DEPTH = 0.1
-"""A height of this share of the smaller rolling radius is none that wear made."""
-CHORD_MARGIN = 1.5
-"""How far the chord of a depth may exceed the profile: heights of a profile that is not quite level reach so far."""
 SLIP = ("slide-roll ratio", "slide roll ratio", "srr", "slip", "slip ratio")
 RATIOS = ("traction coefficient", "friction coefficient", "mu", "cof", "t/n")
 """Other names of creepage and of T/N in the files of rigs."""
-_FEWEST = {"traction": 2, "profile": 8, "temperature": 3}
+_FEWEST = {"traction": 2, "temperature": 3}
 
 
 def read_traction(
@@ -82,28 +78,6 @@ def _found_history(table: Table, rig: Rig) -> History:
     return history
 
 
-def read_profile(
-    data: bytes, file: str, *, rig: Rig, history: History, naming: Naming | None = None
-) -> tuple[ProfileSamples, RowCount]:
-    """Height change of the worn disc across the track, for each disc and stop."""
-    wanted = (
-        Column("y", LENGTH),
-        Column("height", LENGTH),
-        Column("disc", COUNT, required=False),
-        Column("iteration", COUNT, required=False),
-    )
-    table = read_table(data, file, wanted, naming)
-    columns, last = table.columns, int(history.driven.sum())
-    disc = columns.get("disc", np.full(len(table), 2.0)).astype(np.int64)
-    iteration = columns.get("iteration", np.full(len(table), float(last))).astype(np.int64)
-    _check_place(table, disc, iteration, last)
-    for which in np.unique(np.stack([disc, iteration]), axis=1).T:
-        _check_profile(table, np.flatnonzero((disc == which[0]) & (iteration == which[1])), rig)
-    table.check()
-    samples = ProfileSamples(y=columns["y"], height=columns["height"], disc=disc, iteration=history.entry(iteration))
-    return samples, table.count()
-
-
 def read_temperature(
     data: bytes, file: str, *, history: History, naming: Naming | None = None
 ) -> tuple[TemperatureSamples, RowCount]:
@@ -136,7 +110,7 @@ def read_mass(
     columns, last = table.columns, int(history.driven.sum())
     disc = columns.get("disc", np.full(len(table), 2.0)).astype(np.int64)
     iteration = columns["iteration"].astype(np.int64)
-    _check_place(table, disc, iteration, last)
+    check_place(table, disc, iteration, last)
     loss = columns["mass loss"]
     for which in (1, 2):
         rows = np.flatnonzero(disc == which)
@@ -154,7 +128,7 @@ def read_mass(
     return samples, table.count()
 
 
-def _check_place(table: Table, disc: Ints, iteration: Ints, last: int) -> None:
+def check_place(table: Table, disc: Ints, iteration: Ints, last: int) -> None:
     """Discs are 1 or 2, iterations those of the history."""
     table.flag((disc != 1) & (disc != 2), "disc", lambda row: f"there is no disc {disc[row]}; it is 1 or 2")
     outside = (iteration < 1) | (iteration > last)
@@ -264,43 +238,3 @@ def _swapped(table: Table, history: History) -> bool:
         )
         return True
     return False
-
-
-def _check_profile(table: Table, rows: Ints, rig: Rig) -> None:
-    """One profile: enough points, y in order, at least as wide as the contact, no deeper than a track can be."""
-    y, height = table.columns["y"][rows], table.columns["height"][rows]
-    first, fewest = int(table.lines[rows[0]]), _FEWEST["profile"]
-    if len(rows) < fewest:
-        if not table.problems:
-            table.note(f"too few points: {len(rows)}, at least {fewest} are needed for a profile", line=first)
-        return
-    forward = np.sign(y[-1] - y[0]) or 1.0
-    rise = np.diff(y) * forward
-    rises_instead = np.all(np.diff(height) > 0.0) or np.all(np.diff(height) < 0.0)
-    hint = f"; swapped with {table.headers['height']}?" if rises_instead else ""
-    bad = np.zeros(len(table), dtype=bool)
-    bad[rows[1:][rise <= 0.0]] = True
-    table.flag(bad, "y", lambda row: f"y = {table.written('y')[row]:g} occurs twice or out of order here{hint}")
-    _check_depth(table, rows, rig)
-    span, width = float(np.ptp(y)), 2.0 * float(rig.patch.b)
-    if span < width:
-        what = f"the profile spans {span * 1e3:.4g} mm, the contact is {width * 1e3:.4g} mm wide"
-        table.note(f"{what}: measure across the whole track, or check the unit", "y", first)
-
-
-def _check_depth(table: Table, rows: Ints, rig: Rig) -> None:
-    """A track of depth d is a chord, sqrt(8 d / curvature) wide, which the profile must hold."""
-    y, height = table.columns["y"][rows], table.columns["height"][rows]
-    deepest = int(np.argmax(np.abs(height)))
-    most, line = float(height[deepest]), int(table.lines[rows[deepest]])
-    if abs(most) > NO_DEPTH * min(rig.disc1.rolling_radius, rig.disc2.rolling_radius):
-        table.note(f"{most * 1e3:g} mm is no wear depth; check the unit", "height", line)
-        return
-    if rig.is_line:
-        return
-    chord, span = float(np.sqrt(8.0 * abs(most) / rig.curvature_y)), float(np.ptp(y))
-    if chord > CHORD_MARGIN * span:
-        what = f"a track {abs(most) * 1e3:.3g} mm deep is {chord * 1e3:.3g} mm wide on these discs"
-        table.note(
-            f"{what}, the profile spans {span * 1e3:.3g} mm; check the unit, and level the profile", "height", line
-        )

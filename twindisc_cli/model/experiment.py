@@ -273,8 +273,17 @@ class TorqueZero:
 
 
 @dataclass(frozen=True)
+class ProfilePlace:
+    """Standard errors of what profiles were levelled and centred by: slope [1], offset [m], centre [m]."""
+
+    slope: float
+    offset: float
+    centre: float
+
+
+@dataclass(frozen=True)
 class Measured:
-    """The measured channels of a test; None where a channel was not measured, or a torque's zero is not known.
+    """The measured channels of a test; None where a channel was not measured, or a zero or a place is not known.
 
     others: samples of further channels by name.
     """
@@ -285,6 +294,7 @@ class Measured:
     mass: MassSamples | None = None
     provenance: Provenance = "measured"
     torque_zero: TorqueZero | None = None
+    profile_place: ProfilePlace | None = None
     others: Mapping[str, Any] = field(default_factory=dict)
 
     def with_samples(self, name: str, samples: Any) -> Measured:

@@ -1,0 +1,130 @@
+"""Profiles as they are recorded: tilted, off zero, off centre, in several traces, with gaps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from definitions import VALID, write
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from twindisc_cli.definition import Test, load
+from twindisc_cli.errors import MeasurementError
+from twindisc_cli.loop.problem import known_sensors
+from twindisc_cli.measurement.profile import placed
+
+DEPTH, HALF = 6.0, 0.9
+"""Depth [um] and half-width [mm] of a parabolic track."""
+
+
+def track(
+    y: np.ndarray, *, centre: float = 0.0, slope: float = 0.0, offset: float = 0.0, noise: float = 0.0, seed: int = 1
+) -> np.ndarray:
+    """Recorded height [um] at y [mm]; slope [um/mm], offset [um] at y = 0, white noise [um]."""
+    worn = -DEPTH * np.clip(1.0 - ((y - centre) / HALF) ** 2, 0.0, None)
+    return worn + slope * y + offset + noise * np.random.default_rng(seed).standard_normal(len(y))
+
+
+Y = np.linspace(-3.0, 3.0, 301)
+
+
+def read(folder: Path, *traces: np.ndarray, y: np.ndarray = Y, setting: str = "", gap: str = "") -> Test:
+    """A test with these traces; a row of the file may be a gap."""
+    rows = "".join(f"{a:.4f},{b:.5f}\n" for trace in traces for a, b in zip(y, trace, strict=True))
+    rows = rows.replace(gap, f"{gap.partition(',')[0]},***") if gap else rows
+    (folder / "profile.csv").write_text(f"y [mm],height [um]\n{rows}")
+    return load(write(folder, f'{VALID}\n[measured]\nprofile = "profile.csv"\n{setting}\n'))
+
+
+def test_tilt_and_place_are_taken_off_and_told(tmp_path: Path) -> None:
+    test = read(tmp_path, track(Y, centre=0.4, slope=2.0, offset=15.0, noise=0.1))
+    profile, place = test.experiment.measured.profile, test.experiment.measured.profile_place
+    assert profile is not None
+    assert place is not None
+    np.testing.assert_allclose(profile.height * 1e6, track(profile.y * 1e3), atol=0.5)
+    (note,) = [note for note in test.rows[0].notes if note.startswith("levelled")]
+    assert "slope 2" in note
+    assert "um/mm" in note
+    assert "centre 0.4" in note or "centre 0.39" in note
+    known = {(name, key): std for name, key, std in known_sensors(test.experiment)}
+    assert set(known) == {
+        ("profile_tilt", "slope_um_mm"),
+        ("profile_tilt", "offset_um"),
+        ("lateral_offset", "offset_mm"),
+    }
+    assert all(0.0 < std < 0.1 for std in known.values())
+
+
+def test_the_errors_are_the_scatter_of_what_is_taken_off() -> None:
+    found = [placed(Y * 1e-3, 1e-6 * track(Y, centre=0.2, slope=1.0, noise=0.2, seed=n)) for n in range(200)]
+    assert all(found)
+    for name in ("slope", "offset", "centre"):
+        values = np.array([getattr(p, name) for p in found])
+        told = np.median([getattr(p, f"{name}_std") for p in found])
+        assert np.std(values) == pytest.approx(told, rel=0.35), name
+    assert np.mean([p.slope for p in found if p]) == pytest.approx(1e-3, rel=0.02)
+    assert np.mean([p.centre for p in found if p]) == pytest.approx(0.2e-3, rel=0.02)
+
+
+@given(
+    centre=st.floats(-1.0, 1.0),
+    slope=st.floats(-20.0, 20.0),
+    offset=st.floats(-100.0, 100.0),
+    backwards=st.booleans(),
+)
+@settings(max_examples=60, deadline=None)
+def test_any_line_and_place_come_off(centre: float, slope: float, offset: float, backwards: bool) -> None:
+    height = track(Y, centre=centre, slope=slope, offset=offset)
+    found = placed(Y * 1e-3, height * 1e-6)
+    assert found is not None
+    assert found.slope * 1e3 == pytest.approx(slope, abs=0.02)
+    assert found.centre * 1e3 == pytest.approx(centre, abs=0.02)
+    assert found.height.min() * 1e6 == pytest.approx(-DEPTH, rel=0.02)
+
+
+def test_several_traces_are_averaged(tmp_path: Path) -> None:
+    traces = [
+        track(Y, centre=c, slope=s, noise=0.1, seed=n) for n, (c, s) in enumerate([(0.2, 1.0), (0.0, -1.0), (0.1, 0.0)])
+    ]
+    test = read(tmp_path, *traces)
+    profile, (count,) = test.experiment.measured.profile, test.rows
+    assert profile is not None
+    assert count.used == count.read == 903
+    assert np.all(np.diff(profile.y) > 0.0)
+    assert np.ptp(profile.y) > 5.5e-3
+    one = read(tmp_path, traces[0]).experiment.measured.profile
+    assert one is not None
+    flank = np.abs(profile.y) > 1.3e-3
+    assert profile.height[flank].std() < 0.7 * one.height[np.abs(one.y) > 1.3e-3].std()
+    told = "".join(count.notes)
+    assert "3 traces: their mean is taken, they scatter by 0.1" in told or "they scatter by 0.09" in told
+
+
+def test_gaps_are_left_out(tmp_path: Path) -> None:
+    test = read(tmp_path, track(Y), gap="-2.9000,0.00000")
+    assert test.rows[0].left_out == {"no number": 1}
+    assert test.experiment.measured.profile is not None
+    assert len(test.experiment.measured.profile.y) == 300
+
+
+def test_a_worn_zone_beside_the_contact_is_told(tmp_path: Path) -> None:
+    # Hertz: b = 0.2705 mm; the track reaches from 1.1 to 2.9 mm
+    far = track(Y, centre=2.0)
+    assert read(tmp_path, far).experiment.measured.profile_place is not None
+    says = r"the worn zone lies at y = 1\.1\d* to 2\.8\d* mm, the contact at 0 ± 0\.271 mm"
+    with pytest.raises(MeasurementError, match=says):
+        read(tmp_path, far, setting='profile_place = "as recorded"')
+    left = read(tmp_path, track(Y, centre=0.3, slope=0.5), setting='profile_place = "as recorded"').experiment.measured
+    assert left.profile is not None
+    assert left.profile_place is None
+    np.testing.assert_allclose(left.profile.height * 1e6, track(Y, centre=0.3, slope=0.5), atol=1e-4)
+
+
+def test_a_profile_without_flanks_stays_as_it_is(tmp_path: Path) -> None:
+    y = np.linspace(-0.8, 0.8, 81)
+    test = read(tmp_path, track(y), y=y)
+    assert test.experiment.measured.profile_place is None
+    assert any("taken as recorded" in note for note in test.rows[0].notes)
+    np.testing.assert_allclose(test.experiment.measured.profile.height * 1e6, track(y), atol=1e-4)  # type: ignore[union-attr]

@@ -1,0 +1,275 @@
+"""Worn profiles as they are recorded: in one trace or several, with gaps, not level, and somewhere along the axis.
+
+    recorded (y) = height (y - y_0) + m y + h_0
+
+    m, h_0  slope and offset of the line through the unworn flanks, beside the worn zone and a margin
+    y_0     centroid of what is missing above the line, inside the worn zone
+
+Each record is levelled by m and h_0 and centred by y_0 unless the definition says otherwise. The standard errors count
+neighbours whose roughness is alike as fewer points. Traces of one record are levelled and centred one by one, and
+averaged.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from twindisc_cli.measurement.channels import check_place
+from twindisc_cli.measurement.header import Column, Naming
+from twindisc_cli.measurement.rows import RowCount
+from twindisc_cli.measurement.sheet import Floats, Ints
+from twindisc_cli.measurement.table import Bools, Table, read_table
+from twindisc_cli.measurement.units import COUNT, LENGTH
+from twindisc_cli.model.experiment import History, ProfilePlace, ProfileSamples, Rig
+
+NO_DEPTH = 0.1
+"""A height of this share of the smaller rolling radius is none that wear made."""
+CHORD_MARGIN = 1.5
+"""How far the chord of a depth may exceed the profile: heights of a profile that is not quite level reach so far."""
+_FEWEST = 8
+_OUTER = 0.85
+_MARGIN = 0.15
+_FEWEST_IN_FLANK = 5
+_SPREADS = 4.0
+_PASSES = 4
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A trace levelled and centred: y and height (point,) [m], what was taken off, and the standard errors of it.
+
+    slope [1], offset [m] of the line, centre [m] of the worn zone.
+    """
+
+    y: Floats
+    height: Floats
+    slope: float
+    offset: float
+    centre: float
+    slope_std: float
+    offset_std: float
+    centre_std: float
+
+
+def placed(y: Floats, height: Floats) -> Placed | None:
+    """Level a trace on its flanks and centre it on what is worn; None where it has no flanks or nothing is worn."""
+    flank = np.abs(y - 0.5 * (y[0] + y[-1])) > _OUTER * 0.5 * np.ptp(y)
+    zone = None
+    for _ in range(_PASSES):
+        if min(np.sum(flank & (y < np.mean(y))), np.sum(flank & (y > np.mean(y)))) < _FEWEST_IN_FLANK:
+            return None
+        line = np.polyfit(y[flank], height[flank], 1)
+        left = height - np.polyval(line, y)
+        zone = _worn_zone(y, left, flank)
+        if zone is None:
+            return None
+        margin = _MARGIN * (zone[1] - zone[0])
+        flank = (y < zone[0] - margin) | (y > zone[1] + margin)
+    assert zone is not None  # the passes are more than none
+    inside = (y >= zone[0]) & (y <= zone[1])
+    missing, weight = -left[inside], _widths(y)[inside]
+    area = float(np.sum(missing * weight))
+    if not area > 0.0:
+        return None
+    centre = float(np.sum(missing * weight * y[inside])) / area
+    rough = float(np.std(left[flank], ddof=2)) * np.sqrt(_alike(left[flank]))
+    return Placed(
+        y=y - centre,
+        height=left,
+        slope=float(line[0]),
+        offset=float(np.polyval(line, centre)),
+        centre=centre,
+        slope_std=rough / float(np.sqrt(np.sum((y[flank] - y[flank].mean()) ** 2))),
+        offset_std=rough / float(np.sqrt(flank.sum())),
+        centre_std=rough * float(np.sqrt(np.sum((weight * (y[inside] - centre)) ** 2))) / area,
+    )
+
+
+def _worn_zone(y: Floats, left: Floats, flank: Bools) -> tuple[float, float] | None:
+    """The edges of the stretch around the deepest point that is deeper than the flanks' roughness explains."""
+    width = max(1, len(y) // 60)
+    smooth = np.convolve(np.pad(left, width // 2, mode="edge"), np.full(width, 1.0 / width), mode="valid")[: len(y)]
+    spread = 1.4826 * float(np.median(np.abs(left[flank] - np.median(left[flank])))) / np.sqrt(width)
+    deepest = int(np.argmin(smooth))
+    limit = -max(_SPREADS * spread, 0.01 * abs(float(smooth[deepest])))
+    if not smooth[deepest] < limit:
+        return None
+    shallow = np.flatnonzero(smooth >= limit)
+    before, after = shallow[shallow < deepest], shallow[shallow > deepest]
+    if not len(before) or not len(after):
+        return None
+    return float(y[before[-1]]), float(y[after[0]])
+
+
+def _widths(y: Floats) -> Floats:
+    """The width of each point's strip [m]."""
+    return np.asarray(np.gradient(y))
+
+
+def _alike(rough: Floats) -> float:
+    """How many neighbours say the same, (1 + r) / (1 - r) by the correlation r of one point with the next."""
+    size = float(np.sum(rough**2))
+    r = min(max(float(np.sum(rough[1:] * rough[:-1])) / size, 0.0), 0.98) if size > 0.0 else 0.0
+    return (1.0 + r) / (1.0 - r)
+
+
+def read_profile(
+    data: bytes, file: str, *, rig: Rig, history: History, naming: Naming | None = None, as_recorded: bool = False
+) -> tuple[ProfileSamples, ProfilePlace | None, RowCount]:
+    """Height change of the worn disc across the track, for each disc and stop, and how well its place is known.
+
+    as_recorded: neither levelled nor centred; the worn zone must then lie under the contact.
+    """
+    wanted = (
+        Column("y", LENGTH),
+        Column("height", LENGTH),
+        Column("disc", COUNT, required=False),
+        Column("iteration", COUNT, required=False),
+        Column("trace", COUNT, required=False),
+    )
+    table = read_table(data, file, wanted, naming, gaps=True)
+    columns, last = table.columns, int(history.driven.sum())
+    disc = columns.get("disc", np.full(len(table), 2.0)).astype(np.int64)
+    iteration = columns.get("iteration", np.full(len(table), float(last))).astype(np.int64)
+    check_place(table, disc, iteration, last)
+    records = []
+    for which in np.unique(np.stack([disc, iteration]), axis=1).T:
+        rows = np.flatnonzero((disc == which[0]) & (iteration == which[1]))
+        records.append((which, _record(table, rows, rig, as_recorded=as_recorded)))
+    table.check()
+    samples = ProfileSamples(
+        y=np.concatenate([y for _, (y, _, _) in records]),
+        height=np.concatenate([height for _, (_, height, _) in records]),
+        disc=np.concatenate([np.full(len(y), which[0]) for which, (y, _, _) in records]),
+        iteration=history.entry(np.concatenate([np.full(len(y), which[1]) for which, (y, _, _) in records])),
+    )
+    return samples, _place([found for _, (_, _, found) in records]), table.count()
+
+
+def _place(found: Sequence[Sequence[Placed]]) -> ProfilePlace | None:
+    """How well slope, offset and centre of the records are known; None where one of them is as it was recorded."""
+    if not all(found):
+        return None
+    worst = [[max(getattr(p, name) for p in traces) / np.sqrt(len(traces)) for traces in found]
+             for name in ("slope_std", "offset_std", "centre_std")]  # fmt: skip
+    return ProfilePlace(*(float(max(stds)) for stds in worst))
+
+
+def _record(table: Table, rows: Ints, rig: Rig, *, as_recorded: bool) -> tuple[Floats, Floats, list[Placed]]:
+    """One record: its traces checked, put in place and averaged, y and height [m]; none placed where one cannot be."""
+    y, height = table.columns["y"], table.columns["height"]
+    traces = _traces(table, rows)
+    if not all(_check_trace(table, trace, rig) for trace in traces):
+        return y[rows], height[rows], []
+    found: list[Placed] = []
+    for trace in [] if as_recorded else traces:
+        order = trace[np.argsort(y[trace])]
+        if one := placed(y[order], height[order]):
+            found.append(one)
+    if len(found) < len(traces):
+        _check_depth(table, rows, height[rows], rig)
+        if not as_recorded:
+            table.notes.append("the flanks beside the track do not show where it is level: taken as recorded")
+        else:
+            _check_under_contact(table, rows, rig)
+        found = []
+    else:
+        for one, trace in zip(found, traces, strict=True):
+            _check_depth(table, trace[np.argsort(y[trace])], one.height, rig)
+        table.notes.append(_told(found))
+    curves = [(p.y, p.height) for p in found] or [(y[t[np.argsort(y[t])]], height[t[np.argsort(y[t])]]) for t in traces]
+    if len(curves) == 1 and not found:
+        return y[rows], height[rows], []
+    return (*_mean_of(table, curves), found)
+
+
+def _told(found: Sequence[Placed]) -> str:
+    """What was taken off a record."""
+    shifts = [
+        ("slope", [p.slope * 1e3 for p in found], [p.slope_std * 1e3 for p in found], "um/mm"),
+        ("offset", [p.offset * 1e6 for p in found], [p.offset_std * 1e6 for p in found], "um"),
+        ("centre", [p.centre * 1e3 for p in found], [p.centre_std * 1e3 for p in found], "mm"),
+    ]
+    parts = [f"{name} {np.round(np.mean(v), 9) + 0.0:.3g} ± {np.max(e):.2g} {unit}" for name, v, e, unit in shifts]
+    return f"levelled on the flanks and centred on the track, taken off: {', '.join(parts)}"
+
+
+def _mean_of(table: Table, curves: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
+    """The mean of several traces on the places of the first that all of them reach; their scatter is told."""
+    if len(curves) == 1:
+        return curves[0]
+    low, high = max(y[0] for y, _ in curves), min(y[-1] for y, _ in curves)
+    grid = curves[0][0][(curves[0][0] >= low) & (curves[0][0] <= high)]
+    heights = np.array([np.interp(grid, y, height) for y, height in curves])
+    scatter = float(np.sqrt(np.mean(np.var(heights, axis=0, ddof=1))))
+    table.notes.append(f"{len(curves)} traces: their mean is taken, they scatter by {scatter * 1e6:.2g} um")
+    return grid, heights.mean(axis=0)
+
+
+def _traces(table: Table, rows: Ints) -> list[Ints]:
+    """The rows of each trace: as the file numbers them, else cut where y goes back to its beginning."""
+    if "trace" in table.columns:
+        number = table.columns["trace"][rows]
+        return [rows[number == n] for n in np.unique(number)]
+    y = table.columns["y"][rows]
+    rise = np.diff(y) * (np.sign(np.median(np.diff(y))) or 1.0)
+    cuts = np.flatnonzero(rise < -0.5 * np.ptp(y)) + 1
+    return np.split(rows, cuts)
+
+
+def _check_trace(table: Table, rows: Ints, rig: Rig) -> bool:
+    """One trace: enough points, y in order, at least as wide as the contact."""
+    y, height, before = table.columns["y"][rows], table.columns["height"][rows], len(table.problems)
+    first = int(table.lines[rows[0]])
+    if len(rows) < _FEWEST:
+        if not table.problems:
+            table.note(f"too few points: {len(rows)}, at least {_FEWEST} are needed for a profile", line=first)
+        return False
+    rise = np.diff(y) * (np.sign(y[-1] - y[0]) or 1.0)
+    rises_instead = np.all(np.diff(height) > 0.0) or np.all(np.diff(height) < 0.0)
+    hint = f"; swapped with {table.headers['height']}?" if rises_instead else ""
+    bad = np.zeros(len(table), dtype=bool)
+    bad[rows[1:][rise <= 0.0]] = True
+    table.flag(bad, "y", lambda row: f"y = {table.written('y')[row]:g} occurs twice or out of order here{hint}")
+    span, width = float(np.ptp(y)), 2.0 * float(rig.patch.b)
+    if span < width:
+        what = f"the profile spans {span * 1e3:.4g} mm, the contact is {width * 1e3:.4g} mm wide"
+        table.note(f"{what}: measure across the whole track, or check the unit", "y", first)
+    return len(table.problems) == before
+
+
+def _check_under_contact(table: Table, rows: Ints, rig: Rig) -> None:
+    """The worn zone of a profile that is taken as recorded lies under the contact."""
+    order = rows[np.argsort(table.columns["y"][rows])]
+    y = table.columns["y"][order]
+    found = placed(y, table.columns["height"][order])
+    if found is None:
+        return
+    zone = y[-found.height > 0.05 * np.max(-found.height)]
+    if zone.min() > rig.patch.b or zone.max() < -rig.patch.b:
+        what = (
+            f"the worn zone lies at y = {zone.min() * 1e3:.3g} to {zone.max() * 1e3:.3g} mm, the contact at 0 ± "
+            f'{rig.patch.b * 1e3:.3g} mm; leave profile_place = "as recorded" out, and it is centred'
+        )
+        table.note(what, "y", int(table.lines[rows[0]]))
+
+
+def _check_depth(table: Table, rows: Ints, height: Floats, rig: Rig) -> None:
+    """A track of depth d is a chord, sqrt(8 d / curvature) wide, which the profile must hold."""
+    y = table.columns["y"][rows]
+    deepest = int(np.argmax(np.abs(height)))
+    most, line = float(height[deepest]), int(table.lines[rows[deepest]])
+    if abs(most) > NO_DEPTH * min(rig.disc1.rolling_radius, rig.disc2.rolling_radius):
+        table.note(f"{most * 1e3:g} mm is no wear depth; check the unit", "height", line)
+        return
+    if rig.is_line:
+        return
+    chord, span = float(np.sqrt(8.0 * abs(most) / rig.curvature_y)), float(np.ptp(y))
+    if chord > CHORD_MARGIN * span:
+        what = f"a track {abs(most) * 1e3:.3g} mm deep is {chord * 1e3:.3g} mm wide on these discs"
+        table.note(
+            f"{what}, the profile spans {span * 1e3:.3g} mm; check the unit, and level the profile", "height", line
+        )
