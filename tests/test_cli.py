@@ -367,6 +367,7 @@ def test_every_optional_key_of_the_template_is_valid(folder: Path) -> None:
     lines = (folder / "t.toml").read_text().splitlines()
     keys = [line[2:] if line.startswith("# ") and ("=" in line or line.startswith("# [")) else line for line in lines]
     (folder / "t.toml").write_text("\n".join(keys))
+    (folder / "my_effects").mkdir()
     with pytest.raises(Exception, match="keep one of them") as error:
         load(folder / "t.toml")
     told = str(error.value).splitlines()

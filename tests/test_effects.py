@@ -19,7 +19,6 @@ from definitions import VALID
 
 import twindisc_cli.effects
 from twindisc_cli.definition.parse import parse
-from twindisc_cli.definition.schema import definition_model
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import STAGES, Effect
 from twindisc_cli.errors import DefinitionError
@@ -239,13 +238,11 @@ def contributed(tmp_path: Path) -> Iterator[str]:
     (name,) = re.findall(r"`twindisc_cli/effects/(\w+)\.py`", text.partition("| part")[0])
     (tmp_path / f"{name}.py").write_text(text.split("```python\n")[1].partition("```")[0], encoding="utf-8")
     twindisc_cli.effects.__path__.append(str(tmp_path))
-    for remembered in (catalogue, definition_model):
-        remembered.cache_clear()
+    catalogue.cache_clear()
     yield name
     twindisc_cli.effects.__path__.remove(str(tmp_path))
     sys.modules.pop(f"twindisc_cli.effects.{name}", None)
-    for remembered in (catalogue, definition_model):
-        remembered.cache_clear()
+    catalogue.cache_clear()
 
 
 def test_the_example_for_contributors_needs_nothing_but_its_file(contributed: str) -> None:

@@ -195,13 +195,10 @@ def test_a_command_inverts_the_law_and_warns_beyond_its_range(
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A folder that belongs to the catalogue."""
-    monkeypatch.setattr(effects, "__path__", [*effects.__path__, str(tmp_path)])
-    effects.catalogue.cache_clear()
+def folder(tmp_path: Path) -> Iterator[Path]:
+    """A folder of effects; what it adds to the catalogue is forgotten afterwards."""
     yield tmp_path
-    monkeypatch.undo()
-    effects.catalogue.cache_clear()
+    effects.forget_folders()
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -211,6 +208,7 @@ def test_an_effect_file_predicts_what_its_law_predicts(name: str, folder: Path) 
     definition.write_text(dump(read("").resolved, None, {"learnt": law_table(of, digits=DIGITS)}), encoding="utf-8")
     module = f"as_effect_{name.replace('-', '_over_')}"
     assert called("effects", "--from", str(definition), "-o", str(folder / f"{module}.py")) == 0
+    effects.add_folder(folder)
     effect = effects.catalogue()[module]
     test = declared(of)
     table = {module: {p.name: p.start for p in effect.params}}

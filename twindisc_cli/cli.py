@@ -54,6 +54,9 @@ DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say whether the re
 Depfile = Annotated[
     Path | None, typer.Option("--depfile", metavar="FILE", help="Write what the result depends on, as a rule for make.")
 ]
+Effects = Annotated[
+    Path | None, typer.Option("--effects", metavar="FOLDER", help="A folder of effect files that join the catalogue.")
+]
 RESULTS = Path("results")
 
 
@@ -93,12 +96,13 @@ def _output(
     verbose: Verbose = False,
     dry_run: DryRun = False,
     depfile: Depfile = None,
+    effects: Effects = None,
 ) -> Output:
     """What the options that all commands have ask for."""
     chosen = tuple(dict.fromkeys(part.strip().lower() for part in formats.split(",")))
     if unknown := [part for part in chosen if part not in FORMATS]:
         raise typer.BadParameter(f"--format knows {', '.join(FORMATS)}, not {unknown[0] or 'nothing'}")
-    return Output(folder, as_json, force, chosen, dpi, quiet, verbose, dry_run, depfile)
+    return Output(folder, as_json, force, chosen, dpi, quiet, verbose, dry_run, depfile, effects)
 
 
 def _run(command: str, test: Path, output: Output, **options: float | None) -> int:
@@ -205,7 +209,7 @@ def close_loop(
     return _runner.run_close_loop(paths, unseen, options, output, quick=quick)
 
 
-@_command("campaign", without=("depfile",))
+@_command("campaign", without=("depfile", "effects"))
 def campaign(
     command: Annotated[str, typer.Argument(metavar="COMMAND", help="What is run on every test.", show_default=False)],
     output: Output,
@@ -239,11 +243,20 @@ def effects(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="Where the effect file goes.")
     ] = None,
+    tested: Annotated[
+        Path | None, typer.Option("--test", metavar="FILE.py", help="Test an effect file: is it all that it says?")
+    ] = None,
+    folder: Effects = None,
     as_json: AsJson = False,
 ) -> None:
-    """List the catalogue of physical effects, explain one, or write a learnt law as one."""
+    """List the catalogue of physical effects, explain or test one, or write a learnt law as one."""
     from twindisc_cli.commands import _runner
+    from twindisc_cli.effects import add_folder
 
+    if folder is not None:
+        add_folder(folder)
+    if tested is not None:
+        raise typer.Exit(_runner.test_effect(tested, as_json))
     raise typer.Exit(
         _runner.run_effects(name, as_json) if source is None else _runner.write_effect(source, name, output)
     )

@@ -19,6 +19,7 @@ from twindisc_cli.campaign.plan import Job, read
 from twindisc_cli.campaign.table import Row, Value, columns_of, header
 from twindisc_cli.commands import _runner
 from twindisc_cli.definition import Test
+from twindisc_cli.effects import add_folder, forget_folders
 from twindisc_cli.errors import TwindiscError, bug
 from twindisc_cli.results.recorded import up_to_date
 from twindisc_cli.results.store import plain, put
@@ -67,6 +68,7 @@ def prepare(order: Order, job: Job) -> Task | Row:
     """Read a test: a task, or at once the row of one that is up to date or cannot be read."""
     row = Row(test=job.name, file=job.path.as_posix(), exit_code=0, asked=_varied(job))
     try:
+        forget_folders()
         test = read(job)
         origin = _runner.single_origin(order.command, test)
         row = replace(
@@ -88,6 +90,8 @@ def prepare(order: Order, job: Job) -> Task | Row:
 def compute(task: Task) -> tuple[Row, Mapping[str, bytes]]:
     """The row of a test and its files by name; no files where it failed."""
     try:
+        if folder := task.test.resolved.get("loop", {}).get("effects"):
+            add_folder(task.test.path.parent / folder)
         result, files = _runner.quiet(task.command, task.test, task.folder)
         found = _found(task.test, plain(result.json))
         return replace(task.row, exit_code=result.exit_code, found=found, computed=True), files

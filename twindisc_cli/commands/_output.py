@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from twindisc_cli.reading import digest_of
+
 FORMATS = ("png", "pdf", "svg")
 DPI = 150
 
@@ -37,4 +39,6 @@ class Output:
             chosen["formats"] = list(self.formats)
         if self.dpi != DPI:
             chosen["dpi"] = self.dpi
+        if self.effects is not None:
+            chosen["effects"] = digest_of(self.effects)
         return chosen

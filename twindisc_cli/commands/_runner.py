@@ -17,6 +17,7 @@ from twindisc_cli import __version__, terminal
 from twindisc_cli.commands._output import Output
 from twindisc_cli.commands._told import tell, write_depfile
 from twindisc_cli.definition import Test, dump, load, relocate
+from twindisc_cli.effects import add_folder
 from twindisc_cli.errors import DefinitionError, MeasurementError, OutputError, Problem, TwindiscError, ValidityError
 from twindisc_cli.physics.half_space import ContactError
 from twindisc_cli.results import Result
@@ -31,6 +32,7 @@ def run_command(command: str, path: Path, output: Output, **options: float) -> i
     """Run a command on one test, with the command's own options. The exit code."""
     with progress_bar() as progress:
         progress(f"{command}: reading", 0.0)
+        _know(output)
         tests = load_all([path])
         progress(command, 0.05)
         return _deliver(command, tests, options, output, lambda: _module(command).run(tests[0], **options))
@@ -55,6 +57,7 @@ def run_close_loop(
     """Run close-loop on several tests; where one is `unseen`, the last is predicted and not fitted. The exit code."""
     with progress_bar() as progress:
         progress("close-loop: reading", 0.0)
+        _know(output)
         tests = load_all(paths)
         validate = tests[-1] if unseen else None
         fitted = tests[:-1] if unseen else tests
@@ -65,6 +68,12 @@ def run_close_loop(
             return result
 
         return _deliver("close-loop", tests, options, output, compute)
+
+
+def _know(output: Output) -> None:
+    """The effects of the folder that the command line names are known from here on."""
+    if output.effects is not None:
+        add_folder(output.effects)
 
 
 def load_all(paths: Sequence[Path]) -> list[Test]:
@@ -85,6 +94,19 @@ def load_all(paths: Sequence[Path]) -> list[Test]:
 def run_effects(name: str | None, as_json: bool) -> int:
     """Tell the catalogue of effects, or one of them. The exit code."""
     result: Result = _module("effects").run(name)
+    if as_json:
+        tell_json(result.json)
+    else:
+        terminal.say(result.summary)
+    return result.exit_code
+
+
+def test_effect(path: Path, as_json: bool) -> int:
+    """Tell whether an effect file is all that it says. The exit code."""
+    from twindisc_cli.commands.effect_test import run
+
+    with progress_bar() as progress:
+        result = run(path, progress)
     if as_json:
         tell_json(result.json)
     else:
@@ -195,7 +217,8 @@ def _made(
     try:
         with house_style():
             result = with_data(compute(), tests)
-            extra = {name: _content(name, text, test, folder) for name, text in result.extra_files.items()}
+            files = result.extra_files.items()
+            extra = {name: _content(name, text, test, folder, output.effects) for name, text in files}
             return result, images(result, origin, extra, formats=output.formats, dpi=output.dpi)
     except ContactError as error:
         raise ValidityError(str(error)).of(test.path) from error
@@ -203,12 +226,12 @@ def _made(
         raise error.of(test.path) from error
 
 
-def _content(name: str, content: str | bytes, test: Test, folder: Path) -> bytes:
-    """The bytes of an extra file; a definition is made to find its data from its new folder."""
+def _content(name: str, content: str | bytes, test: Test, folder: Path, effects: Path | None) -> bytes:
+    """The bytes of an extra file; a definition is made to find its data, and its effects, from its new folder."""
     if isinstance(content, bytes):
         return content
     if name.endswith(".toml"):
-        content = relocate(content, source=test.path.parent, target=folder)
+        content = relocate(content, source=test.path.parent, target=folder, effects=effects)
     try:
         return content.encode()
     except UnicodeEncodeError:

@@ -30,7 +30,7 @@ from twindisc_cli.laws.covariates import COVARIATES, covariate_named
 from twindisc_cli.laws.law import Law
 from twindisc_cli.laws.shapes import SHAPES
 from twindisc_cli.model.experiment import Disc, Experiment, History, Options, Rig, Thermal
-from twindisc_cli.reading import LARGEST_DEFINITION, read_regular
+from twindisc_cli.reading import LARGEST_DEFINITION, digest_of, read_regular
 
 CELSIUS = 273.15
 VICKERS = 9.80665e6
@@ -73,7 +73,9 @@ def load_text(text: str, path: Path) -> Test:
         reported=_reported(definition),
     )
     digest = sha256(text.encode()).hexdigest()
-    return Test(path, experiment, resolved, recorded.hashes, recorded.rows, digest)
+    folder = definition.loop.effects
+    hashes = recorded.hashes | ({folder: digest_of(path.parent / folder)} if folder else {})
+    return Test(path, experiment, resolved, hashes, recorded.rows, digest)
 
 
 def _check_hold_out(definition: DefinitionBase, history: History, path: Path) -> None:

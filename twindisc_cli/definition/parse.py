@@ -8,6 +8,7 @@ import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
@@ -16,6 +17,7 @@ from pydantic_core import ErrorDetails
 from twindisc_cli.definition.lines import Key, locate
 from twindisc_cli.definition.rules import broken
 from twindisc_cli.definition.schema import DefinitionBase, definition_model
+from twindisc_cli.effects import add_folder
 from twindisc_cli.errors import DefinitionError, Problem, nearest
 
 _SYNTAX = re.compile(r"(.*) \(at (?:line (\d+), column \d+|end of document)\)")
@@ -54,6 +56,7 @@ def parse(text: str, file: str) -> DefinitionBase:
 
 def _parse(text: str, file: str) -> DefinitionBase:
     source, problems = _read(text, file)
+    problems.extend(_add_effects(source))
     meant: dict[Key, str] = {}
     try:
         definition = definition_model().model_validate(source.raw)
@@ -67,6 +70,17 @@ def _parse(text: str, file: str) -> DefinitionBase:
     if problems:
         raise DefinitionError(_in_order(problems))
     return definition
+
+
+def _add_effects(source: _Source) -> Iterator[Problem]:
+    """The effects of the folder that [loop] names are known from here on, or it is none."""
+    loop = source.raw.get("loop")
+    folder = loop.get("effects") if isinstance(loop, Mapping) else None
+    if isinstance(folder, str) and folder:
+        try:
+            add_folder(Path(source.file).parent / folder)
+        except (DefinitionError, OSError, ValueError):
+            yield source.problem(("loop", "effects"), f"{folder} is no folder of effect files")
 
 
 def _in_order(problems: list[Problem]) -> list[Problem]:

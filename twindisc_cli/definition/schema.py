@@ -23,6 +23,7 @@ from pydantic.annotated_handlers import GetJsonSchemaHandler
 from pydantic_core import core_schema
 
 from twindisc_cli.effects import catalogue
+from twindisc_cli.effects._effect import Effect
 from twindisc_cli.errors import did_you_mean
 from twindisc_cli.laws.covariates import COVARIATES
 from twindisc_cli.laws.quantities import QUANTITIES
@@ -284,6 +285,7 @@ class LoopTable(Table):
     hold_out_steps: list[Annotated[int, Field(ge=1)]] | None = Field(
         default=None, description="steps, counted from 1, that are never used to fit or to choose"
     )
+    effects: FileName | None = Field(default=None, description="a folder of further effects, one file each")
 
 
 def _one_of(names: Iterable[str]) -> tuple[AfterValidator, WithJsonSchema]:
@@ -352,9 +354,9 @@ class DefinitionBase(Table):
     reported: ReportedTable = ReportedTable()
 
 
-def _effects_table() -> type[Table]:
+def _effects_table(known: tuple[tuple[str, Effect], ...]) -> type[Table]:
     tables: dict[str, Any] = {}
-    for name, effect in catalogue().items():
+    for name, effect in known:
         keys: dict[str, Any] = {}
         for param in effect.params:
             limits = (param.lower, param.upper) if param.off is None else (param.lower, param.upper, param.off)
@@ -368,10 +370,14 @@ def _effects_table() -> type[Table]:
     return create_model("effects", __base__=Table, __doc__="Declared effects, one table each.", **tables)
 
 
-@cache
 def definition_model() -> type[DefinitionBase]:
     """The schema of a test definition, with a table for every effect of the catalogue."""
-    effects: Any = _effects_table()
+    return _definition_model(tuple(catalogue().items()))
+
+
+@cache
+def _definition_model(known: tuple[tuple[str, Effect], ...]) -> type[DefinitionBase]:
+    effects: Any = _effects_table(known)
     return create_model(
         "Definition", __base__=DefinitionBase, __doc__="A twin-disc test definition.", effects=(effects, effects())
     )

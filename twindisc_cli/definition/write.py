@@ -50,8 +50,10 @@ def law_table(law: Law, *, digits: int) -> dict[str, Any]:
     return {**table, "transfer": law.transfer}
 
 
-def relocate(text: str, *, source: Path, target: Path) -> str:
+def relocate(text: str, *, source: Path, target: Path, effects: Path | None = None) -> str:
     """The same definition for another folder: relative paths in it lead from `target` to the same files.
+
+    effects: a folder of effects, relative to where the program runs, that it shall name where it names none.
 
     Paths lead through the folders that links stand for, as the system itself follows `..`. Of the remarks, those at
     the top stay.
@@ -62,6 +64,8 @@ def relocate(text: str, *, source: Path, target: Path) -> str:
         named = document.get(table, {}).get(key)
         if isinstance(named, str):
             document[table][key] = _from(target, source / named)
+    if effects is not None:
+        document.setdefault("loop", {}).setdefault("effects", _from(target, effects))
     return remarks + tomli_w.dumps(document)
 
 

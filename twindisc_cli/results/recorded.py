@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from twindisc_cli import __version__
-from twindisc_cli.reading import read_regular
+from twindisc_cli.reading import digest_of, digest_of_text
 
 if TYPE_CHECKING:
     from twindisc_cli.results.store import Origin
@@ -180,16 +180,3 @@ def unchanged(path: Path, definitions: Sequence[Path], options: Mapping[str, Any
             return None
         inputs += named
     return replace(found.stored, inputs=tuple(inputs))
-
-
-def digest_of_text(path: Path) -> str:
-    """sha256 of a text file without the mark of its encoding."""
-    return sha256(read_regular(path).removeprefix(b"\xef\xbb\xbf")).hexdigest()
-
-
-def digest_of(path: Path) -> str:
-    """sha256 of a file, or of the names and contents of the Python files in a folder."""
-    if path.is_dir():
-        listing = [(file.name, digest_of(file)) for file in sorted(path.glob("*.py"))]
-        return sha256(json.dumps(listing).encode()).hexdigest()
-    return sha256(read_regular(path)).hexdigest()
