@@ -99,7 +99,9 @@ def test_the_zero_can_be_overruled(tmp_path: Path, setting: str, offset: float, 
 
 
 def test_a_zero_that_was_not_recorded_is_not_made_up(tmp_path: Path) -> None:
-    measured = read(tmp_path, log(idle=(0, 0))).experiment.measured
+    test = read(tmp_path, log(idle=(0, 0)))
+    measured = test.experiment.measured
+    assert "the zero of the torque is not known: run some seconds without load" in "".join(test.rows[0].notes)
     assert measured.torque_zero is None
     assert measured.traction is not None
     assert measured.traction.ratio.mean() == pytest.approx(MU + OFFSET / (LOAD * RADIUS), rel=0.003)

@@ -176,7 +176,7 @@ def _counts(reason: Codes) -> Mapping[str, int]:
 
 
 def _notes(log: Log, zero: TorqueZero | None, found: Zero | None, time: Floats, history: History) -> tuple[str, ...]:
-    """The zero of the signal, and a log that is much shorter or longer than the history."""
+    """The zero of the signal, or how to know it, and a log that is much shorter or longer than the history."""
     notes = []
     if zero is not None:
         drift = f", drift {log.told(zero.drift * zero.unit)}" if np.isfinite(zero.drift) else ""
@@ -187,6 +187,9 @@ def _notes(log: Log, zero: TorqueZero | None, found: Zero | None, time: Floats, 
         unit = f" {log.unit}" if log.unit else ""
         name = "torque" if log.kind == "torque" else log.kind
         notes.append(f"{name} zero {log.told(zero.value * zero.unit)}{error}{unit}{drift}, {whence}, {taken}")
+    elif log.kind != "traction ratio":
+        how = "run some seconds without load before and after, or slip both ways"
+        notes.append(f"the zero of the {log.kind} is not known: {how}")
     span, planned = float(np.ptp(time)), float(history.duration[history.driven].sum())
     if not _SHORTEST * planned < span < _LONGEST * float(history.end_time[-1]):
         notes.append(f"lasts {span:.4g} s under load, the history {planned:.4g} s")
