@@ -308,8 +308,12 @@ def test_every_command_ends_in_results(command: str, tmp_path: Path) -> None:
     assert (tmp_path / "results" / "suros" / f"{command}.png").stat().st_size > 10_000
 
 
-def test_check_finds_nothing_wrong(suros: Test) -> None:
-    assert [finding.message for finding in check.findings(suros.experiment) if not finding.ok] == []
+def test_check_finds_nothing_wrong_but_plastic_flow(suros: Test) -> None:
+    """1500 MPa on 280 HV, k = H / (3 sqrt 3), at T/N = 0.45: the surface flows from p0 = k / 0.45 on."""
+    (finding,) = [finding for finding in check.findings(suros.experiment) if not finding.ok]
+    assert finding.rule == "shakedown"
+    assert finding.value == pytest.approx(1500e6 * 3 * np.sqrt(3) / HARDNESS, rel=1e-3)
+    assert finding.high == pytest.approx(1 / MU, rel=0.02)
 
 
 def test_check_holds_the_width(tmp_path: Path) -> None:

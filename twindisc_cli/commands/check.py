@@ -9,6 +9,7 @@ General rules, for any test; each compares a value with the range that geometry 
     heat                a rise is at most P / (h S), and at most E / C (Eq. 18 without and with only storage)
     elastic limit       T/N is at most G a b C11 creepage / N (Eq. 9), whatever mu is
     pressure            Hertz's p0 stays below the hardness
+    shakedown           p0 / k stays below the limit at the greatest T/N, k = H / (3 sqrt 3)
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from twindisc_cli.errors import NEGATIVE_FINDING
 from twindisc_cli.identify.track import Track, last_profile, worn_track
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.traction_law import creep_stiffness
-from twindisc_cli.physics import kalker
+from twindisc_cli.physics import kalker, shakedown
 from twindisc_cli.physics.archard import allowed_coefficient, worn_volume
 from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 
@@ -339,6 +340,26 @@ def pressure(facts: Facts) -> Iterator[Finding]:
     yield Finding("pressure", subject, float(facts.test.rig.patch.p0) * 1e-6, 0.0, hardness * 1e-6, "MPa", why)
 
 
+def shakes_down(facts: Facts) -> Iterator[Finding]:
+    """Archard's law reads wear of surfaces that no longer flow."""
+    rig, ratio = facts.test.rig, np.abs(facts.ratio)
+    if not np.any(np.isfinite(ratio)):
+        return
+    k = float(shakedown.shear_yield(min(rig.disc1.hardness, rig.disc2.hardness)))
+    patch, largest = rig.patch, float(np.nanmax(ratio))
+    limit = float(shakedown.limits(largest, float(patch.a), np.inf if rig.is_line else float(patch.b))[1])
+    yield Finding(
+        rule="shakedown",
+        subject=f"p0 / k of the softer disc at T/N = {_number(largest)}",
+        value=float(patch.p0) / k,
+        low=0.0,
+        high=limit,
+        unit="1",
+        why="shakedown",
+        hint="beyond it every pass leaves plastic strain, and Archard's law alone does not read the wear",
+    )
+
+
 def small_patch(facts: Facts) -> Iterator[Finding]:
     """Hertz's theory takes a patch that is small against the radii, Kalker's one that is not too slender."""
     rig, patch = facts.test.rig, facts.test.rig.patch
@@ -361,6 +382,7 @@ RULES: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
     elastic_limit,
     traction_sign,
     pressure,
+    shakes_down,
     small_patch,
 )
 

@@ -17,10 +17,10 @@ from twindisc_cli.errors import DefinitionError
 from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.identify.track import last_profile
 from twindisc_cli.model.base import BaseParameters
-from twindisc_cli.model.experiment import Experiment, Floats
+from twindisc_cli.model.experiment import Experiment, Floats, Rig
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.traction_law import creep_stiffness
-from twindisc_cli.physics import exact, fastrip
+from twindisc_cli.physics import exact, fastrip, shakedown
 from twindisc_cli.results import Array, Axis, Dataset, Result
 
 if TYPE_CHECKING:
@@ -47,6 +47,65 @@ class Point:
     illustrative: bool
 
 
+@dataclass(frozen=True)
+class Subsurface:
+    """How hard the softer disc is pressed: k [Pa], p0/k and T/N [1], the limits of p0/k, depth of greatest shear [m].
+
+    along, across: a and b of the patch [m], across inf for a line.
+    """
+
+    k: float
+    pressed: float
+    traction_ratio: float
+    yields: float
+    shakes_down: float
+    depth: float
+    along: float
+    across: float
+
+    @classmethod
+    def of(cls, rig: Rig, patch: Patch, field: Field) -> Subsurface:
+        """Under the pressure of a patch and the traction of a theory."""
+        k = float(shakedown.shear_yield(min(rig.disc1.hardness, rig.disc2.hardness)))
+        across = np.inf if patch.line else patch.b
+        ratio = float(np.hypot(field.force_x, field.force_y)) / patch.normal_load
+        yields, shakes = shakedown.limits(ratio, patch.a, across)
+        depth = shakedown.greatest_shear(patch.a, across)[1]
+        pressed = float(patch.fine.pressure.max()) / k
+        return cls(k, pressed, ratio, float(yields), float(shakes), depth, patch.a, across)
+
+    @property
+    def state(self) -> str:
+        """What the map says."""
+        if self.pressed > self.shakes_down:
+            return "beyond shakedown"
+        return "shakes down" if self.pressed > self.yields else "elastic"
+
+    def summary(self) -> tuple[str, ...]:
+        """One line, and a warning where the surface flows on."""
+        told = (
+            f"{self.state}: p0 / k = {self.pressed:.2f} at T/N = {self.traction_ratio:.3f}, yields from "
+            f"{self.yields:.2f}, shakes down to {self.shakes_down:.2f}; greatest shear without traction "
+            f"{self.depth * 1e3:.3g} mm deep",
+        )
+        beyond = (
+            "warning: beyond shakedown every pass leaves plastic strain: Archard's law alone does not read this wear"
+        )
+        return (*told, beyond) if self.state == "beyond shakedown" else told
+
+    def json(self) -> dict[str, Any]:
+        """For scripts."""
+        return {
+            "state": self.state,
+            "shear_yield_MPa": self.k * 1e-6,
+            "p0_over_k": self.pressed,
+            "traction_ratio": self.traction_ratio,
+            "first_yield_p0_over_k": self.yields,
+            "shakedown_p0_over_k": self.shakes_down,
+            "depth_of_greatest_shear_mm": self.depth * 1e3,
+        }
+
+
 def run(test: Test, *, step: int | None = None, creepage: float | None = None, mu: float | None = None) -> Result:
     """Solve the contact of one operating point by both theories: of a step from 1, at another creepage [%] or mu."""
     experiment = test.experiment
@@ -63,9 +122,10 @@ def run(test: Test, *, step: int | None = None, creepage: float | None = None, m
     )
     fields = (exact_field(patch, rig, **given), fastsim_field(patch, rig, **given))
     shortcuts = _shortcuts(experiment, point, patch)
+    under = Subsurface.of(rig, patch, fields[0])
     return Result(
         command="contact",
-        summary=_summary(point, patch, fields, shortcuts, rig.dundurs),
+        summary=_summary(point, patch, fields, shortcuts, rig.dundurs) + under.summary(),
         json={
             "operating_point": {
                 "origin": point.origin,
@@ -80,9 +140,10 @@ def run(test: Test, *, step: int | None = None, creepage: float | None = None, m
             "dundurs_beta": rig.dundurs,
             **{field.theory: _numbers(field, patch, point.normal_load) for field in fields},
             **shortcuts,
+            "subsurface": under.json(),
         },
         dataset=_dataset(point, fields),
-        figure=lambda: _figure(experiment, point, fields),
+        figure=lambda: _figure(experiment, point, fields, under),
     )
 
 
@@ -231,7 +292,7 @@ def _summary(
     return tuple(lines)
 
 
-def _figure(test: Experiment, point: Point, fields: tuple[Field, ...]) -> Figure:
+def _figure(test: Experiment, point: Point, fields: tuple[Field, ...], under: Subsurface) -> Figure:
     from twindisc_cli.figures.contact import fields_and_sections
 
     case = f"$\\mu$ = {point.mu:.3g}, $\\upsilon_x$ = {point.creepage_x * 100.0:.3g} %"
@@ -241,7 +302,7 @@ def _figure(test: Experiment, point: Point, fields: tuple[Field, ...]) -> Figure
     provenance = test.measured.provenance if recorded else ""
     if point.illustrative:
         case += " (illustrative: not what the test ran at)"
-    return fields_and_sections(fields, mu=point.mu, name=test.name, case=case, provenance=provenance)
+    return fields_and_sections(fields, under, mu=point.mu, name=test.name, case=case, provenance=provenance)
 
 
 def _dataset(point: Point, fields: tuple[Field, ...]) -> Dataset:

@@ -10,7 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from twindisc_cli.figures.style import BLACK, BLUE, ORANGE, SMALL, TEXT, legend, legend_below, name_axes, page
+from twindisc_cli.figures.style import BLACK, BLUE, ORANGE, RED, SMALL, TEXT, legend, legend_below, name_axes, page
+from twindisc_cli.physics import shakedown
 
 Floats = NDArray[np.float64]
 
@@ -46,10 +47,31 @@ class Field(Protocol):
     def power_per_length(self) -> Floats: ...  # noqa: D102
 
 
-def fields_and_sections(fields: Sequence[Field], *, mu: float, name: str, case: str, provenance: str) -> Figure:
-    """A row of maps for each theory, traction and sliding velocity; then the middle strip, and the power per length."""
-    rows = len(fields) + 1
+class Subsurface(Protocol):
+    """How hard the softer disc is pressed, p0/k at T/N [1], its state, and the semi-axes of the patch [m]."""
+
+    @property
+    def pressed(self) -> float: ...  # noqa: D102
+    @property
+    def traction_ratio(self) -> float: ...  # noqa: D102
+    @property
+    def state(self) -> str: ...  # noqa: D102
+    @property
+    def along(self) -> float: ...  # noqa: D102
+    @property
+    def across(self) -> float: ...  # noqa: D102
+
+
+def fields_and_sections(
+    fields: Sequence[Field], under: Subsurface, *, mu: float, name: str, case: str, provenance: str
+) -> Figure:
+    """A row of maps for each theory, traction and sliding velocity; sections through the patch; the shakedown map."""
+    rows = len(fields) + 2
     figure, panels = page(rows, 2, height=2.55 * rows, title=f"{name}: contact at {case}", provenance=provenance)
+    panels.pop().remove()
+    lowest = panels.pop()
+    lowest.set_subplotspec(panels[0].get_subplotspec().get_gridspec()[-1, :])  # type: ignore[union-attr]
+    _shakedown(lowest, under)
     traction = 1e-6 * max(float(np.hypot(*field.traction).max()) for field in fields)
     slip = max(float(np.hypot(*field.slip).max()) for field in fields)
     for field, left, right in zip(fields, panels[0::2], panels[1::2], strict=False):
@@ -59,6 +81,22 @@ def fields_and_sections(fields: Sequence[Field], *, mu: float, name: str, case: 
     _middle(panels[-2], fields, mu)
     _power(panels[-1], fields)
     return figure
+
+
+def _shakedown(axes: Axes, under: Subsurface) -> None:
+    """Where this contact lies between first yield and shakedown."""
+    ratio = np.linspace(0.0, max(0.65, 1.2 * under.traction_ratio), 200)
+    yields, shakes = shakedown.limits(ratio, under.along, under.across)
+    top = 1.15 * max(float(shakes[0]), under.pressed)
+    axes.fill_between(ratio, shakes, top, color=RED, alpha=0.12, linewidth=0.0, label="beyond shakedown")
+    axes.plot(ratio, shakes, color=RED, linewidth=1.2, label="shakedown limit")
+    axes.plot(ratio, yields, color=BLUE, linewidth=1.0, linestyle="--", label="first yield")
+    axes.plot([under.traction_ratio], [under.pressed], linestyle="none", marker="o", color=BLACK,
+              label=f"this contact: {under.state}")  # fmt: skip
+    axes.set_xlim(0.0, float(ratio[-1]))
+    axes.set_ylim(0.0, top)
+    name_axes(axes, "$T/N$ [1]", "$p_0/k$ [1]", "yield and shakedown, $k = H / (3 \\sqrt{3})$")
+    legend_below(axes, 4)
 
 
 def _map(axes: Axes, field: Field, vector: Floats, largest: float, what: str, unit: str) -> None:

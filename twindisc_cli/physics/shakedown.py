@@ -1,0 +1,109 @@
+"""Yield and shakedown of rolling contact: how hard may be pressed before every pass leaves plastic strain behind.
+
+    p0 / k <= 1 / max |tau_1| / p0        nothing flows; tau_1 the greatest shear of the elastic contact (Tresca)
+    p0 / k <= 1 / max |tau_zx| / p0       residual stress built up by the first passes makes the rest elastic (Melan)
+
+    k      yield stress in shear; of steel H / (3 sqrt 3), Tabor's H = 3 Y with von Mises' Y = sqrt 3 k [Pa]
+    tau    of a line contact that slides all over with t = (T/N) p, in closed form (McEwen); residual stress can take
+           away all of it but tau_zx
+    circle, ellipse   their limits without traction, times what traction leaves of a line's, and at most 1 / (T/N), at
+           which the surface itself flows
+
+Without traction tau_zx of an ellipse is sqrt(2 t - 1) / [2 t (t + 1)] p0 with a/b = sqrt[(t^2 - 1) (2 t - 1)], where
+t = 1 is a line (0.250), and 1.281 a circle (0.214). Beyond shakedown the surface ratchets, and wear is not Archard's.
+
+Source: K. L. Johnson, Contact Mechanics (1985), sections 4.2 (Table 4.1), 7.1 and 9.2; G. Lundberg and A. Palmgren,
+Acta Polytechnica 7 (1947); A. R. S. Ponter, A. D. Hearle and K. L. Johnson, J. Mech. Phys. Solids 33 (1985) 339-362.
+Valid for: elastic, perfectly plastic bodies; exact for a line, an estimate under traction for an ellipse.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq
+
+from twindisc_cli.physics._arrays import Floats
+
+RATIOS = np.linspace(0.0, 1.0, 101)
+"""T/N of the line's limits; between them they are linear."""
+_NARROW = np.array([0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
+_SHEAR = np.array([0.300, 0.322, 0.325, 0.323, 0.317, 0.310])
+_DEPTH = np.array([0.785, 0.745, 0.665, 0.590, 0.530, 0.480])
+
+
+def shear_yield(hardness: ArrayLike) -> Floats:
+    """The yield stress in shear k [Pa] from the hardness [Pa]."""
+    return np.asarray(np.asarray(hardness, dtype=float) / (3.0 * np.sqrt(3.0)))
+
+
+def greatest_shear(a: float, b: float) -> tuple[float, float]:
+    """The greatest shear below a patch without traction, over p0, and its depth [m]; semi-axes [m], b = inf: a line."""
+    narrow, wide = min(a, b), max(a, b)
+    share = narrow / wide
+    return float(np.interp(share, _NARROW, _SHEAR)), narrow * float(np.interp(share, _NARROW, _DEPTH))
+
+
+def orthogonal_shear(a: float, b: float) -> tuple[float, float]:
+    """The greatest tau_zx without traction, over p0, and its depth [m]; a along rolling, b = inf: a line [m]."""
+    t = _shape(a / b)
+    root = np.sqrt(2.0 * t - 1.0)
+    return float(root / (2.0 * t * (t + 1.0))), float(a / ((t + 1.0) * root))
+
+
+def limits(traction_ratio: ArrayLike, a: float, b: float) -> tuple[Floats, Floats]:
+    """p0 / k at which the contact first yields, and up to which it shakes down, at T/N of any shape [1]."""
+    ratio = np.abs(np.asarray(traction_ratio, dtype=float))
+    first, last = _of_a_line()
+    yields = np.interp(ratio, RATIOS, first) / first[0] / greatest_shear(a, b)[0]
+    shakes = np.interp(ratio, RATIOS, last) / last[0] / orthogonal_shear(a, b)[0]
+    with np.errstate(divide="ignore"):
+        surface = 1.0 / ratio
+    return np.minimum(yields, surface), np.minimum(shakes, surface)
+
+
+def _shape(ratio: float) -> float:
+    """The t of Lundberg and Palmgren for a/b."""
+    if ratio == 0.0:
+        return 1.0
+    return float(brentq(lambda t: np.sqrt((t * t - 1.0) * (2.0 * t - 1.0)) - ratio, 1.0, 2.0 + ratio))
+
+
+@cache
+def _of_a_line() -> tuple[Floats, Floats]:
+    """p0 / k of first yield and of shakedown of a line, over RATIOS."""
+    x, z = np.meshgrid(np.linspace(-1.5, 1.5, 241), np.concatenate([[0.0], np.geomspace(1e-3, 1.5, 90)]))
+    sigma_x, sigma_z, tau = line_stress(x, z)
+    first, last = [], []
+    for mu in RATIOS:
+        shear = tau + mu * sigma_x
+        along = sigma_x + mu * _tangential_stress(x, z)
+        across = sigma_z + mu * tau
+        first.append(1.0 / np.sqrt(0.25 * (along - across) ** 2 + shear**2).max())
+        last.append(1.0 / np.abs(shear).max())
+    return np.array(first), np.array(last)
+
+
+def line_stress(x: ArrayLike, z: ArrayLike) -> tuple[Floats, Floats, Floats]:
+    """Stresses sigma_x, sigma_z, tau_zx over p0 below a line contact; x along rolling and depth z over a [1]."""
+    m, n, x, z = _mn(x, z)
+    size = np.maximum(m**2 + n**2, 1e-300)
+    share = (z**2 + n**2) / size
+    return -(m * (1.0 + share) - 2.0 * z), -m * (1.0 - share), -n * (m**2 - z**2) / size
+
+
+def _tangential_stress(x: ArrayLike, z: ArrayLike) -> Floats:
+    """sigma_x under tractions of the pressure's shape, over their peak."""
+    m, n, x, z = _mn(x, z)
+    return np.asarray(n * (2.0 - (z**2 - m**2) / np.maximum(m**2 + n**2, 1e-300)) - 2.0 * x)
+
+
+def _mn(x: ArrayLike, z: ArrayLike) -> tuple[Floats, Floats, Floats, Floats]:
+    """McEwen's m and n, and x and z as arrays."""
+    x, z = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(z, dtype=float))
+    inner = 1.0 - x**2 + z**2
+    root = np.sqrt(inner**2 + 4.0 * x**2 * z**2)
+    m = np.sqrt(np.maximum(0.5 * (root + inner), 0.0))
+    return m, np.sign(x) * np.sqrt(np.maximum(0.5 * (root - inner), 0.0)), x, z
