@@ -200,6 +200,15 @@ def test_every_quantity_shows_in_its_channel(name: str) -> None:
     covariate = of.covariates[0]
     amount = 0.1 if of.kind == "factor" else 0.05
     value = 1.0 + amount if of.kind == "factor" else amount
-    law = Law(name, covariate, at=(-9.0, 9.0), value=(value, value))
+    places, values = ((-0.5, 0.5), (1.0, value)) if name == "wear_across" else ((-9.0, 9.0), (value, value))
+    law = Law(name, covariate, at=places, value=values)
     change = getattr(predicted(laws={"all": law}), of.channel) - getattr(plain(), of.channel)
     assert np.abs(change).max() > 1e-3 * np.ptp(getattr(plain(), of.channel))
+
+
+def test_wear_across_the_track_is_about_the_mean_that_k_is() -> None:
+    even = Law("wear_across", "y_over_edge", at=(-9.0, 9.0), value=(1.4, 1.4))
+    assert same(predicted(laws={"even": even}), plain())
+    tapered = Law("wear_across", "y_over_edge", at=(-1.0, 1.0), value=(0.7, 1.3))
+    lost = [-np.trapezoid(p.state.surface.height[0, -1]) for p in (predicted(laws={"t": tapered}), plain())]
+    assert lost[0] == pytest.approx(lost[1], rel=1e-6)

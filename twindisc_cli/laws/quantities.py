@@ -58,12 +58,12 @@ def _wear(s: State, change: Floats) -> State:
 
 
 def _wear_across(s: State, change: Floats) -> State:
-    """The mean change is a change of K; what differs from it across the track is held back by the pressure."""
+    """K is the mean over what was worn; what differs from it across the track is held back by the pressure."""
     if s.surface is None:
         return s
     height = s.surface.height
     mean = np.sum(change * height, axis=-1, keepdims=True) / np.minimum(height.sum(axis=-1, keepdims=True), -1e-300)
-    return s.on_surface(height * (1.0 + mean) + s.surface.eased(height * (change - mean)))
+    return s.on_surface(height + s.surface.eased(height * (change - mean)))
 
 
 def _heat(s: State, change: Floats) -> State:
