@@ -174,7 +174,7 @@ def main() -> int:
         train = pool.map(partial(of_halves, "eurosprinter"), seeds)
         blocks = pool.map(without_block, *zip(*BLOCKS, strict=True))
         learnt = list(pool.map(foretold, [choice(SEED + i) for i in range(CHOICES)]))
-        running_in = list(pool.map(partial(of_halves, "mtm_running_in"), seeds[:4]))
+        running_in = list(pool.map(partial(of_halves, "mtm_running_in"), seeds[:2]))
         _tell_locomotive(list(train), list(blocks))
         _tell_sweeps(learnt)
         _tell_running_in(running_in)
