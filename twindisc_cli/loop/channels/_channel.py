@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,15 @@ from twindisc_cli.model.experiment import Experiment, Floats, Ints
 from twindisc_cli.model.forward import ForwardModel, Prediction
 
 Mask = NDArray[np.bool_]
+Samples = TypeVar("Samples")
 Generic = tuple[str, str, Floats]
 """A covariate, the kind of function over it, and its columns (sample, column)."""
+
+
+def known(samples: Samples | None) -> Samples:
+    """Samples of a channel that was measured."""
+    assert samples is not None
+    return samples
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from twindisc_cli.identify.mass import weighed_volume, worn_mass
-from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Scale
+from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Scale, known
 from twindisc_cli.loop.generic import smooth
 from twindisc_cli.loop.noise import Noise, estimate, given, polynomials
 from twindisc_cli.model.energy import measured_energy
@@ -23,14 +23,8 @@ def weighed_stops(test: Experiment) -> int:
     return 0 if test.measured.mass is None else len(np.unique(test.measured.mass.iteration))
 
 
-def _samples(test: Experiment) -> MassSamples | None:
-    return test.measured.mass
-
-
 def _measured(test: Experiment) -> MassSamples:
-    samples = test.measured.mass
-    assert samples is not None
-    return samples
+    return known(test.measured.mass)
 
 
 def _given(test: Experiment) -> float:
@@ -107,7 +101,7 @@ CHANNEL = Channel(
     rest="weighed − model [mg]",
     assumed_noise=1e-7,
     base=Base("K", "1", 1e-9, 1.0, _given, _guess, shared=True),
-    samples=_samples,
+    samples=lambda test: test.measured.mass,
     values=lambda samples: np.asarray(samples.loss),
     predicted=_predicted,
     noise=noise,

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.ndimage import median_filter
 
-from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Scale
+from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Scale, known
 from twindisc_cli.loop.channels._held_out import held_out_bands
 from twindisc_cli.loop.generic import RIPPLES, levels, waves
 from twindisc_cli.loop.noise import FEWEST_FREE, Noise, estimate, in_a_run, polynomials, scatter
@@ -26,14 +26,8 @@ def recorded_stops(test: Experiment) -> set[tuple[int, int]]:
     return set() if profile is None else set(zip(profile.disc.tolist(), profile.iteration.tolist(), strict=True))
 
 
-def _samples(test: Experiment) -> ProfileSamples | None:
-    return test.measured.profile
-
-
 def _measured(test: Experiment) -> ProfileSamples:
-    samples = test.measured.profile
-    assert samples is not None
-    return samples
+    return known(test.measured.profile)
 
 
 def _given(test: Experiment) -> float:
@@ -150,7 +144,7 @@ CHANNEL = Channel(
     rest="measured − model [µm]",
     assumed_noise=1e-7,
     base=Base("K", "1", 1e-9, 1.0, _given, _guess, shared=True),
-    samples=_samples,
+    samples=lambda test: test.measured.profile,
     values=lambda samples: np.asarray(samples.height),
     predicted=lambda model, prediction: prediction.profile,
     noise=noise,

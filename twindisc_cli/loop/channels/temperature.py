@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Scale
+from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Scale, known
 from twindisc_cli.loop.channels._held_out import held_out_samples
 from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, waves
 from twindisc_cli.loop.noise import Noise, estimate, relaxations
@@ -16,14 +16,8 @@ from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.physics.disc_heat import temperatures
 
 
-def _samples(test: Experiment) -> TemperatureSamples | None:
-    return test.measured.temperature if test.thermal is not None else None
-
-
 def _measured(test: Experiment) -> TemperatureSamples:
-    samples = test.measured.temperature
-    assert samples is not None
-    return samples
+    return known(test.measured.temperature)
 
 
 def _step(test: Experiment) -> Ints:
@@ -38,7 +32,7 @@ def _given(test: Experiment) -> float:
 def _guess(model: ForwardModel) -> float:
     """Mean power, with the traction as it was measured, over the mean warming [W/K]."""
     test = model.experiment
-    if _samples(test) is None or test.thermal is None:
+    if test.measured.temperature is None or test.thermal is None:
         return np.nan
     warming = float(np.mean(_measured(test).temperature - test.thermal.environment_temperature))
     power = measured_energy(test) / float(test.history.end_time[-1])
@@ -113,7 +107,7 @@ CHANNEL = Channel(
     rest="measured − model [K]",
     assumed_noise=0.2,
     base=Base("convection_W_K", "W K-1", 1e-5, 1e6, _given, _guess),
-    samples=_samples,
+    samples=lambda test: test.measured.temperature if test.thermal is not None else None,
     values=lambda samples: np.asarray(samples.temperature),
     predicted=lambda model, prediction: prediction.temperature,
     noise=noise,

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Scale
+from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Scale, known
 from twindisc_cli.loop.channels._held_out import held_out_samples
 from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, waves
 from twindisc_cli.loop.noise import Noise, estimate, given, polynomials, recurring
@@ -23,14 +23,8 @@ def friction_is_given(test: Experiment) -> bool:
     return bool(np.isfinite(test.options.friction_coefficient) or np.isfinite(test.history.given_mu).all())
 
 
-def _samples(test: Experiment) -> TractionSamples | None:
-    return test.measured.traction
-
-
 def _measured(test: Experiment) -> TractionSamples:
-    samples = test.measured.traction
-    assert samples is not None
-    return samples
+    return known(test.measured.traction)
 
 
 def _guess(model: ForwardModel) -> float:
@@ -125,7 +119,7 @@ CHANNEL = Channel(
     rest="measured − model [1]",
     assumed_noise=0.005,
     base=Base("mu", "1", 1e-3, 3.0, _given, _guess),
-    samples=_samples,
+    samples=lambda test: test.measured.traction,
     values=lambda samples: np.asarray(samples.ratio),
     predicted=lambda model, prediction: prediction.traction,
     noise=noise,
