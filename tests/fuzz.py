@@ -9,6 +9,7 @@ with the seed that makes it again (`--only KIND SEED`).
 from __future__ import annotations
 
 import argparse
+import copy
 import os
 import random
 import re
@@ -193,7 +194,7 @@ def mutated_values(rng: random.Random, text: str) -> str:
             elif rng.random() < 0.15 and isinstance(table, dict):
                 table[rng.choice(ALL_KEYS)] = table[key]
             else:
-                table[key] = rng.choice(VALUES)
+                table[key] = copy.deepcopy(rng.choice(VALUES))
             break
     return tomli_w.dumps(document)
 

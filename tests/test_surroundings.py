@@ -226,6 +226,21 @@ def test_a_cell_that_is_no_number(folder: Path, capsys: pytest.CaptureFixture[st
         told_well(told, lines=4)
 
 
+ODD_TABLES = {
+    "heights that are all gaps": "y [mm],height [um]\n" + "".join(f"{i},\n" for i in range(20)),
+    "a line that ends inside": "y [mm],height [um]\n0.1,1\r2\n0.2,2\n" + "0.3,\r\n" * 3,
+    "line ends of all kinds": PROFILE.replace("\n", "\r", 7).replace("\n", "\r\n", 9),
+}
+
+
+@pytest.mark.parametrize("what", ODD_TABLES)
+def test_a_table_nobody_would_write(folder: Path, capsys: pytest.CaptureFixture[str], what: str) -> None:
+    write(folder, profile="")
+    (folder / "profile.csv").write_bytes(ODD_TABLES[what].encode())
+    assert left_with("check", "small.toml") in (0, 3, 5)
+    assert "a bug in twindisc" not in capsys.readouterr().err
+
+
 # Names of folders, and what is written into them
 
 FOLDERS = ["a b", "a'b", 'a"b', "a\\b", "a\nb", "a\tb", "a#b", "a$b", "a=b", "a%b", "a[b]", "a{b}", "a*b", "a?b", "-a"]

@@ -139,6 +139,8 @@ def read_profile(
     for which in np.unique(np.stack([disc, iteration]), axis=1).T:
         rows = np.flatnonzero((disc == which[0]) & (iteration == which[1]))
         records.append((which, _record(table, rows, rig, as_recorded=as_recorded)))
+    if not any(len(y) for _, (y, _, _) in records):
+        table.note("no row holds both a place and a height", line=1)
     table.check()
     samples = ProfileSamples(
         y=np.concatenate([y for _, (y, _, _) in records]),

@@ -77,7 +77,7 @@ class Sheet:
         if self.cells is not None:
             below = [(line, row) for line, row in self.cells.items() if line > self.line and any(row)]
             return _cell_by_cell(below, places, width)
-        total = self.text.count(b"\n", self.start) + 1
+        total = self.text.count(b"\n", self.start) + self.text.count(b"\r", self.start) + 1
         lines, counts = np.empty(total, dtype=np.int32), np.empty(total, dtype=np.int32)
         numbers = np.empty((len(places), total)).T
         text: dict[tuple[int, int], str] = {}
@@ -186,8 +186,11 @@ def _content(line: str) -> bool:
 
 
 def _cells(line: str, delimiter: str) -> list[str]:
-    """The cells of one line; none where a quote is not closed in it."""
-    return [] if line.count('"') % 2 else next(csv.reader([line], delimiter=delimiter), [])
+    """The cells of one line; none where a quote is not closed in it, or a line ends inside."""
+    try:
+        return [] if line.count('"') % 2 else next(csv.reader([line], delimiter=delimiter), [])
+    except csv.Error:
+        return []
 
 
 def _blocks(text: bytes, begin: int) -> Iterator[bytes]:
