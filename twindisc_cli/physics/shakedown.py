@@ -65,9 +65,9 @@ def limits(traction_ratio: ArrayLike, a: float, b: float) -> tuple[Floats, Float
 
 
 def _shape(ratio: float) -> float:
-    """The t of Lundberg and Palmgren for a/b."""
-    if ratio == 0.0:
-        return 1.0
+    """The t of Lundberg and Palmgren for a/b; NaN where that is none."""
+    if ratio == 0.0 or not np.isfinite(ratio):
+        return 1.0 if ratio == 0.0 else np.nan
     return float(brentq(lambda t: np.sqrt((t * t - 1.0) * (2.0 * t - 1.0)) - ratio, 1.0, 2.0 + ratio))
 
 
