@@ -6,6 +6,7 @@ Worn profile and its patch: CONTACT, open-source release of 2025-07-23, revision
 import numpy as np
 import pytest
 
+from twindisc_cli.physics import hertz
 from twindisc_cli.physics.half_space import CoarseGridError, DataEdgeError, NoContactError, ProfileError
 from twindisc_cli.physics.half_space.strips import equivalent_ellipse, solve_strips
 
@@ -163,3 +164,16 @@ def test_errors_say_what_is_wrong():
         solve_strips(y=y**3, gap=y**2 / 60e-3, **RIG)
     with pytest.raises(NoContactError, match="positive"):
         solve_strips(y=y, gap=y**2 / 60e-3, **RIG | {"normal_load": 0.0})
+
+
+@pytest.mark.parametrize("strips", [121, 241, 481])
+@pytest.mark.parametrize("crown", [20.0, 200.0, 1000.0])
+def test_patches_far_longer_than_wide_settle(crown: float, strips: int) -> None:
+    """a/b of 6.9, 27 and 68, in strips a hundredth to a thousandth as wide as long: Hertz within 1 %."""
+    expected = hertz.contact_ellipse(
+        curvature_x=33.0, curvature_y=33.0 * crown, normal_load=72.0, effective_modulus=113e9
+    )
+    y = np.linspace(-1.6, 1.6, strips) * float(expected.b)
+    found = solve_strips(y=y, gap=16.5 * crown * y**2, curvature_x=33.0, normal_load=72.0, effective_modulus=113e9)
+    assert float(found.peak_pressure) == pytest.approx(float(expected.p0), rel=0.01)
+    assert float(found.half_length.max()) == pytest.approx(float(expected.a), rel=0.01)
