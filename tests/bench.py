@@ -14,9 +14,10 @@ import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from time import perf_counter, sleep
+from time import perf_counter
 from typing import Any
 
+import bench_campaigns
 import numpy as np
 
 ROOT = Path(__file__).parents[1]
@@ -511,78 +512,16 @@ def commands() -> Iterator[Row]:
             yield at_most("  its peak memory", memory, 500.0, "MB", ".0f")
 
 
-WEAR_TESTS, FEW_CHARTS, MANY_CHARTS = 200, 500, 2000
-"""Tests of the campaigns that are timed."""
-
-
 def campaigns() -> Iterator[Row]:
-    """Two workers against one, the overhead beside the same work in one process, and memory over the tests."""
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        loads = load_map(folder, WEAR_TESTS)
-        alone = in_one_process("simulate-wear", loads)
-        one, _ = campaign(folder / "one", "simulate-wear", loads, workers=1)
-        two, _ = campaign(folder / "two", "simulate-wear", loads, workers=2)
-        yield Row(
-            f"{WEAR_TESTS} wear tests: two workers against one", f"{one / two:.2f} times", ">= 1.8", one / two >= 1.8
-        )
-        yield at_most("  overhead of a test, one worker", 1e3 * (one - alone) / WEAR_TESTS, 20.0, "ms")
-        few, small = campaign(folder / "few", "friction-chart", load_map(folder, FEW_CHARTS), workers=2)
-        many, large = campaign(folder / "many", "friction-chart", load_map(folder, MANY_CHARTS), workers=2)
-        growth = (many / MANY_CHARTS) / (few / FEW_CHARTS)
-        yield Row(f"{MANY_CHARTS} charts: time of a test, to that of {FEW_CHARTS}", f"{growth:.2f} times", "", None)
-        yield at_most(f"  peak memory of all processes (of {FEW_CHARTS}: {small:.0f})", large, 400.0, "MB", ".0f")
+    return bench_campaigns.workers(at_most, Row)  # type: ignore[return-value]
 
 
-def load_map(folder: Path, count: int) -> Path:
-    """A campaign file: the test in air at so many loads."""
-    path = folder / f"loads{count}.toml"
-    span = f"{{ from = 20.0, to = 200.0, count = {count} }}"
-    base = (CONFIGS / "ambient.toml").as_posix()
-    path.write_text(f'base = "{base}"\n[vary]\nrig.normal_load_N = {span}\nmodel.wear_coefficient = [6e-5]\n')
-    return path
+def campaigns_on_a_cluster() -> Iterator[Row]:
+    return bench_campaigns.on_cluster(at_most, Row)  # type: ignore[return-value]
 
 
-def in_one_process(command: str, loads: Path) -> float:
-    """Seconds of the same tests computed and drawn one after the other, without reading or writing anything."""
-    from twindisc_cli.campaign.plan import plan
-    from twindisc_cli.commands._runner import quiet
-    from twindisc_cli.definition import load_text
-
-    tests = [load_text(job.text or "", job.path) for job in plan([str(loads)])]
-    quiet(command, tests[0], Path())
-    start = perf_counter()
-    for test in tests:
-        quiet(command, test, Path())
-    return perf_counter() - start
-
-
-def campaign(folder: Path, command: str, loads: Path, *, workers: int) -> tuple[float, float]:
-    """Seconds of a campaign, and the most memory that all its processes had together [MB], shared pages once."""
-    arguments = ["campaign", command, str(loads), "-o", str(folder), "--workers", str(workers)]
-    start, peak = perf_counter(), 0.0
-    running = subprocess.Popen(
-        [sys.executable, "-m", "twindisc_cli", *arguments], stdout=subprocess.DEVNULL, start_new_session=True
-    )
-    while running.poll() is None:
-        peak = max(peak, session_memory(running.pid))
-        sleep(0.2)
-    if running.returncode:
-        raise RuntimeError(f"exit {running.returncode} of {' '.join(arguments)}")
-    return perf_counter() - start, peak
-
-
-def session_memory(leader: int) -> float:
-    """Proportional set size of the processes of a session [MB]."""
-    total = 0
-    for process_folder in Path("/proc").glob("[0-9]*"):
-        try:
-            if int((process_folder / "stat").read_text().rpartition(")")[2].split()[3]) == leader:
-                rollup = (process_folder / "smaps_rollup").read_text()
-                total += int(re.search(r"Pss:\s*(\d+)", rollup)[1])  # type: ignore[index]
-        except (OSError, TypeError):
-            continue  # it has just ended
-    return total / 1024.0
+def campaigns_killed() -> Iterator[Row]:
+    return bench_campaigns.kills(at_most, Row)  # type: ignore[return-value]
 
 
 def close_loop() -> Iterator[Row]:
@@ -660,6 +599,8 @@ SECTIONS = {
     "contact speed": contact_speed,
     "commands": commands,
     "campaigns": campaigns,
+    "campaigns: cluster": campaigns_on_a_cluster,
+    "campaigns: kills": campaigns_killed,
     "close-loop": close_loop,
 }
 
