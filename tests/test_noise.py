@@ -299,3 +299,38 @@ def test_a_tilt_of_the_profile_is_no_noise(slope: float) -> None:
     found = profile_noise(with_profile(track + slope * y + 1e-7 * np.random.default_rng(0).standard_normal(len(y)), y))
     assert found.std == pytest.approx(1e-7, rel=0.15)
     assert found.correlation <= 0.2
+
+
+def test_an_uncertainty_counts_sample_by_sample() -> None:
+    rng = np.random.default_rng(3)
+    samples = traction_samples(HISTORY, TIME, 0.5 + 0.01 * rng.standard_normal(len(TIME)), 0.004)
+    uncertainty = np.where(np.arange(len(TIME)) % 2, 0.002, 0.02)
+    test = experiment(HISTORY, measured=Measured(traction=replace(samples, uncertainty=uncertainty)))
+    noise = traction_noise(test)
+    np.testing.assert_allclose(noise.whiten(uncertainty[None])[0], 1.0, rtol=1e-12)
+
+
+def test_repeats_in_different_steps_tell_the_noise() -> None:
+    # one sample a step, three creepages driven eight times each: 24 samples less three levels
+    steps = history(np.tile([0.02, 0.04, 0.08], 8), 1)
+    rng, found = np.random.default_rng(4), []
+    for _ in range(DRAWS):
+        samples = traction_samples(steps, steps.end_time, 0.5 + 0.01 * rng.standard_normal(24), np.nan)
+        untimed = replace(samples, time=np.full(24, np.nan))
+        noise = traction_noise(experiment(steps, measured=Measured(traction=untimed)))
+        assert noise.estimated
+        found.append(noise.std)
+    assert np.mean(found) == pytest.approx(0.01, rel=3.0 / np.sqrt(2 * 21 * DRAWS) + 0.05)
+
+
+@pytest.mark.parametrize("growth", [0.0, 1.5])
+def test_a_noise_that_grows_with_time_is_seen(growth: float) -> None:
+    seen = []
+    for seed in range(DRAWS):
+        rng = np.random.default_rng(seed)
+        true = np.exp(growth * (TIME / TIME[-1] - 0.5))
+        noise = traction_noise(with_traction(0.5 + 0.005 * true * rng.standard_normal(len(TIME))))
+        seen.append(noise.sizes is not None)
+        if noise.sizes is not None:
+            assert np.corrcoef(np.log(noise.sizes), np.log(true))[0, 1] > 0.99
+    assert np.mean(seen) >= 0.95 if growth else not any(seen)

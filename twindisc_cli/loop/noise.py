@@ -14,7 +14,7 @@ Source: D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320-338.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -34,6 +34,9 @@ LONGER = 2.5
 LONGEST_OUTLIER = 3
 FAR = 5.0
 PASSES = 3
+GROWS = 8.0
+"""Gain in log likelihood [nats] from which a noise is taken to grow: one record of even noise in 16,000 shows it."""
+GROWTHS = np.linspace(-3.0, 3.0, 61)
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,7 @@ class Noise:
     series (sample,): where a sample stands in which uninterrupted series; estimated: False where it had to be assumed;
     cautious: standard deviation and correlation to whiten with, the longest correlation near the likeliest. What is
     taken for noise too long is missed only in the smallest effects, what is taken too short becomes an effect.
+    sizes (sample,): standard deviation of each sample over std; None: they are alike.
     """
 
     std: float
@@ -53,6 +57,7 @@ class Noise:
     series: Ints
     estimated: bool
     cautious: tuple[float, float] | None = None
+    sizes: Floats | None = None
 
     def at(self, kept: Mask, position: Floats, series: Ints) -> Noise:
         """The same noise for other samples."""
@@ -68,7 +73,7 @@ class Noise:
         """White noise of unit variance from values (..., sample), without the outliers: (..., kept sample)."""
         order = self.order
         std, correlation = self.cautious or (self.std, self.correlation)
-        part = values[..., order] / std
+        part = values[..., order] / (std if self.sizes is None else std * self.sizes[order])
         if correlation == 0.0:
             return np.asarray(part)
         link = _links(self.position[order], self.series[order], correlation)
@@ -85,8 +90,34 @@ def _links(position: Floats, series: Ints, correlation: float) -> Floats:
 
 def given(uncertainty: Floats, times: Floats) -> Noise:
     """Noise of samples whose standard deviation is known, each (sample,)."""
-    kept = np.ones(len(times), dtype=bool)
-    return Noise(float(np.sqrt(np.mean(uncertainty**2))), 0.0, kept, times, np.zeros(len(times), np.int64), True)
+    kept, std = np.ones(len(times), dtype=bool), float(np.sqrt(np.mean(uncertainty**2)))
+    return Noise(std, 0.0, kept, times, np.zeros(len(times), np.int64), True, sizes=uncertainty / std)
+
+
+def growing(noise: Noise, left: Floats, over: Iterable[Floats]) -> Noise:
+    """The noise with sizes that go as exp(b x) with one of some covariates x (sample,), where the samples show it.
+
+    left: what is left of the samples beside their trend (sample,). Neighbours that say the same count once.
+    """
+    best, sizes = GROWS, None
+    alike = (1.0 - noise.correlation) / (1.0 + noise.correlation)
+    for covariate in over:
+        low, high = float(covariate.min()), float(covariate.max())
+        if not noise.estimated or not high > low:
+            continue
+        x = (covariate - low) / (high - low)
+        x, used = x - x[noise.kept].mean(), left[noise.kept]
+        powers = np.mean((used * np.exp(-GROWTHS[:, None] * x[noise.kept])) ** 2, axis=1)
+        gain = -0.5 * alike * len(used) * np.log(powers / np.mean(used**2))
+        if gain.max() > best:
+            grown = np.exp(GROWTHS[int(np.argmax(gain))] * x)
+            best, sizes = float(gain.max()), grown / np.sqrt(np.mean(grown[noise.kept] ** 2))
+    return noise if sizes is None else replace(noise, sizes=sizes)
+
+
+def beside(values: Floats, trend: Floats, kept: Mask) -> Floats:
+    """What is left of values (sample,) beside a trend (sample, column) fitted to those that are kept."""
+    return _detrended(values, trend, kept)
 
 
 def polynomials(at: Floats, group: Ints, degree: int, samples_each: int) -> Floats:

@@ -9,8 +9,8 @@ import numpy as np
 from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Scale, known
 from twindisc_cli.loop.channels._held_out import held_out_samples
 from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, waves
-from twindisc_cli.loop.noise import Noise, estimate, given, polynomials, recurring
-from twindisc_cli.model.experiment import Experiment, Floats, Ints, TractionSamples
+from twindisc_cli.loop.noise import Noise, beside, estimate, given, growing, polynomials, recurring
+from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, TractionSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.points import sample_times
 
@@ -54,11 +54,22 @@ def noise(test: Experiment) -> Noise:
         way = (samples.creepage < 0.0).astype(np.int64)
         trends = [polynomials(np.log(np.maximum(np.abs(samples.creepage), 1e-9)), way, 8, 10)]
     else:
-        trends = [polynomials(times, samples.step, degree, 6) for degree in range(4)]
+        # a curve without time: equal conditions in different steps are repeats
+        group = samples.step if timed else _conditions(test.history)[samples.step]
+        trends = [polynomials(times, group, degree, 6) for degree in range(4)]
         if timed and len(times) > 3 * (trends[-1].shape[1] + KNOTS):
             trends += [recurring(times, samples.step, trend, KNOTS) for trend in trends]
     size = float(np.sqrt(np.mean(samples.ratio**2)))
-    return estimate(samples.ratio, trends, times, np.zeros_like(samples.step), size, correlated=timed)
+    found = estimate(samples.ratio, trends, times, np.zeros_like(samples.step), size, correlated=timed)
+    load = np.log(test.history.load_factor[test.history.iteration_at(times)])
+    return growing(found, beside(samples.ratio, trends[-1], found.kept), [load, *([times] if timed else [])])
+
+
+def _conditions(history: History) -> Ints:
+    """Number of the creepage, load, speed and yaw that each step has (step,)."""
+    first = np.unique(history.step, return_index=True)[1]
+    rows = np.stack([history.creepage, history.load_factor, history.speed_factor, history.yaw], axis=1)[first]
+    return np.asarray(np.unique(rows, axis=0, return_inverse=True)[1].ravel(), dtype=np.int64)
 
 
 def _generic(model: ForwardModel, prediction: Prediction) -> Iterator[Generic]:
