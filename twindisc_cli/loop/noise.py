@@ -37,6 +37,8 @@ PASSES = 3
 GROWS = 8.0
 """Gain in log likelihood [nats] from which a noise is taken to grow: one record of even noise in 16,000 shows it."""
 GROWTHS = np.linspace(-3.0, 3.0, 61)
+_ALIKE = 2.0 / 3.0
+"""Squares of differences of neighbours that count as one on their own: each shares a sample with the next."""
 
 
 @dataclass(frozen=True)
@@ -97,20 +99,24 @@ def given(uncertainty: Floats, times: Floats) -> Noise:
 def growing(noise: Noise, left: Floats, over: Iterable[Floats]) -> Noise:
     """The noise with sizes that go as exp(b x) with one of some covariates x (sample,), where the samples show it.
 
-    left: what is left of the samples beside their trend (sample,). Neighbours that say the same count once.
+    left: what is left of the samples beside their trend (sample,). It is seen in the differences of neighbours, cut off
+    where they are far: what changes slowly, or jumps, is no noise.
     """
     best, sizes = GROWS, None
-    alike = (1.0 - noise.correlation) / (1.0 + noise.correlation)
+    order = noise.order
+    steps = np.diff(left[order])
+    used = np.clip(steps, -FAR * scatter(steps), FAR * scatter(steps)) if len(steps) else steps
     for covariate in over:
         low, high = float(covariate.min()), float(covariate.max())
-        if not noise.estimated or not high > low:
+        if not noise.estimated or not high > low or not np.any(used):
             continue
         x = (covariate - low) / (high - low)
-        x, used = x - x[noise.kept].mean(), left[noise.kept]
-        powers = np.mean((used * np.exp(-GROWTHS[:, None] * x[noise.kept])) ** 2, axis=1)
-        gain = -0.5 * alike * len(used) * np.log(powers / np.mean(used**2))
+        between = 0.5 * (x[order][1:] + x[order][:-1])
+        middle = float(between.mean())
+        powers = np.mean((used * np.exp(-GROWTHS[:, None] * (between - middle))) ** 2, axis=1)
+        gain = -0.5 * _ALIKE * len(used) * np.log(powers / np.mean(used**2))
         if gain.max() > best:
-            grown = np.exp(GROWTHS[int(np.argmax(gain))] * x)
+            grown = np.exp(GROWTHS[int(np.argmax(gain))] * (x - middle))
             best, sizes = float(gain.max()), grown / np.sqrt(np.mean(grown[noise.kept] ** 2))
     return noise if sizes is None else replace(noise, sizes=sizes)
 
