@@ -399,6 +399,7 @@ def run(test: Test) -> Result:
     problems = [finding for finding in found if not finding.ok]
     summary = [f"{len(found)} checks, {len(problems)} contradictions"]
     summary += [f"  contradiction: {finding.message}" for finding in problems]
+    summary += [f"  ok: {finding.message}" for finding in found if finding.ok]
     return Result(
         command="check",
         summary=tuple(summary),

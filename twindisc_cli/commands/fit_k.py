@@ -171,14 +171,28 @@ def _findings(fit: WearFit, stated: dict[str, float], mass: MassFit | None) -> t
 
 def _summary(fit: WearFit) -> tuple[str, ...]:
     squares = fit.least_squares
+    agrees = fit.method == "least squares"
+    why = (
+        "depth and shape of the profile agree"
+        if agrees
+        else "the profile has another shape than the model's: its depth is met, its width is not, and the ± holds both"
+    )
     return (
-        f"K = {fit.wear_coefficient:.3g} ± {fit.std:.2g}, by {fit.method}",
+        f"K = {fit.wear_coefficient:.3g} ± {fit.std:.2g} (one standard deviation), by {fit.method}: {why}",
+        *_wide(fit.wear_coefficient, fit.std),
         f"bisection on depth: {fit.bisection.wear_coefficient:.3g} after {len(fit.bisection.trail)} simulations; "
         f"least squares on the profile: {squares.value:.3g} ± {squares.std:.2g}",
         f"depth {fit.simulated.depth * 1e6:.3g} µm (measured {fit.measured.depth * 1e6:.3g}), "
         f"width {fit.simulated.width * 1e3:.3g} mm (measured {fit.measured.width * 1e3:.3g})",
-        f"worn volume and dissipated energy ({fit.energy * 1e-3:.3g} kJ) allow K = {fit.allowed:.3g}",
+        f"worn volume and dissipated energy ({fit.energy * 1e-3:.3g} kJ) allow K = {fit.allowed:.3g}, "
+        "whatever the shape of the track",
     )
+
+
+def _wide(value: float, std: float) -> tuple[str, ...]:
+    """A warning where the 90 % interval is as wide as the value."""
+    wide = 2.0 * 1.645 * std > value
+    return ("warning: the 90 % interval of K is as wide as K itself: these data hardly fix it",) if wide else ()
 
 
 def _figure(test: Experiment, fit: WearFit, stated: dict[str, float], mass: MassFit | None) -> Figure:
@@ -200,7 +214,7 @@ def _dataset(fit: WearFit) -> Dataset:
             Array("height", ("y",), fit.simulated_height, "m", "simulated height change"),
             Array("least_squares_height", ("y",), fit.squares_height, "m", "height change at the least-squares K"),
             Array("bisection_K", ("trial",), k, "1", "wear coefficient tried"),
-            Array("bisection_Er", ("trial",), error, "percent", "depth error of Eq. 17"),
+            Array("bisection_Er", ("trial",), error / 100.0, "1", "depth error of Eq. 17"),
         ),
         attrs={"K": fit.wear_coefficient, "K_std": fit.std, "method": fit.method, "K_allowed": fit.allowed},
     )
