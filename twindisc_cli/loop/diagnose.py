@@ -39,7 +39,7 @@ from twindisc_cli.loop.screen import Leftover, leftover
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.loop.validate import Foretold, foretell
-from twindisc_cli.loop.weighing import alike, in_its_place, weighed
+from twindisc_cli.loop.weighing import Weighed, alike, in_its_place, weighed
 from twindisc_cli.model.experiment import Experiment
 
 PLACES = 60
@@ -154,7 +154,8 @@ def _found(found: Outcome) -> tuple[list[FoundEffect], list[FoundLaw]]:
         effect = found.answer.effect(name)
         channel = found.problem.shown_in(effect)
         remains = _remains(found, channel)
-        probability, rivals = weighed(found, name)
+        weight = weighed(found, name)
+        probability, rivals = weight.probability, weight.rivals
         probability *= 1.0 - remains
         strength = _strength(found, probability, rivals)
         if isinstance(effect, Trial):
@@ -307,20 +308,21 @@ def _tried(found: Outcome) -> list[Tried]:
     for name in found.answer.terms:
         others = found.answer.labels - {found.answer.label(name)}
         short = next((m for m in found.members if m.labels == others), found.search.base)
-        own = next(i for i, m in enumerate(found.members) if m.labels == found.answer.labels)
-        places = [(own, found.answer, found.answer.label(name)), *in_its_place(found, name)]
-        told += [_place(found, name, short, member, label, float(found.shares[i])) for i, member, label in places]
+        weight = weighed(found, name)
+        places = [(found.answer, found.answer.label(name)), *((m, label) for _, m, label in in_its_place(found, name))]
+        told += [_place(found, name, short, member, label, weight) for member, label in places]
     if not found.answer.terms:
         told = [
-            _place(found, "", found.search.base, member, next(iter(member.labels)), float(found.shares[i]))
-            for i, member in enumerate(found.members)
+            _place(found, "", found.search.base, member, label, Weighed(np.nan, (), {label: float(share)}, {}))
+            for member, share in zip(found.members, found.shares, strict=True)
+            for label in member.labels
             if len(member.labels) == 1
         ]
     return sorted(told, key=lambda t: (t.replaces, -t.evidence))
 
 
 def _place(
-    found: Outcome, name: str, short: Explanation, member: Explanation, label: tuple[str, ...], share: float
+    found: Outcome, name: str, short: Explanation, member: Explanation, label: tuple[str, ...], weight: Weighed
 ) -> Tried:
     chosen = member.labels == found.answer.labels
     effect = next(member.effect(term) for term in member.terms if member.label(term) == label)
@@ -329,13 +331,14 @@ def _place(
     if not refused and not chosen:
         if member.fit.at_bound:
             refused = f"{' and '.join(n.rpartition('.')[2] for n in member.fit.at_bound)} at a bound"
+        elif label in weight.same:
+            refused = f"{_text(weight.same[label])} in other words"
         elif not found.answer.terms or behind > THRESHOLDS.within:
             refused = "explains less"
-    gain = short.fit.chi2 - member.fit.chi2
-    channel = found.problem.shown_in(effect)
+    share = weight.chances.get(label, 0.0) if np.isfinite(found.shares).all() else np.nan
     return Tried(
-        channel, name, _text(label), len(label) == 2, gain, member.evidence - found.answer.evidence,
-        share, member.fit.at_bound, refused, chosen and bool(name),
+        found.problem.shown_in(effect), name, _text(label), len(label) == 2, short.fit.chi2 - member.fit.chi2,
+        member.evidence - found.answer.evidence, share, member.fit.at_bound, refused, chosen and bool(name),
     )  # fmt: skip
 
 
@@ -418,7 +421,7 @@ def _notes(found: Outcome) -> list[str]:
 
 def _next(found: Outcome, left: Sequence[Unexplained]) -> NextExperiment | None:
     """Separate the explanations that cannot be told apart; else tell apart what the leftover depends on."""
-    labels = {label for name in found.answer.terms for label, _ in weighed(found, name)[1]}
+    labels = {label for name in found.answer.terms for label, _ in weighed(found, name).rivals}
     rivals = [member for member in found.members if member.labels & labels]
     if rivals:
         alive = [found.answer, *rivals[: THRESHOLDS.separated - 1]]

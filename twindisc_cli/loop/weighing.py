@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from twindisc_cli.effects import catalogue
+from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.loop.explain import Outcome
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.thresholds import THRESHOLDS
@@ -25,33 +28,50 @@ def in_its_place(found: Outcome, name: str) -> list[tuple[int, Explanation, Labe
     ]
 
 
-def weighed(found: Outcome, name: str) -> tuple[float, list[tuple[Label, float]]]:
-    """Probability of a term, and the terms that cannot be told from it with theirs.
+@dataclass(frozen=True)
+class Weighed:
+    """How probable a term of the answer is, NaN where nothing was resampled, and what cannot be told from it.
 
-    These stand for it in any explanation without it, alone or with others. A law whose response is that of an effect,
-    the term's own or one that stands for it, counts for the effect: it is the same mechanism in other words. What does
-    something else than the term where it is added in its place is no rival. The set ends where it is probable enough.
+    rivals: terms with their probability, by falling probability. chances: the probability of each term that stands in
+    its place, itself among them. same: laws that are an effect in other words, with that effect: they count for it.
+    """
+
+    probability: float
+    rivals: Sequence[tuple[Label, float]]
+    chances: Mapping[Label, float]
+    same: Mapping[Label, Label]
+
+
+def weighed(found: Outcome, name: str) -> Weighed:
+    """Weigh a term against what stands for it in any explanation without it, alone or with others.
+
+    What does something else than the term where it is added in its place is no rival. The set ends where it is probable
+    enough.
     """
     own, shares = found.answer.label(name), found.shares
     if not np.isfinite(shares).all():
         shares = np.array([np.exp((m.evidence - found.answer.evidence) / found.answer.heat) for m in found.members])
         shares = np.minimum(shares, 1e6) / np.sum(np.minimum(shares, 1e6))
     places = {own: found.answer} | {label: member for _, member, label in in_its_place(found, name)}
-    same = {label: _in_other_words(found, name, label, places) for label in places if label != own}
+    words = {label: _in_other_words(found, name, label, places) for label in places if label != own}
+    same = {label: effect for label, effect in words.items() if effect != label}
     strangers = {label for label in places if alike(found, name, places[label], found.answer) < THRESHOLDS.kin}
-    chances: dict[Label, float] = {}
+    chances, together = dict[Label, float](), dict[Label, float]()
     for member, share in zip(found.members, shares, strict=True):
-        for label in {same.get(label, label) for label in _stand_ins(found, name, member)} - strangers:
+        labels = set(_stand_ins(found, name, member)) - strangers
+        for label in labels:
             chances[label] = chances.get(label, 0.0) + float(share)
-    probability = chances.pop(own, 0.0)
-    rivals = sorted(chances.items(), key=lambda pair: -pair[1])
+        for label in {same.get(label, label) for label in labels}:
+            together[label] = together.get(label, 0.0) + float(share)
+    probability = together.pop(own, 0.0)
+    rivals = sorted(together.items(), key=lambda pair: -pair[1])
     before = probability + np.cumsum([0.0, *(share for _, share in rivals)])
     near = [
         pair
         for pair, held in zip(rivals, before, strict=False)
         if pair[1] > THRESHOLDS.rival_share and held < THRESHOLDS.set_share
     ]
-    return probability if np.isfinite(found.shares).all() else np.nan, near
+    return Weighed(probability if np.isfinite(found.shares).all() else np.nan, near, chances, same)
 
 
 def _stand_ins(found: Outcome, name: str, member: Explanation) -> list[Label]:
@@ -79,10 +99,15 @@ def _stand_ins(found: Outcome, name: str, member: Explanation) -> list[Label]:
 
 
 def _in_other_words(found: Outcome, name: str, label: Label, places: Mapping[Label, Explanation]) -> Label:
-    """The effect whose response a law has in the place of a term; else the label itself."""
+    """The effect of a law's stage whose response it has in the place of a term; else the label itself."""
     if len(label) == 1:
         return label
-    effects = [other for other, member in places.items() if len(other) == 1 and not member.fit.at_bound]
+    stage = QUANTITIES[label[0]].stage
+    effects = [
+        other
+        for other, member in places.items()
+        if len(other) == 1 and catalogue()[other[0]].stage == stage and not member.fit.at_bound
+    ]
     shares = [alike(found, name, places[label], places[other]) for other in effects]
     best = int(np.argmax(shares)) if shares else 0
     return effects[best] if shares and shares[best] > THRESHOLDS.alike else label
