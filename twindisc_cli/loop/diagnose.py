@@ -332,7 +332,7 @@ def _place(
         if member.fit.at_bound:
             refused = f"{' and '.join(n.rpartition('.')[2] for n in member.fit.at_bound)} at a bound"
         elif label in weight.same:
-            refused = f"{_text(weight.same[label])} in other words"
+            refused = "in other words"
         elif not found.answer.terms or behind > THRESHOLDS.within:
             refused = "explains less"
     share = weight.chances.get(label, 0.0) if np.isfinite(found.shares).all() else np.nan
