@@ -13,6 +13,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, fields, replace
 from functools import cache, partial
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -103,8 +104,8 @@ def without_block(low: float, high: float) -> tuple[list[str], float, float]:
     test = shipped("eurosprinter")
     samples = _traction(test)
     mask = (samples.creepage >= low) & (samples.creepage < high)
-    loop.withheld = lambda _test: {"traction": mask}  # type: ignore[assignment]
-    answer = diagnose([test], validate=None, progress=silent)
+    with patch.object(loop, "withheld", lambda _test: {"traction": mask}):
+        answer = diagnose([test], validate=None, progress=silent)
     error = answer.errors["traction"]
     return list(said(answer).named), error.held_out_before, error.held_out_after
 
@@ -171,13 +172,10 @@ def main() -> int:
     os.environ["OMP_NUM_THREADS"] = "1"
     with ProcessPoolExecutor(options.processes) as pool:
         seeds = [SEED + i for i in range(HALVES)]
-        train = pool.map(partial(of_halves, "eurosprinter"), seeds)
-        blocks = pool.map(without_block, *zip(*BLOCKS, strict=True))
-        learnt = list(pool.map(foretold, [choice(SEED + i) for i in range(CHOICES)]))
-        running_in = list(pool.map(partial(of_halves, "mtm_running_in"), seeds[:2]))
-        _tell_locomotive(list(train), list(blocks))
-        _tell_sweeps(learnt)
-        _tell_running_in(running_in)
+        train = list(pool.map(partial(of_halves, "eurosprinter"), seeds))
+        _tell_locomotive(train, list(pool.map(without_block, *zip(*BLOCKS, strict=True))))
+        _tell_sweeps(list(pool.map(foretold, [choice(SEED + i) for i in range(CHOICES)])))
+        _tell_running_in(list(pool.map(partial(of_halves, "mtm_running_in"), seeds[:2])))
     if options.figure:
         draw().savefig(options.figure, dpi=160)
     return 0
