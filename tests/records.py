@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from twindisc_cli.definition import load
 from twindisc_cli.loop import explain as loop
 from twindisc_cli.loop.channels import channels, measured_channels
+from twindisc_cli.loop.channels._channel import known
 from twindisc_cli.loop.diagnose import diagnose
 from twindisc_cli.loop.diagnosis import Diagnosis, Estimate
 from twindisc_cli.loop.explain import Outcome, explain
@@ -273,9 +274,7 @@ def _draw_sweeps(axis: Axes) -> None:
 
 
 def _traction(test: Experiment) -> TractionSamples:
-    samples = test.measured.traction
-    assert samples is not None
-    return samples
+    return known(test.measured.traction)
 
 
 if __name__ == "__main__":

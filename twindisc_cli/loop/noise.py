@@ -121,11 +121,6 @@ def growing(noise: Noise, left: Floats, over: Iterable[Floats]) -> Noise:
     return noise if sizes is None else replace(noise, sizes=sizes)
 
 
-def beside(values: Floats, trend: Floats, kept: Mask) -> Floats:
-    """What is left of values (sample,) beside a trend (sample, column) fitted to those that are kept."""
-    return _detrended(values, trend, kept)
-
-
 def polynomials(at: Floats, group: Ints, degree: int, samples_each: int) -> Floats:
     """Legendre polynomials of `at` inside each group (sample, column), at most one for so many samples."""
     columns = []
@@ -185,7 +180,7 @@ def estimate(
     if free < FEWEST_FREE:
         return assumed
     for _ in range(PASSES):
-        left = _detrended(values, trend, kept)
+        left = detrended(values, trend, kept)
         paid = np.sqrt(kept.sum() / max(kept.sum() - trend.shape[1], 1))
         kept = np.abs(left) <= FAR * max(paid * scatter(left[kept]), 1e-300)
     record = _Record(values, position, series, correlated)
@@ -193,9 +188,9 @@ def estimate(
         calm = kept & _calm(left, trend, kept)
         (_, correlation), _ = _reml(record.only(calm), trend[calm])
         kept &= ~_stray(left, kept, position, series, correlation)
-        left = _detrended(values, trend, kept)
+        left = detrended(values, trend, kept)
     trend = min((t[order] for t in trends), key=lambda t: _criterion(record.only(kept), t[kept]))
-    left = _detrended(values, trend, kept)
+    left = detrended(values, trend, kept)
     calm = kept & _calm(left, trend, kept)
     (std, correlation), cautious = _reml(record.only(calm), trend[calm])
     if std <= STILL * size:
@@ -244,7 +239,7 @@ def scatter(values: Floats) -> float:
     return 1.4826 * float(np.median(np.abs(values)))
 
 
-def _detrended(values: Floats, trend: Floats, kept: Mask) -> Floats:
+def detrended(values: Floats, trend: Floats, kept: Mask) -> Floats:
     """Values without the trend (sample, column) that fits those that are kept."""
     return np.asarray(values - trend @ np.linalg.lstsq(trend[kept], values[kept], rcond=None)[0])
 

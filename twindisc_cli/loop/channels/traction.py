@@ -9,7 +9,7 @@ import numpy as np
 from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Scale, known
 from twindisc_cli.loop.channels._held_out import held_out_samples
 from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, waves
-from twindisc_cli.loop.noise import Noise, beside, estimate, given, growing, polynomials, recurring
+from twindisc_cli.loop.noise import Noise, detrended, estimate, given, growing, polynomials, recurring
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, TractionSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.points import sample_times
@@ -62,7 +62,7 @@ def noise(test: Experiment) -> Noise:
     size = float(np.sqrt(np.mean(samples.ratio**2)))
     found = estimate(samples.ratio, trends, times, np.zeros_like(samples.step), size, correlated=timed)
     load = np.log(test.history.load_factor[test.history.iteration_at(times)])
-    return growing(found, beside(samples.ratio, trends[-1], found.kept), [load, *([times] if timed else [])])
+    return growing(found, detrended(samples.ratio, trends[-1], found.kept), [load, *([times] if timed else [])])
 
 
 def _conditions(history: History) -> Ints:
