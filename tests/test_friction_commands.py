@@ -89,7 +89,7 @@ def test_every_interval_says_that_it_is_of_90_percent(ambient):
 def figure_words(figure: Figure) -> list[str]:
     """Titles and legends of a figure."""
     legends = [text.get_text() for axes in figure.axes for text in axes.get_legend().get_texts()]
-    return [axes.get_title() for axes in figure.axes] + legends
+    return [axes.get_title(loc="left") for axes in figure.axes] + legends
 
 
 def test_an_effect_of_an_unknown_temperature_is_left_out_and_that_is_said(tmp_path, capsys):

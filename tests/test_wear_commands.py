@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -107,6 +108,22 @@ def test_where_the_shapes_differ_the_error_takes_in_both_methods(fitted):
     apart = fitted["K_least_squares"] - fitted["K_bisection"]
     assert fitted["method"] == "bisection"
     assert fitted["K_std"] == pytest.approx(np.hypot(fitted["K_least_squares_std"], apart))
+
+
+def test_one_k_is_to_be_used_and_the_others_say_why_they_differ(fitted):
+    known = {k["name"]: k for k in fitted["K_known"]}
+    assert [name for name, k in known.items() if k["use"]] == ["bisection"]
+    assert known["bisection"]["K"] == fitted["K"]
+    half = 1.6449 * fitted["K_std"]
+    assert [fitted["K_low"], fitted["K_high"]] == pytest.approx([fitted["K"] - half, fitted["K"] + half], rel=1e-3)
+    # Archard's law conserves the volume: W H = K E whatever the shape of the track
+    share = float(re.search(r"wears (\d+) %", known["W H / E"]["why"])[1])
+    assert share == pytest.approx(100.0 * fitted["K"] / known["W H / E"]["K"], abs=0.5)
+    assert not known["reported"]["from_data"]
+    told = outcome("ambient", "fit-k").summary
+    assert told[0].startswith("use K = (5.7 ± 2.9)e-5 (one standard deviation), by bisection")
+    assert any(line.startswith("warning: the 90 % interval of K is as wide as K") for line in told)
+    assert all(any(line.strip().startswith(name) for line in told) for name in known if name != "bisection")
 
 
 def test_the_printed_k_is_impossible(fitted):

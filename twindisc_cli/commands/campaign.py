@@ -170,7 +170,9 @@ def _result(name: str, command: str, rows: Sequence[Row], shared: Sequence[Commo
 
 
 def _provenance(rows: Sequence[Row]) -> str:
-    return " and ".join(sorted({row.provenance for row in rows} - {""}))
+    from twindisc_cli.report.words import listed
+
+    return listed(sorted({row.provenance for row in rows} - {""}))
 
 
 def _origin(name: str, rows: Sequence[Row]) -> Origin:

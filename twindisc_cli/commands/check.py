@@ -14,6 +14,7 @@ General rules, for any test; each compares a value with the range that geometry 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -370,7 +371,7 @@ def small_patch(facts: Facts) -> Iterator[Finding]:
                       "a plane contact, whose ends do not count,")  # fmt: skip
         return
     ratio, longest = float(patch.a / patch.b), kalker.RATIO_RANGE[1]
-    yield Finding("theory", "the axis ratio a/b", ratio, 0.0, longest, "1", "Kalker's coefficients")
+    yield Finding("theory", "the axis ratio a/b", ratio, 0.0, longest, "1", "the range of Kalker's coefficients")
 
 
 RULES: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
@@ -416,7 +417,8 @@ def run(test: Test) -> Result:
 def _figure(test: Experiment, found: list[Finding]) -> Figure:
     from twindisc_cli.figures.consistency import consistency
 
-    labels = [finding.subject for finding in found]
+    several = Counter(finding.subject for finding in found)
+    labels = [f"{f.subject}, {f.why.split()[0]}" if several[f.subject] > 1 else f.subject for f in found]
     strains = [finding.strain for finding in found]
     return consistency(labels, strains, title=f"{test.name}: consistency", note=test.measured.provenance)
 

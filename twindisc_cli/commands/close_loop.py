@@ -49,10 +49,11 @@ def result_of(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None
     from twindisc_cli.figures.close_loop import figure
     from twindisc_cli.results.store import png
 
-    title = f"{listed([t.experiment.name for t in tests])}: {told.sentences(diagnosis)[0]}"
+    title = f"{listed([t.experiment.name for t in tests])}: closed loop"
     kinds = [test.experiment.measured.provenance for test in tests]
     experiments = [test.experiment for test in tests]
-    drawn = figure(diagnosis, experiments, title=title, provenance=told.provenance(kinds))
+    verdict = told.sentences(diagnosis)[0]
+    drawn = figure(diagnosis, experiments, title=title, provenance=told.provenance(kinds), verdict=verdict)
     return Result(
         command="close-loop",
         summary=tuple(summary(diagnosis)),

@@ -12,11 +12,13 @@ import numpy as np
 from twindisc_cli.commands._base import friction_of_steps
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import ValidityError
+from twindisc_cli.identify.known_k import KnownK, known_from_mass, known_from_profile
 from twindisc_cli.identify.mass import MassFit, identify_from_mass
 from twindisc_cli.identify.regimes import Regime, regimes
 from twindisc_cli.identify.wear import WearFit, identify_wear
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.report.words import with_error
 from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 
 if TYPE_CHECKING:
@@ -35,21 +37,22 @@ def run(test: Test) -> Result:
     model = ForwardModel(experiment)
     mu, _ = friction_of_steps(model)
     mass = identify_from_mass(model, mu) if experiment.measured.mass is not None else None
+    stated = _stated(experiment)
     if mass is not None and experiment.measured.profile is None:
-        return _by_weight(experiment, mass)
+        return _by_weight(experiment, mass, known_from_mass(mass, stated))
     fit = identify_wear(model, mu)
     if not fit.bisection.converged:
         raise ValidityError(
             f"no K from {fit.bisection.bracket[0]:.2g} to {fit.bisection.bracket[1]:.2g} makes the simulated depth "
             f"{fit.measured.depth * 1e6:.3g} µm to within 1 %"
         )
-    stated = _stated(experiment)
+    known = known_from_profile(fit, mass, stated)
     return Result(
         command="fit-k",
-        summary=(*_summary(fit), *_mass_lines(mass), *_findings(fit, stated, mass)),
-        json=_json(fit, stated, mass),
+        summary=(*_lines_of(known), *_summary(fit), *_mass_lines(mass), *_findings(fit, stated, mass)),
+        json={**_json(fit, stated, mass), **_known_json(known)},
         dataset=_dataset(fit),
-        figure=lambda: _figure(experiment, fit, stated, mass),
+        figure=lambda: _figure(experiment, fit, known, mass),
     )
 
 
@@ -59,7 +62,7 @@ def _stated(test: Experiment) -> dict[str, float]:
     return {what: value for what, value in given.items() if np.isfinite(value)}
 
 
-def _by_weight(test: Experiment, mass: MassFit) -> Result:
+def _by_weight(test: Experiment, mass: MassFit, known: list[KnownK]) -> Result:
     """K of a test whose discs were weighed and not measured."""
     rows = (
         ("weighed_volume", mass.volume, "m3", "volume worn off the discs weighed", False),
@@ -69,8 +72,8 @@ def _by_weight(test: Experiment, mass: MassFit) -> Result:
     )
     return Result(
         command="fit-k",
-        summary=_mass_lines(mass),
-        json={**_mass_json(mass), "method": "mass"},
+        summary=(*_lines_of(known), *_mass_lines(mass)),
+        json={**_mass_json(mass), "method": "mass", **_known_json(known)},
         dataset=Dataset(
             axes=(Axis("weighing", mass.iteration, "1", "iterations completed when the discs were weighed"),),
             arrays=tuple(Array(name, ("weighing",), v, unit, what, optional) for name, v, unit, what, optional in rows),
@@ -117,10 +120,7 @@ def _mass_json(mass: MassFit) -> dict[str, Any]:
 def _mass_lines(mass: MassFit | None) -> tuple[str, ...]:
     if mass is None:
         return ()
-    error = f" ± {mass.std:.2g}" if np.isfinite(mass.std) else ""
-    lines = [f"K = {mass.wear_coefficient:.3g}{error}, by weight: {mass.volume[-1] * 1e9:.3g} mm³ were worn off"]
-    if len(mass.of_disc) > 1:
-        lines.append("of each disc: " + ", ".join(f"disc {disc} {k:.3g}" for disc, k in mass.of_disc.items()))
+    lines = [f"by weight {mass.volume[-1] * 1e9:.3g} mm³ were worn off"]
     found = _regimes(mass)
     if len(found) > 1:
         breaks = ", ".join(f"{np.exp(r.low):.3g} N/mm² (p = {r.p_value:.2g})" for r in found[1:])
@@ -169,37 +169,51 @@ def _findings(fit: WearFit, stated: dict[str, float], mass: MassFit | None) -> t
     )
 
 
-def _summary(fit: WearFit) -> tuple[str, ...]:
-    squares = fit.least_squares
-    agrees = fit.method == "least squares"
-    why = (
-        "depth and shape of the profile agree"
-        if agrees
-        else "the profile has another shape than the model's: its depth is met, its width is not, and the ± holds both"
-    )
+def _lines_of(known: list[KnownK]) -> tuple[str, ...]:
+    """The K to use, whether it is fixed at all, and every other with the reason why it differs."""
+    use = known[0]
+    level = "one standard deviation" if np.isfinite(use.std) else "no ±: one weighing without an uncertainty"
+    others = [f"  {k.name:<18} {with_error(k.value, k.std):<20} {k.why}" for k in known[1:]]
     return (
-        f"K = {fit.wear_coefficient:.3g} ± {fit.std:.2g} (one standard deviation), by {fit.method}: {why}",
-        *_wide(fit.wear_coefficient, fit.std),
-        f"bisection on depth: {fit.bisection.wear_coefficient:.3g} after {len(fit.bisection.trail)} simulations; "
-        f"least squares on the profile: {squares.value:.3g} ± {squares.std:.2g}",
-        f"depth {fit.simulated.depth * 1e6:.3g} µm (measured {fit.measured.depth * 1e6:.3g}), "
-        f"width {fit.simulated.width * 1e3:.3g} mm (measured {fit.measured.width * 1e3:.3g})",
-        f"worn volume and dissipated energy ({fit.energy * 1e-3:.3g} kJ) allow K = {fit.allowed:.3g}, "
-        "whatever the shape of the track",
+        f"use K = {with_error(use.value, use.std)} ({level}), by {use.name.removeprefix('by ')}: {use.why}",
+        *(("warning: the 90 % interval of K is as wide as K itself: these data hardly fix it",) if use.is_wide else ()),
+        *(("the others, and why they differ:", *others) if others else ()),
     )
 
 
-def _wide(value: float, std: float) -> tuple[str, ...]:
-    """A warning where the 90 % interval is as wide as the value."""
-    wide = 2.0 * 1.645 * std > value
-    return ("warning: the 90 % interval of K is as wide as K itself: these data hardly fix it",) if wide else ()
+def _known_json(known: list[KnownK]) -> dict[str, Any]:
+    use = known[0]
+    return {
+        "K_low": or_null(use.low),
+        "K_high": or_null(use.high),
+        "interval_percent": 90.0,
+        "K_known": [
+            {
+                "name": k.name,
+                "K": k.value,
+                "K_std": or_null(k.std),
+                "use": k.use,
+                "from_data": k.from_data,
+                "why": k.why,
+            }
+            for k in known
+        ],
+    }
 
 
-def _figure(test: Experiment, fit: WearFit, stated: dict[str, float], mass: MassFit | None) -> Figure:
+def _summary(fit: WearFit) -> tuple[str, ...]:
+    return (
+        f"depth {fit.simulated.depth * 1e6:.3g} µm (measured {fit.measured.depth * 1e6:.3g}), "
+        f"width {fit.simulated.width * 1e3:.3g} mm (measured {fit.measured.width * 1e3:.3g}), "
+        f"{len(fit.bisection.trail)} simulations of the bisection, dissipated energy {fit.energy * 1e-3:.3g} kJ",
+    )
+
+
+def _figure(test: Experiment, fit: WearFit, known: list[KnownK], mass: MassFit | None) -> Figure:
     from twindisc_cli.figures.wear import fitted
 
     weighed = (mass, _regimes(mass)) if mass else None
-    return fitted(fit, stated=stated, weighed=weighed, name=test.name, provenance=test.measured.provenance)
+    return fitted(fit, known=known, weighed=weighed, name=test.name, provenance=test.measured.provenance)
 
 
 def _dataset(fit: WearFit) -> Dataset:

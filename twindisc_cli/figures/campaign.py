@@ -8,7 +8,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from twindisc_cli.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, family, legend, name_axes, page
+from twindisc_cli.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    RED,
+    family,
+    legend,
+    logarithmic,
+    name_axes,
+    page,
+)
+from twindisc_cli.identify.regimes import FEWEST
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,6 +35,8 @@ if TYPE_CHECKING:
     from twindisc_cli.model.experiment import Floats
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, BLACK)
+WIDE = 15.0
+"""Creepages that span more than this factor are drawn on a logarithmic axis."""
 MOST_PARAMETERS = 3
 """Parameters of groups that are drawn."""
 NINETY = 1.645
@@ -30,10 +46,12 @@ ENERGY = "$T\\gamma/A$ [N/mm²]"
 
 def friction(table: Table, points: Points, groups: Sequence[Group], *, title: str, provenance: str) -> Figure:
     """mu over creepage of every test; of a group its mean, and the band in which 90 % of such tests lie."""
-    figure, (axes,) = page(1, 1, height=3.6, title=title, provenance=provenance)
+    figure, (axes,) = page(1, 1, height=3.9, title=title, provenance=provenance)
     names = table.texts("group")
     pooled = {group.name: group for group in groups if group.curve is not None}
     tests = np.array(table.texts("test"))[points.row]
+    if not any(names) and table.rows <= len(COLOURS):
+        names = table.texts("test")
     group_of = np.array(names)[points.row]
     for place, name in enumerate(dict.fromkeys(names)):
         colour = COLOURS[place % len(COLOURS)] if name else GREY
@@ -51,9 +69,13 @@ def friction(table: Table, points: Points, groups: Sequence[Group], *, title: st
         if curve is not None:
             axes.plot(curve.creepage, curve.mu, color=colour, linewidth=1.2)
             axes.fill_between(curve.creepage, curve.low, curve.high, color=colour, alpha=0.15, linewidth=0.0)
-    name_axes(axes, "creepage $\\upsilon_x$ [%]", "coefficient of friction $\\mu$ [1]", "bands: 90 % of such tests")
+    bands = "bands: 90 % of such tests" if pooled else ""
+    name_axes(axes, "creepage $\\upsilon_x$ [%]", "coefficient of friction $\\mu$ [1]", bands)
+    creepage = points.creepage[np.isfinite(points.creepage)]
+    if len(creepage) and creepage.min() > 0.0 and creepage.max() > WIDE * creepage.min():
+        logarithmic(axes.xaxis, *around(creepage))
     axes.set_ylim(0.0, None)
-    legend(axes, "best")
+    legend(axes, 4)
     return figure
 
 
@@ -62,13 +84,13 @@ def _points(axes: Axes, points: Points, inside: np.ndarray, style: str, colour: 
         return
     mu = points.mu[inside]
     bars = np.nan_to_num(np.maximum([mu - points.low[inside], points.high[inside] - mu], 0.0), posinf=0.0)
-    axes.errorbar(points.creepage[inside], mu, yerr=bars, linestyle="none", marker=style, markersize=3.5, color=colour,
-                  elinewidth=0.5, markerfacecolor="white", label=label)  # fmt: skip
+    axes.errorbar(points.creepage[inside], mu, yerr=bars, linestyle="none", marker=style, markersize=4.0, color=colour,
+                  elinewidth=0.6, markerfacecolor="white", label=label)  # fmt: skip
 
 
 def wear(table: Table, k: Sequence[Regime], rate: Sequence[Regime], *, title: str, provenance: str) -> Figure:
     """K and the wear rate over T gamma / A, with the regimes that the data show."""
-    figure, (left, right) = page(1, 2, height=3.2, title=title, provenance=provenance)
+    figure, (left, right) = page(1, 2, height=3.5, title=title, provenance=provenance)
     x = table.numbers("T gamma / A [N/mm2]")
     column = "K [1]" if np.any(table.numbers("K [1]") > 0.0) else "wear coefficient [1]"
     panels = (
@@ -81,18 +103,34 @@ def wear(table: Table, k: Sequence[Regime], rate: Sequence[Regime], *, title: st
             inside = np.array([group == name for group in groups])
             colour = COLOURS[place % len(COLOURS)] if name else GREY
             axes.errorbar(x[inside], y[inside], yerr=np.nan_to_num(std[inside]), linestyle="none", marker="o",
-                          markersize=3.5, markerfacecolor="white", color=colour, label=name or "tests")  # fmt: skip
-        regime_lines(axes, found)
-        axes.set_xscale("log")
-        axes.set_yscale("log")
-        name_axes(axes, ENERGY, label, f"{len(found)} regimes" if len(found) > 1 else "no break shown")
-        legend(axes, "best")
+                          markersize=4.5, elinewidth=0.8, markerfacecolor="white", color=colour,
+                          label=name or "tests, ± one standard deviation")  # fmt: skip
+        shown = (x > 0.0) & (y > 0.0)
+        regime_lines(axes, found, points=int(np.sum(shown)))
+        if np.any(shown):
+            logarithmic(axes.xaxis, *around(x[shown]))
+            low = np.maximum(y - np.nan_to_num(std), 0.3 * y)
+            logarithmic(axes.yaxis, *around(np.concatenate([low[shown], (y + np.nan_to_num(std))[shown]])))
+        name_axes(axes, ENERGY, label, regimes_said(found, points=int(np.sum(shown))))
+        legend(axes, 3)
     return figure
 
 
-def regime_lines(axes: Axes, found: Sequence[Regime]) -> None:
-    """The line of each regime, and the probability by chance of each break."""
-    for regime in found:
+def around(values: Floats) -> tuple[float, float]:
+    """Limits of a logarithmic axis, a little outside of positive values."""
+    return float(np.min(values)) / 1.15, float(np.max(values)) * 1.15
+
+
+def regimes_said(found: Sequence[Regime], *, points: int) -> str:
+    """How many regimes the points show, or that they are too few to show any."""
+    if points < 2 * FEWEST:
+        return f"{points} points, too few to show a break"
+    return f"{len(found)} regimes" if len(found) > 1 else "one regime: no break shown"
+
+
+def regime_lines(axes: Axes, found: Sequence[Regime], *, points: int) -> None:
+    """The line of each regime that has points enough, and the probability by chance of each break."""
+    for regime in found if points >= FEWEST else ():
         ends = np.array([regime.low, regime.high])
         axes.plot(np.exp(ends), np.exp(regime.intercept + regime.slope * ends), color=BLACK, linewidth=1.0)
         if np.isfinite(regime.p_value):
@@ -105,7 +143,8 @@ def effects(found: Sequence[Effect], shared: Sequence[Common], *, title: str, pr
     panels = [(common, term, key) for common in shared for term in common.found.shared for key in term.parameters]
     panels = panels[:MOST_PARAMETERS]
     rows = max([len(found), *(len(common.found.tests) for common, _, _ in panels), 1])
-    figure, (axes, *further) = page(1, 1 + len(panels), height=1.4 + 0.3 * rows, title=title, provenance=provenance)
+    figure, (axes, *further) = page(1, 1 + len(panels), height=1.6 + 0.3 * rows, title=title, provenance=provenance)
+    name_axes(axes, "probability in a test [1]", "", "" if found else "no effect was found in any test")
     labels = []
     for place, effect in enumerate(found):
         axes.plot(effect.probability, np.full(len(effect.probability), place), linestyle="none", marker="o",
@@ -115,7 +154,6 @@ def effects(found: Sequence[Effect], shared: Sequence[Common], *, title: str, pr
     axes.set_yticks(range(len(labels)), labels)
     axes.set_xlim(-0.02, 1.02)
     axes.set_ylim(max(len(labels), 1) - 0.5, -0.5)
-    name_axes(axes, "probability in a test [1]", "", "" if found else "no effect was found in any test")
     for panel, (common, term, key) in zip(further, panels, strict=True):
         _parameter(panel, [common.found.tests[i] for i in term.acts], term.parameters[key])
         name_axes(panel, f"{key.replace('_', ' ')} [{term.parameters[key].unit}]", "", term.name.replace("_", " "))
@@ -136,7 +174,7 @@ def _parameter(axes: Axes, tests: Sequence[str], found: SharedParameter) -> None
 def map_of(table: Table, varied: Sequence[str], results: Sequence[str], *, title: str, provenance: str) -> Figure:
     """Results over the first key that was varied; a line for each combination of the others."""
     lines = f"; lines: {', '.join(_last(name) for name in varied[1:])}" if varied[1:] else ""
-    figure, panels = page(1, len(results), height=3.2, title=f"{title}{lines}", provenance=provenance)
+    figure, panels = page(1, len(results), height=3.6, title=f"{title}{lines}", provenance=provenance)
     x = table.numbers(varied[0])
     others = list(zip(*(table.texts(name) for name in varied[1:]), strict=True)) if varied[1:] else [()] * table.rows
     kinds = list(dict.fromkeys(others))
@@ -149,7 +187,7 @@ def map_of(table: Table, varied: Sequence[str], results: Sequence[str], *, title
                       label=", ".join(kind) if len(kinds) <= 8 else "_")  # fmt: skip
         name_axes(axes, _last(varied[0]), name)
         if varied[1:] and len(kinds) <= 8:
-            legend(axes, "best")
+            legend(axes, 2)
     return figure
 
 

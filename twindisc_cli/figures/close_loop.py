@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+from matplotlib.gridspec import GridSpec, SubplotSpec
+from matplotlib.ticker import MaxNLocator
 
 from twindisc_cli.figures._loop_view import View, samples_over, views_of
 from twindisc_cli.figures.style import (
@@ -21,11 +22,13 @@ from twindisc_cli.figures.style import (
     PURPLE,
     RED,
     SMALL,
-    TEXT,
+    dress,
     family,
     legend,
+    logarithmic,
     name_axes,
-    page,
+    said,
+    sheet,
 )
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.diagnosis import Diagnosis, FoundLaw, Tried
@@ -34,46 +37,76 @@ from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.report import told
 from twindisc_cli.report.words import p_value, percent, plain_name, unit
 
-WIDE = 11.0
-ROW = 2.75
-LINE = 125
-COLUMNS = 3
-PARTS = (1.35, 1.0, 1.05)
-BINS = 20
-FEWEST = 5
-"""Places in a ranking, so that two bars do not fill it."""
-SHOWN, LONGEST, TITLE = 9, 44, 60
-ROOM = 1.42
-"""Width of a ranking over its longest bar, so that the remarks find room."""
+PANEL, STRIP, BAR, AXIS = 2.35, 0.62, 0.165, 0.62
+"""Height of a row of panels, of the steps above one, of a bar of a ranking, and of what is around the bars [inch]."""
+COLUMNS = 2
+BINS: Mapping[str, int] = {"y": 80}
+USUAL_BINS = 20
+SHOWN, LONGEST, TITLE = 8, 50, 44
+FEW = 40
+"""Samples up to which each is drawn as a point of its own."""
+LEFT, RIGHT = 1.15, 1.3
+"""Room of a ranking left of its bars for their names, and from their foot to the remarks, over the longest bar."""
 SHADE, BAND, REMARK = "#F1F1F1", "#E3E3E3", "#444444"
 CHOSEN, HOLDS = "#8FC1E3", "#A5D8C6"
 
 
-def figure(diagnosis: Diagnosis, tests: Sequence[Experiment], *, title: str, provenance: str) -> Figure:
-    """Draw all channels and the laws that were learnt. provenance: of the data, printed on the figure."""
+def figure(
+    diagnosis: Diagnosis, tests: Sequence[Experiment], *, title: str, provenance: str, verdict: str = ""
+) -> Figure:
+    """Draw all channels and the laws that were learnt, the verdict below. provenance: of the data, printed on it."""
     views, laws = views_of(diagnosis, tests), diagnosis.laws
-    rows = len(views) + -(-len(laws) // COLUMNS)
-    drawn, panels = page(rows, COLUMNS, height=0.6 + ROW * rows, title=fill(title, LINE), provenance=provenance)
-    drawn.set_figwidth(WIDE)
-    grid = panels[0].get_gridspec()
-    assert grid is not None
-    grid.set_width_ratios(PARTS)
-    for number, view in enumerate(views):
-        left, middle, right = panels[COLUMNS * number : COLUMNS * (number + 1)]
-        _course(left, view)
-        _leftover(middle, view)
-        _ranking(right, view)
-    below = panels[COLUMNS * len(views) :]
-    for axes, found in zip(below, laws, strict=False):
-        _law(axes, found, diagnosis)
-    for axes in below[len(laws) :]:
-        axes.remove()
+    rows = [row for number, view in enumerate(views) for row in _rows(number, view)]
+    steps = [row for row in rows if row[0] == "steps"]
+    rows = [row for row in rows if row not in steps[1:]]
+    rows += [("law", number, PANEL) for number in range(0, len(laws), COLUMNS)]
+    heights = [height for _, _, height in rows]
+    drawn = sheet(height=0.45 + sum(heights) + 0.16 * (1 + len(verdict) // 120), title=title, provenance=provenance)
+    said(drawn, verdict)
+    grid = drawn.add_gridspec(len(rows), COLUMNS, height_ratios=heights)
+    panels = {place: drawn.add_subplot(where) for place, where in _places(rows, grid, len(laws))}
+    dress([axes for (kind, _, _), axes in panels.items() if kind != "steps"])
+    for (kind, number, column), axes in panels.items():
+        if kind == "law":
+            _law(axes, laws[number + column], diagnosis)
+        else:
+            DRAW[kind, column](axes, views[number])
+        if kind == "steps":
+            axes.sharex(panels["course", number, 0])
     return drawn
+
+
+def _rows(number: int, view: View) -> list[tuple[str, int, float]]:
+    """The rows of a channel: its steps where they change over time, its course, what was tried; with their heights."""
+    ranked = len(_ranked(view))
+    steps = [("steps", number, STRIP)] if _levels(view) > 1 else []
+    tried = [("tried", number, AXIS + BAR * ranked)] if ranked else []
+    return [*steps, ("course", number, PANEL), *tried]
+
+
+def _places(
+    rows: Sequence[tuple[str, int, float]], grid: GridSpec, laws: int
+) -> Iterator[tuple[tuple[str, int, int], SubplotSpec]]:
+    """Every panel, by what it shows, of which channel or law, in which column; and where it stands."""
+    for row, (kind, number, _) in enumerate(rows):
+        if kind == "tried":
+            yield (kind, number, 0), grid[row, :]
+        elif kind == "steps":
+            yield (kind, number, 0), grid[row, 0]
+        else:
+            for column in range(COLUMNS if kind == "course" else min(COLUMNS, laws - number)):
+                yield (kind, number, column), grid[row, column]
+
+
+def _levels(view: View) -> int:
+    """How many creepages the steps drawn over time have."""
+    return len({round(span.creepage, 9) for span in view.spans})
 
 
 def _course(axes: Axes, view: View) -> None:
     """Measured samples with the model before and after, over the history or across the track."""
-    _history(axes, view)
+    for span in view.spans[1::2]:
+        axes.axvspan(span.begin, span.end, color=SHADE, linewidth=0.0, zorder=0)
     several = len(view.traces) > 1
     for trace, colour in zip(view.traces, family(len(view.traces)), strict=True):
         for chosen, what, shade in (
@@ -92,59 +125,46 @@ def _course(axes: Axes, view: View) -> None:
         if several and trace.label:
             axes.plot([], [], color=colour, linewidth=3.0, label=trace.label)
     if view.is_wide(view.along):
-        _logarithmic(axes)
-    name_axes(axes, view.scale(view.along).label, view.drawn.label, f"{view.channel}: measured and model")
-    _distinct(axes)
+        _wide(axes, np.concatenate([trace.x for trace in view.traces]))
+    if view.spans:
+        axes.set_xlim(view.spans[0].begin, view.spans[-1].end)
+    at = f", creepage {view.spans[0].creepage:.3g} %" if _levels(view) == 1 else ""
+    name_axes(axes, view.scale(view.along).label, view.drawn.label, f"{view.channel}: measured and model{at}")
+    legend(axes, 2)
 
 
 def _dots(axes: Axes, x: Floats, y: Floats, colour: object, label: str, *, among: int) -> None:
-    """Samples, small and pale where there are thousands, large and dark where there are a dozen."""
-    crowd = 1.0 / np.sqrt(max(among, 1))
+    """Samples: circles where there are a few dozen, small and pale points where there are thousands."""
+    if among <= FEW:
+        axes.plot(x, y, linestyle="none", marker="o", markersize=4.5, markerfacecolor="white", markeredgecolor=colour,
+                  markeredgewidth=1.0, label=label or None, zorder=3)  # fmt: skip
+        return
+    crowd = 1.0 / np.sqrt(among)
     size, opacity = float(np.clip(75.0 * crowd, 2.4, 6.0)), float(np.clip(10.0 * crowd, 0.35, 0.8))
     axes.plot(x, y, linestyle="none", marker=".", markersize=size, markeredgewidth=0.0, alpha=opacity,
               color=colour, label=label or None)  # fmt: skip
 
 
-def _logarithmic(axes: Axes) -> None:
-    """A logarithmic abscissa with plain numbers at 1, 2 and 5."""
-    axes.set_xscale("log")
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.xaxis.set_minor_locator(NullLocator())
+def _wide(axes: Axes, x: Floats) -> None:
+    """A logarithmic abscissa a little longer than its samples."""
+    logarithmic(axes.xaxis, float(np.min(x)) / 1.15, float(np.max(x)) * 1.15)
 
 
-def _distinct(axes: Axes) -> None:
-    """A legend that names everything once."""
-    handles, labels = axes.get_legend_handles_labels()
-    once = dict(zip(labels, handles, strict=True))
-    axes.legend(
-        list(once.values()), list(once), fontsize=SMALL - 0.5, loc="best", framealpha=0.85, edgecolor="none",
-        markerscale=2.5, handlelength=1.6,
-    )  # fmt: skip
-
-
-def _history(axes: Axes, view: View) -> None:
-    """The steps shaded in turn, their creepage on an axis of its own at the right."""
-    if not view.spans:
-        return
-    beside = axes.twinx()
-    for span in view.spans[1::2]:
-        beside.axvspan(span.begin, span.end, color=SHADE, linewidth=0.0, zorder=0)
+def _steps(axes: Axes, view: View) -> None:
+    """The creepage of each step over time."""
     gaps = [before.end < span.begin for before, span in pairwise(view.spans)]
     pause = np.flatnonzero(gaps) * 2 + 2
     edges = np.insert(np.array([[span.begin, span.end] for span in view.spans]).ravel(), pause, np.nan)
     levels = np.insert(np.repeat([span.creepage for span in view.spans], 2), pause, np.nan)
-    beside.plot(edges, levels, color=GREEN, linewidth=0.8, alpha=0.7)
-    beside.set_ylabel("creepage [%]", fontsize=TEXT, color=GREEN)
-    beside.tick_params(labelsize=SMALL, length=2.0, width=0.5, colors=GREEN)
+    axes.plot(edges, levels, color=GREEN, linewidth=1.0)
+    axes.set_ylabel("creepage\n[%]", fontsize=SMALL)
+    axes.tick_params(labelsize=SMALL, length=2.0, width=0.5)
+    axes.tick_params(axis="x", labelbottom=False)
     least, most = (reach(span.creepage for span in view.spans) for reach in (min, max))
-    beside.set_ylim(1.15 * min(least, 0.0), 1.15 * max(most, 1e-9))
-    for side in ("top", "left", "bottom"):
-        beside.spines[side].set_visible(False)
-    beside.spines["right"].set_color(GREEN)
-    beside.set_zorder(axes.get_zorder() - 1)
-    axes.patch.set_visible(False)
-    axes.set_xlim(view.spans[0].begin, view.spans[-1].end)
+    axes.set_ylim(1.15 * min(least, 0.0), 1.15 * max(most, 1e-9))
+    axes.locator_params(axis="y", nbins=3)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
 
 
 def _leftover(axes: Axes, view: View) -> None:
@@ -154,20 +174,21 @@ def _leftover(axes: Axes, view: View) -> None:
     measured = np.concatenate([trace.measured[trace.kept] for trace in view.traces])
     for name, colour, width in (("before", ORANGE, 2.4), ("after", BLUE, 1.2)):
         model = np.concatenate([getattr(trace, name)[trace.kept] for trace in view.traces])
-        _dots(axes, over, measured - model, colour, "", among=2 * len(over))
-        axes.plot(*_mean_course(over, measured - model), color=colour, linewidth=width, label=name)
+        _dots(axes, over, measured - model, colour, "", among=len(over))
+        bins = BINS.get(view.over, USUAL_BINS)
+        axes.plot(*_mean_course(over, measured - model, bins), color=colour, linewidth=width, label=f"{name}, mean")
     if view.is_wide(view.over):
-        _logarithmic(axes)
+        _wide(axes, over)
     axes.axhline(0.0, color=BLACK, linewidth=0.5)
-    name_axes(axes, view.scale(view.over).label, channels()[view.channel].rest, "what the model leaves")
-    legend(axes)
+    name_axes(axes, view.scale(view.over).label, channels()[view.channel].rest, fill(_outcome(view), TITLE))
+    legend(axes, 3)
 
 
-def _mean_course(over: Floats, values: Floats) -> tuple[Floats, Floats]:
+def _mean_course(over: Floats, values: Floats, bins: int) -> tuple[Floats, Floats]:
     """Means of values (sample,) at each level of a covariate, or in bins of as many samples where it has many."""
     levels, level = np.unique(over, return_inverse=True)
-    if len(levels) > BINS:
-        bounds = np.quantile(over, np.linspace(0.0, 1.0, BINS + 1)[1:-1])
+    if len(levels) > bins:
+        bounds = np.quantile(over, np.linspace(0.0, 1.0, bins + 1)[1:-1])
         level = np.searchsorted(bounds, over)
     count = np.bincount(level)
     used = count > 0
@@ -175,29 +196,33 @@ def _mean_course(over: Floats, values: Floats) -> tuple[Floats, Floats]:
     return means[0], means[1]
 
 
+def _ranked(view: View) -> list[Tried]:
+    """The explanations that are drawn."""
+    return told.ranked(view.diagnosis, view.channel)[:SHOWN]
+
+
 def _ranking(axes: Axes, view: View) -> None:
-    """How much of the misfit each explanation takes away, and why it was refused."""
-    ranked = told.ranked(view.diagnosis, view.channel)[:SHOWN]
-    title = _outcome(view.diagnosis, view.channel)
-    axes.set_yticks([])
-    axes.spines["left"].set_visible(False)
-    if not ranked:
-        axes.set_axis_off()
-        axes.text(0.5, 0.5, title, transform=axes.transAxes, ha="center", va="center", fontsize=TEXT)
-        return
+    """How much better each explanation makes the fit, and what came of it."""
+    ranked = _ranked(view)
     gains = [told.length(tried.gain) for tried in ranked]
     colours = [CHOSEN if t.chosen else BAND if t.refused else HOLDS for t in ranked]
     axes.barh(range(len(ranked)), gains, color=colours, height=0.78)
     longest = max(*gains, 1e-9)
+    axes.set_yticks([])
+    axes.spines["left"].set_position(("data", 0.0))
+    axes.spines["bottom"].set_bounds(0.0, RIGHT * longest)
     for place, tried in enumerate(ranked):
         label = fill(plain_name(tried.label), LONGEST)
         weight = "bold" if tried.chosen else "normal"
-        size = SMALL - 1.5 * min(label.count("\n"), 1)
-        axes.text(0.012 * longest, place, label, va="center", fontsize=size, fontweight=weight, linespacing=0.95)
-        axes.text(ROOM * longest, place, _remark(tried), va="center", ha="right", fontsize=SMALL - 0.5, color=REMARK)
-    axes.set_xlim(0.0, ROOM * longest)
-    axes.set_ylim(max(len(ranked), FEWEST) - 0.4, -0.6)
-    name_axes(axes, "misfit taken away [noise units]", "", title)
+        size = SMALL - 1.5 if "\n" in label else SMALL
+        axes.text(-0.02 * longest, place, label, va="center", ha="right", fontsize=size, fontweight=weight,
+                  linespacing=0.95)  # fmt: skip
+        axes.text(RIGHT * longest, place, _remark(tried), va="center", ha="right", fontsize=SMALL, color=REMARK)
+    axes.set_xlim(-LEFT * longest, RIGHT * longest)
+    axes.set_xticks([tick for tick in MaxNLocator(5).tick_values(0.0, longest) if tick <= 1.02 * longest])
+    axes.set_ylim(len(ranked) - 0.4, -0.6)
+    better = "how much better it fits: root of the fall of $\\chi^2$ (chance gives about 1)"
+    name_axes(axes, better, "", f"{view.channel}: what was tried, and what came of it")
 
 
 def _remark(tried: Tried) -> str:
@@ -207,18 +232,27 @@ def _remark(tried: Tried) -> str:
     return percent(tried.probability)
 
 
-def _outcome(diagnosis: Diagnosis, channel: str) -> str:
-    """What came of the search in this channel, as the title of its panel."""
-    if channel in told.together(diagnosis):
-        return "what was tried: explained"
+def _outcome(view: View) -> str:
+    """What came of the search in this channel, as the title of what the model leaves."""
+    diagnosis, channel = view.diagnosis, view.channel
     if channel in [left.channel for left in diagnosis.unexplained]:
-        return "what was tried: unexplained"
+        return "what the model leaves: part unexplained"
+    if channel in told.together(diagnosis):
+        return "what the model leaves"
     p = diagnosis.p_values.get(channel, float("nan"))
     if not np.isfinite(p):
-        return "not searched"
+        return "what the model leaves (not searched)"
     if diagnosis.effects or diagnosis.laws:
-        return "nothing else is missing here"
-    return f"nothing is missing here\n({p_value(p)}; alarm below {THRESHOLDS.alarm:g})"
+        return "left: nothing else is missing here"
+    return f"left: nothing is missing ({p_value(p)}; alarm < {THRESHOLDS.alarm:g})"
+
+
+DRAW: Mapping[tuple[str, int], Callable[[Axes, View], None]] = {
+    ("steps", 0): _steps,
+    ("course", 0): _course,
+    ("course", 1): _leftover,
+    ("tried", 0): _ranking,
+}
 
 
 def _law(axes: Axes, found: FoundLaw, diagnosis: Diagnosis) -> None:
@@ -238,5 +272,5 @@ def _law(axes: Axes, found: FoundLaw, diagnosis: Diagnosis) -> None:
     axes.set_ylim(low - 0.08 * (high - low), high + 0.12 * (high - low))
     across = f"{law.over.label} {law.over.symbol} [{unit(law.over.unit) or '1'}]"
     what = f"{'factor on' if one else 'shift of'} {law.of.label} [{unit(law.of.unit) or '1'}]"
-    name_axes(axes, across, fill(what, 34), fill(f"{found.formula} ({told.sureness(found)})", TITLE))
-    legend(axes)
+    name_axes(axes, across, fill(what, 28), fill(f"learnt: {found.formula} ({told.sureness(found)})", TITLE))
+    legend(axes, 3)

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from twindisc_cli.figures.style import BLACK, BLUE, ORANGE, RED, SMALL, TEXT, legend, legend_below, name_axes, page
+from twindisc_cli.figures.style import BLACK, BLUE, ORANGE, RED, SMALL, TEXT, dress, legend, name_axes, sheet
 from twindisc_cli.physics import shakedown
 
 Floats = NDArray[np.float64]
@@ -67,10 +67,11 @@ def fields_and_sections(
 ) -> Figure:
     """A row of maps for each theory, traction and sliding velocity; sections through the patch; the shakedown map."""
     rows = len(fields) + 2
-    figure, panels = page(rows, 2, height=2.55 * rows, title=f"{name}: contact at {case}", provenance=provenance)
-    panels.pop().remove()
-    lowest = panels.pop()
-    lowest.set_subplotspec(panels[0].get_subplotspec().get_gridspec()[-1, :])  # type: ignore[union-attr]
+    figure = sheet(height=2.45 * rows, title=f"{name}: contact at {case}", provenance=provenance)
+    grid = figure.add_gridspec(rows, 2)
+    panels = [figure.add_subplot(grid[row, column]) for row in range(rows - 1) for column in (0, 1)]
+    lowest = figure.add_subplot(grid[-1, :])
+    dress([*panels, lowest])
     _shakedown(lowest, under)
     traction = 1e-6 * max(float(np.hypot(*field.traction).max()) for field in fields)
     slip = max(float(np.hypot(*field.slip).max()) for field in fields)
@@ -96,7 +97,7 @@ def _shakedown(axes: Axes, under: Subsurface) -> None:
     axes.set_xlim(0.0, float(ratio[-1]))
     axes.set_ylim(0.0, top)
     name_axes(axes, "$T/N$ [1]", "$p_0/k$ [1]", "yield and shakedown, $k = H / (3 \\sqrt{3})$")
-    legend_below(axes, 4)
+    legend(axes, 4)
 
 
 def _map(axes: Axes, field: Field, vector: Floats, largest: float, what: str, unit: str) -> None:
@@ -117,7 +118,7 @@ def _map(axes: Axes, field: Field, vector: Floats, largest: float, what: str, un
     _zones(axes, field)
     axes.set_aspect("equal" if np.abs(y[inside]).max() < SLENDER * np.abs(x[inside]).max() else "auto")
     axes.grid(False)
-    name_axes(axes, "$y$ [mm]", "$x$, rolling upward [mm]", what)
+    name_axes(axes, "$y$ [mm]", "$x$, rolling up [mm]", what)
 
 
 def _frame(panels: Sequence[Axes], fields: Sequence[Field]) -> None:
@@ -158,7 +159,7 @@ def _middle(axes: Axes, fields: Sequence[Field], mu: float) -> None:
         axes.plot(x, 1e-6 * field.traction[0, row, order], color=colour, linewidth=1.3, label=label)
     name_axes(axes, "$x$ [mm]", "traction [MPa]", "traction along the middle strip")
     axes.set_ylim(0.0, None)
-    legend_below(axes, 2)
+    legend(axes, 2)
 
 
 def _power(axes: Axes, fields: Sequence[Field]) -> None:

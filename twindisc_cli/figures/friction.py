@@ -8,7 +8,20 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from twindisc_cli.figures.style import BLACK, BLUE, GREY, RED, family, legend, measured_points, name_axes, page, said
+from twindisc_cli.figures.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    RED,
+    SMALL,
+    family,
+    legend,
+    logarithmic,
+    measured_points,
+    name_axes,
+    page,
+    said,
+)
 from twindisc_cli.model.experiment import Measured
 
 if TYPE_CHECKING:
@@ -20,21 +33,21 @@ CREEPAGE, APPARENT = "creepage $\\upsilon_x$ [%]", "apparent friction $T/N$ [1]"
 
 def chart(one: Chart, many: Chart, measured: StepFriction | None, *, name: str, provenance: str) -> Figure:
     """Apparent friction of one mu (Fig. 6) and of a family with the 98 % line (Fig. 7), measured points on both."""
-    figure, (left, right) = page(1, 2, height=3.4, title=f"{name}: friction chart", provenance=provenance)
+    figure, (left, right) = page(1, 2, height=3.8, title=f"{name}: friction chart", provenance=provenance)
     left.plot(one.creepage * 100.0, one.apparent[0], color=BLUE, label=f"$\\mu$ = {one.mu[0]:.3g}")
     if np.isfinite(one.full_slip[0]):
         left.axvline(one.full_slip[0] * 100.0, color=GREY, linewidth=0.8, linestyle=":", label="full slip")
     name_axes(left, CREEPAGE, APPARENT, f"one $\\mu$: full slip from {one.full_slip[0] * 100.0:.2f} %")
-    for row, mu, colour in zip(many.apparent, many.mu, family(len(many.mu)), strict=True):
+    for place, (row, mu, colour) in enumerate(zip(many.apparent, many.mu, family(len(many.mu)), strict=True)):
         right.plot(many.creepage * 100.0, row, color=colour, linewidth=1.0)
-        right.annotate(f"{mu:.2f}", (many.creepage[-1] * 100.0, row[-1]), xytext=(4, 0), fontsize=5.5, va="center",
-                       textcoords="offset points", color=colour, annotation_clip=False)  # fmt: skip
+        if place % 2:
+            right.annotate(f"{mu:.1f}", (many.creepage[-1] * 100.0, row[-1]), xytext=(4, 0), fontsize=SMALL,
+                           va="center", textcoords="offset points", color=colour, annotation_clip=False)  # fmt: skip
     reached = many.light_line <= many.creepage[-1]
     right.plot(many.light_line[reached] * 100.0, 0.98 * many.mu[reached], color=RED, linewidth=1.2, linestyle="--",
                label="$T/N$ = 98 % of $\\mu$")  # fmt: skip
-    right.set_xscale("log")
-    right.set_xlim(15.0 * many.light_line[0], many.creepage[-1] * 115.0)
-    name_axes(right, CREEPAGE, APPARENT, "$\\mu$ from 0.05 to 0.70")
+    logarithmic(right.xaxis, 15.0 * min(many.light_line[0], many.creepage[-1] / 50.0), many.creepage[-1] * 115.0)
+    name_axes(right, CREEPAGE, APPARENT, f"$\\mu$ from {many.mu[0]:.2f} to {many.mu[-1]:.2f}, numbered")
     for axes in (left, right):
         if measured is not None:
             sense = np.where(measured.creepage < 0.0, -1.0, 1.0)
@@ -42,14 +55,14 @@ def chart(one: Chart, many: Chart, measured: StepFriction | None, *, name: str, 
             back = ", without sign" if np.any(sense < 0.0) else ""
             measured_points(axes, creepage, ratio, measured.half, label=f"{provenance}{back}, 90 % interval")
         axes.set_ylim(0.0, None)
-        legend(axes, "lower right" if axes is left else "upper left")
+        legend(axes, 2)
     left.set_xlim(0.0, None)
     return figure
 
 
 def identified(steps: StepFriction, measured: Measured, *, name: str, sentence: str) -> Figure:
     """The measured T/N over creepage (Fig. 2; over time where that is constant), and the mu behind each step."""
-    figure, (left, right) = page(1, 2, height=3.2, title=f"{name}: friction identified", provenance=measured.provenance)
+    figure, (left, right) = page(1, 2, height=3.6, title=f"{name}: friction identified", provenance=measured.provenance)
     said(figure, sentence)
     _traction(left, steps, measured)
     known, beyond = np.isfinite(steps.mu), np.isinf(steps.mu)
@@ -62,13 +75,13 @@ def identified(steps: StepFriction, measured: Measured, *, name: str, sentence: 
     right.plot(order, naive, linestyle="none", marker="_", markersize=9.0, color=BLACK, label="$T/N$ taken as $\\mu$")
     if np.any(beyond):
         right.plot(order[beyond], naive[beyond], linestyle="none", marker="x", color=RED, label="no $\\mu$ fits")
-    name_axes(right, "step", "coefficient of friction $\\mu$ [1]", "behind it, with its 90 % interval")
+    name_axes(right, "step", "coefficient of friction $\\mu$ [1]", "$\\mu$ behind each $T/N$, 90 % interval")
     right.set_xticks(order[:: int(np.ceil(len(order) / 12))])
     right.set_ylim(0.0, None)
     if not np.any(steps.ratio < 0.0):
         left.set_ylim(0.0, None)
     for axes in (left, right):
-        legend(axes, "lower right")
+        legend(axes, 2 if axes is right else 1)
     return figure
 
 
@@ -79,11 +92,9 @@ def _traction(axes: Axes, steps: StepFriction, measured: Measured) -> None:
         return
     if np.ptp(samples.creepage) < 0.1 * np.abs(samples.creepage).max() and np.all(np.isfinite(samples.time)):
         axes.plot(
-            samples.time, samples.ratio, linestyle="none", marker=".", markersize=2.0, color=GREY, label="samples"
+            samples.time, samples.ratio, linestyle="none", marker=".", markersize=3.0, color=GREY, label="samples"
         )
-        name_axes(
-            axes, "time [s]", APPARENT, f"measured traction at {np.mean(samples.creepage) * 100.0:.3g} % creepage"
-        )
+        name_axes(axes, "time [s]", APPARENT, f"measured at {np.mean(samples.creepage) * 100.0:.3g} % creepage")
         return
     if len(samples.ratio) > len(steps.ratio):
         axes.plot(
@@ -91,7 +102,7 @@ def _traction(axes: Axes, steps: StepFriction, measured: Measured) -> None:
             samples.ratio,
             linestyle="none",
             marker=".",
-            markersize=2.5,
+            markersize=3.0,
             color=GREY,
             label="samples",
         )

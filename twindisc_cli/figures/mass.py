@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
-from twindisc_cli.figures.campaign import regime_lines
-from twindisc_cli.figures.style import BLUE, ORANGE, legend, measured_points, name_axes, page
+from twindisc_cli.figures.campaign import ENERGY, around, regime_lines, regimes_said
+from twindisc_cli.figures.style import BLUE, ORANGE, legend, logarithmic, measured_points, name_axes, page
 
 if TYPE_CHECKING:
     from twindisc_cli.identify.mass import MassFit
@@ -22,7 +21,7 @@ DISCS = {1: ORANGE, 2: BLUE}
 
 def weighed(fit: MassFit, found: Sequence[Regime], *, name: str, provenance: str) -> Figure:
     """Volume as weighed and at K over the dissipated energy, and the wear rate of each disc."""
-    figure, (left, right) = page(1, 2, height=3.2, title=f"{name}: wear by weight", provenance=provenance)
+    figure, (left, right) = page(1, 2, height=3.4, title=f"{name}: wear by weight", provenance=provenance)
     volume(left, fit, provenance=provenance)
     wear_rate(right, fit, found)
     return figure
@@ -36,7 +35,7 @@ def volume(axes: Axes, fit: MassFit, *, provenance: str) -> None:
               label=f"$K$ = {fit.wear_coefficient:.3g}")  # fmt: skip
     axes.set_xlim(0.0, None)
     axes.set_ylim(0.0, None)
-    legend(axes, "upper left")
+    legend(axes, 2)
     name_axes(axes, "dissipated energy [kJ]", "worn volume [mm³]", "weighed volume")
 
 
@@ -49,12 +48,10 @@ def wear_rate(axes: Axes, fit: MassFit, found: Sequence[Regime]) -> None:
         axes.errorbar(rates.index[mine] * 1e-6, rates.rate[mine] * 1e3, yerr=np.nan_to_num(half), linestyle="none",
                       marker="o", markersize=4.0, markerfacecolor="white", color=DISCS[int(disc)],
                       label=f"disc {disc}")  # fmt: skip
-    regime_lines(axes, found)
-    for scale, axis in ((axes.set_xscale, axes.xaxis), (axes.set_yscale, axes.yaxis)):
-        scale("log")
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axis.set_major_formatter(FormatStrFormatter("%g"))
-        axis.set_minor_formatter(NullFormatter())
-    name_axes(axes, "$T\\gamma/A$ [N/mm²]", "wear rate [µg/m/mm²]",
-              f"{len(found)} regimes" if len(found) > 1 else "no break shown")  # fmt: skip
-    legend(axes, "upper left")
+    shown = rates.rate > 0.0
+    regime_lines(axes, found, points=int(np.sum(shown)))
+    if np.any(shown):
+        logarithmic(axes.xaxis, *around(rates.index[shown] * 1e-6))
+        logarithmic(axes.yaxis, *around(rates.rate[shown] * 1e3))
+    name_axes(axes, ENERGY, "wear rate [µg/m/mm²]", regimes_said(found, points=int(np.sum(shown))))
+    legend(axes, 3)

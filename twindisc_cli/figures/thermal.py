@@ -28,25 +28,25 @@ def temperatures(
     samples = test.measured.temperature
     recorded = samples is not None or test.measured.traction is not None
     provenance = test.measured.provenance if recorded else ""
-    figure, (first, second, third) = page(3, 1, height=6.0, title=f"{test.name}: temperature", provenance=provenance)
+    figure, (first, second, third) = page(3, 1, height=6.6, title=f"{test.name}: temperature", provenance=provenance)
     said(figure, sentence)
     first.plot(time, disc, color=BLUE, label="disc, Eq. 18 exactly")
-    first.plot(*steps, color=ORANGE, linestyle="none", marker=".", markersize=3.0, label="disc, Eq. 19 step by step")
+    first.plot(*steps, color=ORANGE, linestyle="none", marker=".", markersize=4.0, label="disc, Eq. 19 step by step")
     if samples is not None:
         measured_points(first, samples.time, samples.temperature - ZERO_CELSIUS, label=provenance)
     if test.thermal is not None:
         environment = test.thermal.environment_temperature - ZERO_CELSIUS
         first.axhline(environment, color=GREEN, linewidth=0.8, linestyle="--", label="environment")
-    name_axes(first, "", "temperature [°C]", "mean temperature of the disc")
+    name_axes(first, "time [s]", "temperature [°C]", "mean temperature of the disc")
     second.plot(time, power, color=ORANGE, drawstyle="steps-pre")
-    name_axes(second, "", "power [W]", "dissipated power")
+    name_axes(second, "time [s]", "power [W]", "dissipated power")
     third.plot(time, hottest, color=RED, drawstyle="steps-pre", label="hottest point")
     third.plot(time, mean, color=ORANGE, drawstyle="steps-pre", label="mean of the patch")
     name_axes(third, "time [s]", "rise above the disc [K]", "flash temperature of the contact")
     second.set_ylim(0.0, None)
     third.set_ylim(0.0, None)
     for axes in (first, second, third):
-        axes.set_xlim(0.0, float(time[-1]))
-    legend(first, "upper left")
-    legend(third, "upper left")
+        axes.set_xlim(0.0, 1.01 * float(time[-1]))
+    legend(first, 4)
+    legend(third, 2)
     return figure

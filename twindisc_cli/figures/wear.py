@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
 
 from twindisc_cli.figures.mass import volume, wear_rate
 from twindisc_cli.figures.style import (
@@ -19,28 +18,32 @@ from twindisc_cli.figures.style import (
     ORANGE,
     RED,
     SMALL,
-    TEXT,
+    dress,
     family,
     legend,
-    legend_below,
+    logarithmic,
     name_axes,
     page,
+    sheet,
 )
+from twindisc_cli.report.words import number
 
 if TYPE_CHECKING:
+    from twindisc_cli.identify.known_k import KnownK
     from twindisc_cli.identify.mass import MassFit
     from twindisc_cli.identify.regimes import Regime
     from twindisc_cli.identify.wear import WearFit
     from twindisc_cli.identify.wear_history import WearHistory
 
-ACROSS, HEIGHT = "$y$ [mm]", "height change [µm]"
+ACROSS, HEIGHT, TIME = "$y$ [mm]", "height change [µm]", "time [s]"
 _PROFILES = 7
 
 
 def worn(history: WearHistory, *, name: str, provenance: str, measured: tuple[np.ndarray, np.ndarray] | None) -> Figure:
     """Creepage and mu of each iteration, profiles on the way, depth, width and patch; measured (y, height) [m]."""
-    figure, (top, profiles, size, patch) = page(2, 2, height=6.0, title=f"{name}: wear", provenance=provenance)
-    _loading(top, history)
+    figure, panels = page(3, 2, height=7.8, title=f"{name}: wear", provenance=provenance)
+    creepage, friction, profiles, depth, size, pressure = panels
+    _loading(creepage, friction, history)
     order = np.unique(np.linspace(0, len(history.time) - 1, _PROFILES).round().astype(int))
     for i, colour in zip(order, family(len(order)), strict=True):
         profiles.plot(
@@ -52,34 +55,30 @@ def worn(history: WearHistory, *, name: str, provenance: str, measured: tuple[np
         )
     name_axes(profiles, ACROSS, HEIGHT, "profile of disc 2")
     _around_the_track(profiles, history.y, history.height[-1], measured)
-    legend_below(profiles, 4)
-    size.plot(history.time, [t.depth * 1e6 for t in history.track], color=BLUE, label="depth [µm]")
-    size.plot(history.time, [t.width * 1e3 for t in history.track], color=ORANGE, label="width at 5 % depth [mm]")
-    name_axes(size, "time [s]", "depth [µm], width [mm]", "depth and width")
-    patch.plot(history.time, history.a * 1e3, color=GREEN, label="$a$, along rolling [mm]")
-    patch.plot(history.time, history.b * 1e3, color=BLUE, label="$b$, across [mm]")
-    patch.plot(history.time, history.p0 * 1e-9, color=RED, label="$p_0$ [GPa]")
-    name_axes(patch, "time [s]", "$a$, $b$ [mm], $p_0$ [GPa]", "contact patch")
-    for axes in (size, patch):
+    legend(profiles, 4)
+    depth.plot(history.time, [t.depth * 1e6 for t in history.track], color=BLUE)
+    name_axes(depth, TIME, "depth [µm]", "depth of the track")
+    size.plot(history.time, [t.width * 1e3 for t in history.track], color=ORANGE, label="track, at 5 % of its depth")
+    size.plot(history.time, 2e3 * history.b, color=BLUE, label="patch across, $2b$")
+    size.plot(history.time, 2e3 * history.a, color=GREEN, label="patch along, $2a$")
+    name_axes(size, TIME, "width [mm]", "width of track and patch")
+    legend(size, 2)
+    pressure.plot(history.time, history.p0 * 1e-6, color=RED)
+    name_axes(pressure, TIME, "$p_0$ [MPa]", "peak pressure")
+    for axes in (depth, size, pressure):
         axes.set_xlim(0.0, float(history.time[-1]))
         axes.set_ylim(0.0, None)
-        legend_below(axes, 3)
     return figure
 
 
-def _loading(axes: Axes, history: WearHistory) -> None:
-    """Creepage as bars and mu as a line over the iterations (Fig. 8)."""
+def _loading(creepage: Axes, friction: Axes, history: WearHistory) -> None:
+    """Creepage and mu over the iterations (Fig. 8)."""
     order = np.arange(1, len(history.time) + 1)
-    axes.bar(order, history.creepage * 100.0, width=0.9, color="#BBD7EA")
-    name_axes(axes, "iteration", "creepage [%]", "loading history")
-    other = axes.twinx()
-    other.plot(order, history.mu, color=RED, marker=".", markersize=2.5, linewidth=0.8)
-    other.set_ylim(0.0, 1.15 * float(np.nanmax(history.mu)))
-    other.set_ylabel("$\\mu$ [1]", fontsize=TEXT, color=RED)
-    other.tick_params(labelsize=SMALL + 0.5, length=2.5, width=0.6, colors=RED)
-    for side in ("top", "left", "bottom"):
-        other.spines[side].set_visible(False)
-    other.spines["right"].set(linewidth=0.6, color=RED)
+    creepage.bar(order, history.creepage * 100.0, width=0.9, color="#BBD7EA")
+    name_axes(creepage, "iteration", "creepage [%]", "creepage")
+    friction.plot(order, history.mu, color=RED, marker=".", markersize=4.0, linewidth=0.8)
+    friction.set_ylim(0.0, 1.15 * float(np.nanmax(history.mu)))
+    name_axes(friction, "iteration", "$\\mu$ [1]", "coefficient of friction")
 
 
 def _around_the_track(
@@ -97,23 +96,33 @@ def _around_the_track(
 def fitted(
     fit: WearFit,
     *,
-    stated: dict[str, float],
+    known: Sequence[KnownK],
     weighed: tuple[MassFit, Sequence[Regime]] | None,
     name: str,
     provenance: str,
 ) -> Figure:
-    """Measured and simulated profile, what is left, the bisection, and every K there is; stated K by what it is.
+    """Measured and simulated profile, what is left, the bisection, and every K there is.
 
     Of weighed discs a row more: the volume over the energy, and the wear rate with its regimes.
     """
-    rows = 3 if weighed else 2
-    title = f"{name}: wear coefficient"
-    figure, panels = page(rows, 2, height=2.8 * rows, title=title, provenance=provenance)
-    profile, left, trail, all_k = panels[:4]
+    rows = 4 if weighed else 3
+    figure = sheet(height=2.75 * rows - 0.6, title=f"{name}: wear coefficient", provenance=provenance)
+    grid = figure.add_gridspec(rows, 2)
+    profile, left, trail = (figure.add_subplot(grid[row, column]) for row, column in ((0, 0), (0, 1), (1, slice(None))))
+    by_weight = [figure.add_subplot(grid[2, column]) for column in (0, 1)] if weighed else []
+    all_k = figure.add_subplot(grid[-1, :])
+    dress([profile, left, trail, *by_weight, all_k])
     if weighed:
-        volume(panels[4], weighed[0], provenance=provenance)
-        wear_rate(panels[5], *weighed)
-        stated = {f"by weight, disc {disc}": k for disc, k in weighed[0].of_disc.items()} | stated
+        volume(by_weight[0], weighed[0], provenance=provenance)
+        wear_rate(by_weight[1], *weighed)
+    _profiles(profile, left, fit, provenance)
+    _trail(trail, fit)
+    coefficients(all_k, known)
+    return figure
+
+
+def _profiles(profile: Axes, left: Axes, fit: WearFit, provenance: str) -> None:
+    """Measured and simulated profile, and their difference."""
     y = fit.y * 1e3
     profile.plot(y, fit.height * 1e6, color=BLACK, linewidth=1.0, label=provenance)
     profile.plot(y, fit.simulated_height * 1e6, color=BLUE, linewidth=1.3, label=f"simulated, {fit.method}")
@@ -122,40 +131,38 @@ def fitted(
     name_axes(profile, ACROSS, HEIGHT, "profile of the worn disc")
     left.axhline(0.0, color=GREY, linewidth=0.6)
     left.plot(y, (fit.height - fit.simulated_height) * 1e6, color=BLUE, linewidth=1.0)
-    name_axes(left, ACROSS, "measured - simulated [µm]", "what the simulation misses")
+    name_axes(left, ACROSS, "measured − simulated [µm]", f"what {fit.method} misses")
     for axes in (profile, left):
         _around_the_track(axes, fit.y, fit.simulated_height, (fit.y, fit.height))
-    legend_below(profile, 3)
+    legend(profile, 2)
+
+
+def _trail(axes: Axes, fit: WearFit) -> None:
+    """The depth error of each K that the bisection tried."""
     k, error = np.array(fit.bisection.trail).T
-    trail.plot(np.arange(1, len(k) + 1), error, color=BLUE, marker="o", markersize=3.5)
-    trail.axhspan(-1.0, 1.0, color=GREEN, alpha=0.25, linewidth=0.0, label="|$E_r$| < 1 %")
-    shown = np.arange(0, len(k), int(np.ceil(len(k) / 6)))
-    trail.set_xticks(shown + 1, [f"{i + 1}\n{k[i]:.2e}" for i in shown], fontsize=SMALL - 0.5)
-    trail.margins(y=0.12)
-    name_axes(trail, "bisection, and its $K$", "$E_r$ [%]", "depth error of each $K$")
-    legend(trail, "lower right")
-    _coefficients(all_k, fit, stated)
-    return figure
+    axes.plot(np.arange(1, len(k) + 1), error, color=BLUE, marker="o", markersize=4.0)
+    axes.axhspan(-1.0, 1.0, color=GREEN, alpha=0.25, linewidth=0.0, label="|$E_r$| < 1 %")
+    shown = np.arange(0, len(k), int(np.ceil(len(k) / 8)))
+    axes.set_xticks(shown + 1, [f"{i + 1}\n{number(k[i])}" for i in shown])
+    axes.margins(y=0.12)
+    name_axes(axes, "", "$E_r$ [%]", "bisection: depth error of each $K$ (its number, and $K$)")
+    legend(axes)
 
 
-def _coefficients(axes: Axes, fit: WearFit, stated: dict[str, float]) -> None:
-    """Every K on one logarithmic axis: found, allowed by volume and energy, and stated elsewhere."""
-    squares = fit.least_squares
-    rows = {
-        "bisection on depth": (fit.bisection.wear_coefficient, 0.0, BLUE),
-        "least squares": (squares.value, squares.std, BLUE),
-        "$W H / E$ of the profile": (fit.allowed, 0.0, GREEN),
-        **{what: (value, 0.0, RED) for what, value in stated.items()},
-    }
-    for place, (value, std, colour) in enumerate(rows.values()):
-        axes.errorbar(value, place, xerr=std or None, color=colour, marker="o", markersize=4.5, elinewidth=0.9)
-        axes.annotate(
-            f"{value:.2e}", (value, place), xytext=(0, 5), textcoords="offset points", fontsize=SMALL, ha="center"
-        )
-    axes.set_yticks(np.arange(len(rows)), list(rows))
-    axes.set_ylim(len(rows) - 0.4, -0.6)
-    axes.set_xscale("log")
-    axes.xaxis.set_minor_formatter(NullFormatter())
-    values = [value for value, _, _ in rows.values()]
-    axes.set_xlim(min(values) / 3.0, max(values) * 3.0)
-    name_axes(axes, "wear coefficient $K$ [1]", "", "what each says")
+def coefficients(axes: Axes, known: Sequence[KnownK]) -> None:
+    """Every K on one logarithmic axis, the one to use first and bold, with its 90 % interval."""
+    for place, k in enumerate(known):
+        low, high = max(k.low, k.value / 30.0), min(k.high, k.value * 30.0)
+        bars = [[k.value - low], [high - k.value]] if np.isfinite(k.low) else None
+        colour = BLUE if k.use else GREY if k.from_data else RED
+        axes.errorbar(k.value, place, xerr=bars, color=colour, marker="o", markersize=6.0 if k.use else 4.5,
+                      elinewidth=0.9, linestyle="none")  # fmt: skip
+        axes.annotate(number(k.value), (k.value, place), xytext=(0, 5), textcoords="offset points",
+                      fontsize=SMALL, ha="center", fontweight="bold" if k.use else "normal")  # fmt: skip
+    axes.set_yticks(np.arange(len(known)), [k.name for k in known])
+    for label, k in zip(axes.get_yticklabels(), known, strict=True):
+        label.set_fontweight("bold" if k.use else "normal")
+    axes.set_ylim(len(known) - 0.5, -0.9)
+    values = [k.value for k in known]
+    logarithmic(axes.xaxis, min(values) / 4.0, max(values) * 4.0)
+    name_axes(axes, "wear coefficient $K$ [1]", "", "every $K$, bold the one to use; bars: 90 % intervals")
