@@ -10,8 +10,10 @@ import math
 import re
 import tomllib
 from base64 import b64decode
+from collections import Counter
 from dataclasses import replace
 from html.parser import HTMLParser
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -495,6 +497,73 @@ def test_page_is_whole_and_needs_nothing_beside_it(test: Test, kind: Any) -> Non
     assert "@media print" in html
 
 
+class Structure(HTMLParser):
+    """Tables with captions and header cells, images, headings, and the ids of a page."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.tables: list[Counter[str]] = []
+        self.scopes: list[str | None] = []
+        self.images: list[str] = []
+        self.headings: list[int] = []
+        self.ids: list[str] = []
+        self.lang = ""
+        self.feed(html)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = dict(attrs)
+        self.ids += [given["id"] or ""] if "id" in given else []
+        if tag == "html":
+            self.lang = given.get("lang") or ""
+        if tag == "table":
+            self.tables.append(Counter())
+        if tag in ("caption", "th", "td", "tr"):
+            self.tables[-1][tag] += 1
+        if tag == "th":
+            self.tables[-1][f"scope {given.get('scope')}"] += 1
+        if tag == "img":
+            self.images.append(given.get("alt") or "")
+        if re.fullmatch("h[1-6]", tag):
+            self.headings.append(int(tag[1]))
+
+
+@pytest.mark.parametrize("kind", [found, nothing, unknown, learnt])
+def test_page_can_be_heard(test: Test, kind: Any) -> None:
+    structure = Structure(page(result(kind, test)))
+    assert structure.lang == "en"
+    assert structure.tables
+    for cells in structure.tables:
+        assert cells["caption"] == 1
+        rows = cells["tr"] - 1
+        assert cells["th"] == cells["scope col"] + cells["scope row"]
+        assert cells["scope col"] >= 2
+        assert cells["scope row"] == rows >= 1
+        assert cells["th"] + cells["td"] == cells["scope col"] * cells["tr"]
+    assert structure.headings[0] == 1
+    assert structure.headings.count(1) == 1
+    assert all(deeper <= before + 1 for before, deeper in pairwise(structure.headings))
+    assert len(structure.ids) == len(set(structure.ids))
+
+
+def test_page_says_what_is_seen_in_its_figure(test: Test) -> None:
+    (seen,) = Structure(page(result(found, test))).images
+    assert "Traction: 60 samples; the model before is off by 0.0600 (root mean square), the model after by" in seen
+    assert "longest sensor drift, chosen: falling friction" in seen
+    (seen,) = Structure(page(result(nothing, test))).images
+    assert "Nothing was tried." in seen
+    (seen,) = Structure(page(result(learnt, test))).images
+    assert "1 - 0.123 exp(-τ / 68.1 s)" in seen
+
+
+def test_the_k_of_a_model_with_other_wear_is_not_to_be_used_alone(test: Test) -> None:
+    assert "lateral wander" in told.base_note(found(test))
+    assert "use it with revised.toml" in " ".join(Reader(page(result(found, test))).text("p").split())
+    assert told.base_note(nothing(test)) == ""
+    (line,) = [line for line in summary(found(test)) if line.startswith("base")]
+    assert "use them with revised.toml" in line
+    assert "± one standard deviation" in line
+
+
 def test_page_begins_with_the_verdict(test: Test) -> None:
     for kind in (found, nothing, unknown, learnt):
         diagnosis = kind(test)
@@ -513,7 +582,7 @@ def test_page_tells_effects_with_formula_source_and_interval(test: Test) -> None
 
 
 def test_page_lists_every_explanation_tried(test: Test) -> None:
-    cells = Reader(page(result(found, test))).text("td")
+    cells = Reader(page(result(found, test))).text("td", "th")
     for needed in (
         "falling friction 30.2 71 % added to the model traction",
         "film breakdown 30.0 29 % cannot be told from what was added",
@@ -527,7 +596,7 @@ def test_page_lists_every_explanation_tried(test: Test) -> None:
 
 
 def test_page_says_where_to_look_for_what_is_unexplained(test: Test) -> None:
-    cells = Reader(page(result(unknown, test))).text("td")
+    cells = Reader(page(result(unknown, test))).text("td", "th")
     assert "traction time a smooth trend 31 % p < 0.001 what changes as the test goes on" in cells
 
 

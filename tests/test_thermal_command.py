@@ -82,8 +82,31 @@ def test_convection_is_found_from_a_temperature():
     assert found.json["convection_W_K"] == pytest.approx(3.5, abs=3 * found.json["convection_W_K_std"])
     assert found.json["convection_W_K_std"] < 0.02
     assert found.json["convection_source"] == "from the measured temperature"
+    std = found.json["convection_W_K_std"]
+    assert found.json["convection_W_K_high"] - found.json["convection_W_K_low"] == pytest.approx(
+        2 * 1.645 * std, rel=1e-3
+    )
+    assert "(one standard deviation; 90 % interval 3." in found.summary[0]
+    assert not any("warning" in line for line in found.summary)
     figure = found.figure()
     assert "reconstructed data" in [text.get_text() for text in figure.texts]
+
+
+def test_a_convection_that_the_data_hardly_fix_is_warned_of():
+    # in 300 s at 0.25 % creepage the disc warms by far less than the noise of 5 K
+    test = shipped("ambient")
+    time = np.linspace(1.0, 300.0, 20)
+    noise = 5.0 * np.random.default_rng(5).standard_normal(len(time))
+    samples = TemperatureSamples(time=time, temperature=293.25 + noise)
+    unknown = replace(
+        test.experiment,
+        thermal=replace(test.experiment.thermal, convection=np.nan),
+        measured=replace(test.experiment.measured, temperature=samples),
+    )
+    found = thermal.run(replace(test, experiment=unknown))
+    wide = found.json["convection_W_K_high"] - found.json["convection_W_K_low"] > found.json["convection_W_K"]
+    assert wide
+    assert any("as wide as the convection itself" in line for line in found.summary)
 
 
 def test_what_is_missing_is_named(tmp_path):

@@ -96,7 +96,8 @@ def summary(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.unexplained and diagnosis.verdict != "unexplained":
         lines.append(f"unexplained: {listed(told.leftovers(diagnosis))} ({_significance(diagnosis)})")
     base = [f"{name} = {with_error(e.value, e.std, e.unit)}" for name, e in diagnosis.base.items()]
-    lines += [f"base: {', '.join(base)}"] if base else []
+    with_what = ", with what was added (use them with revised.toml)" if told.together(diagnosis) else ""
+    lines += [f"base{with_what}: {', '.join(base)} (± one standard deviation)"] if base else []
     if diagnosis.validation is not None:
         parts = [f"{channel_name(c)} {_before_after(e)}" for c, e in diagnosis.validation.errors.items()]
         lines.append(f"predicted, never fitted: {diagnosis.validation.test}: {', '.join(parts)}")

@@ -282,7 +282,7 @@ def _summary(
             "pressure alone makes, FASTSIM and every other command take the combined modulus"
         )
     for field in fields:
-        error = f" ± {field.error / point.normal_load:.1g}" if field.error else ""
+        error = f" ± {field.error / point.normal_load:.1g} (error of the grid)" if field.error else ""
         lines.append(
             f"{field.theory}: T/N = {field.force_x / point.normal_load:.4f}{error}, "
             f"sticks over {field.stick_fraction * 100.0:.1f} % of the patch"

@@ -26,11 +26,18 @@ def run(test: Test) -> Result:
     found = identify_friction(ForwardModel(experiment))
     return Result(
         command="identify-mu",
-        summary=(*_summary(found), *_note(experiment), *_softer(experiment, found)),
+        summary=(*_summary(found), *_wide(found), *_note(experiment), *_softer(experiment, found)),
         json={"interval_percent": 100.0 * CONFIDENCE, "steps": [_step(found, i) for i in range(len(found.mu))]},
         dataset=_dataset(found),
         figure=lambda: _figure(experiment, found),
     )
+
+
+def _wide(found: StepFriction) -> tuple[str, ...]:
+    """The steps whose interval is as wide as their mu."""
+    wide = [str(i + 1) for i in np.flatnonzero(np.isfinite(found.mu) & (found.high - found.low > found.mu))]
+    steps = f"step {', '.join(wide)}"
+    return (f"warning: at {steps} the 90 % interval is as wide as mu itself: these data hardly fix it",) if wide else ()
 
 
 def _note(test: Experiment) -> tuple[str, ...]:

@@ -11,11 +11,13 @@ from twindisc_cli.commands._base import contact_paths, friction_of_steps, wear_c
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import DefinitionError
 from twindisc_cli.identify.convection import identify_convection
+from twindisc_cli.identify.least_squares import NINETY
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, Thermal
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.physics.disc_heat import implicit_step
 from twindisc_cli.physics.flash import Flash, flash_temperature
+from twindisc_cli.report.words import with_error
 from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 
 if TYPE_CHECKING:
@@ -44,6 +46,13 @@ class Heat:
     source: str
     patch: str
 
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The 90 % interval of the convection [W/K], not below zero; NaN where it was given."""
+        if not np.isfinite(self.std):
+            return np.nan, np.nan
+        return max(self.convection - NINETY * self.std, 0.0), self.convection + NINETY * self.std
+
 
 def run(test: Test) -> Result:
     """Warm the disc through the history of a test."""
@@ -63,6 +72,9 @@ def run(test: Test) -> Result:
             "flash_mean_C": float(heat.flash.mean.max()),
             "convection_W_K": heat.convection,
             "convection_W_K_std": or_null(heat.std),
+            "convection_W_K_low": or_null(heat.interval[0]),
+            "convection_W_K_high": or_null(heat.interval[1]),
+            "interval_percent": 90.0,
             "convection_source": heat.source,
             "patch": heat.patch,
             "iterations": [_iteration(heat, i, int(point)) for i, point in enumerate(heat.of_iteration)],
@@ -144,11 +156,17 @@ def _iteration(heat: Heat, i: int, point: int) -> dict[str, Any]:
 
 def _summary(heat: Heat, start: float) -> tuple[str, ...]:
     hottest = int(np.argmax(heat.temperature))
-    error = f" ± {heat.std:.2g}" if np.isfinite(heat.std) else ""
+    low, high = heat.interval
+    level = f" (one standard deviation; 90 % interval {low:.4g} to {high:.4g})" if np.isfinite(low) else ""
     peak, when = heat.temperature[hottest], heat.time[hottest]
     flash, mean = heat.flash.maximum.max(), heat.flash.mean.max()
     return (
-        f"convection {heat.convection:.3g}{error} W/K, {heat.source}",
+        f"convection {with_error(heat.convection, heat.std, 'W K-1')}{level}, {heat.source}",
+        *(
+            ("warning: the 90 % interval is as wide as the convection itself: these data hardly fix it",)
+            if high - low > heat.convection
+            else ()
+        ),
         f"disc: rises by {peak - start:.3g} K to {peak - ZERO_CELSIUS:.4g} °C, at {when:.0f} s",
         f"flash: up to {flash:.3g} K at the hottest point above the disc, {mean:.3g} K on average over the patch",
         f"patch: {heat.patch}",

@@ -22,6 +22,7 @@ from twindisc_cli.figures.style import (
     name_axes,
     page,
 )
+from twindisc_cli.identify.least_squares import NINETY
 from twindisc_cli.identify.regimes import FEWEST
 
 if TYPE_CHECKING:
@@ -39,8 +40,6 @@ WIDE = 15.0
 """Creepages that span more than this factor are drawn on a logarithmic axis."""
 MOST_PARAMETERS = 3
 """Parameters of groups that are drawn."""
-NINETY = 1.645
-"""Half a 90 % interval in standard deviations."""
 ENERGY = "$T\\gamma/A$ [N/mm²]"
 
 

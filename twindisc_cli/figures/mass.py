@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from twindisc_cli.figures.campaign import ENERGY, around, regime_lines, regimes_said
 from twindisc_cli.figures.style import BLUE, ORANGE, legend, logarithmic, measured_points, name_axes, page
+from twindisc_cli.identify.least_squares import NINETY
 
 if TYPE_CHECKING:
     from twindisc_cli.identify.mass import MassFit
@@ -29,7 +30,7 @@ def weighed(fit: MassFit, found: Sequence[Regime], *, name: str, provenance: str
 
 def volume(axes: Axes, fit: MassFit, *, provenance: str) -> None:
     """Volume as weighed and at K, over the dissipated energy."""
-    half = 1.645 * fit.error * 1e9
+    half = NINETY * fit.error * 1e9
     measured_points(axes, fit.energy * 1e-3, fit.volume * 1e9, half, label=f"{provenance}, 90 % interval")
     axes.plot(np.insert(fit.energy * 1e-3, 0, 0.0), np.insert(fit.predicted * 1e9, 0, 0.0), color=BLUE, marker=".",
               label=f"$K$ = {fit.wear_coefficient:.3g}")  # fmt: skip
@@ -44,7 +45,7 @@ def wear_rate(axes: Axes, fit: MassFit, found: Sequence[Regime]) -> None:
     rates = fit.rates
     for disc in np.unique(rates.disc):
         mine = (rates.disc == disc) & (rates.rate > 0.0)
-        half = 1.645 * rates.error[mine] * 1e3
+        half = NINETY * rates.error[mine] * 1e3
         axes.errorbar(rates.index[mine] * 1e-6, rates.rate[mine] * 1e3, yerr=np.nan_to_num(half), linestyle="none",
                       marker="o", markersize=4.0, markerfacecolor="white", color=DISCS[int(disc)],
                       label=f"disc {disc}")  # fmt: skip

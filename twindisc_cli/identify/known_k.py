@@ -15,12 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from twindisc_cli.identify.least_squares import NINETY
 from twindisc_cli.identify.mass import MassFit
 from twindisc_cli.identify.track import worn_track
 from twindisc_cli.identify.wear import WearFit
-
-NINETY = 1.645
-"""Half a 90 % interval in standard deviations."""
 
 
 @dataclass(frozen=True)

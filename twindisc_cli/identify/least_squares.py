@@ -22,6 +22,9 @@ _GRID = np.geomspace(1.0 / 64.0, 64.0, 49)
 _STEPS = 12
 _DIFFERENCE = 1e-4
 
+NINETY = 1.645
+"""Half a 90 % interval in standard deviations."""
+
 
 @dataclass(frozen=True)
 class Fit:

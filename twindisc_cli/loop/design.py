@@ -67,7 +67,7 @@ def next_for_set(alive: Sequence[Sequence[tuple[Fit, float]]], names: Sequence[s
     rivals = (names[closest[0]], names[closest[1]])
     each = f" in each of {len(alive)} tests" if len(alive) > 1 else ""
     why = (
-        f"{best[1]}: expected to separate {rivals[0]} from {rivals[1]} by {separation:.1f} noise units{each} "
+        f"{best[1]}: expected to separate {rivals[0]} from {rivals[1]} by {separation:.1f} standard deviations{each} "
         f"(this history again: {_length(now[3][closest]):.1f})"
     )
     if separation < HARDLY:

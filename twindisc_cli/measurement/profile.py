@@ -196,7 +196,7 @@ def _told(found: Sequence[Placed]) -> str:
         ("centre", [p.centre * 1e3 for p in found], [p.centre_std * 1e3 for p in found], "mm"),
     ]
     parts = [f"{name} {np.round(np.mean(v), 9) + 0.0:.3g} ± {np.max(e):.2g} {unit}" for name, v, e, unit in shifts]
-    return f"levelled on the flanks and centred on the track, taken off: {', '.join(parts)}"
+    return f"levelled on the flanks and centred on the track, taken off (± one standard deviation): {', '.join(parts)}"
 
 
 def _mean_of(table: Table, curves: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:

@@ -186,7 +186,8 @@ def _notes(log: Log, zero: TorqueZero | None, found: Zero | None, time: Floats, 
         taken = "taken off" if zero.taken_off else "left in"
         unit = f" {log.unit}" if log.unit else ""
         name = "torque" if log.kind == "torque" else log.kind
-        notes.append(f"{name} zero {log.told(zero.value * zero.unit)}{error}{unit}{drift}, {whence}, {taken}")
+        level = " (one standard deviation)" if error else ""
+        notes.append(f"{name} zero {log.told(zero.value * zero.unit)}{error}{unit}{level}{drift}, {whence}, {taken}")
     elif log.kind != "traction ratio":
         how = "run some seconds without load before and after, or slip both ways"
         notes.append(f"the zero of the {log.kind} is not known: {how}")

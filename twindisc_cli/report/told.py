@@ -24,6 +24,8 @@ from twindisc_cli.report.words import (
 
 Term = FoundEffect | FoundLaw
 AT_FLOOR = 1.15
+WORN = ("profile", "mass")
+"""Channels for which an added term acts on the wear, and so on what K means."""
 TOLD = 0.05
 """Share of its misfit from which on a term is told to leave some."""
 DIFFERENCE = "without the samples held out"
@@ -218,7 +220,7 @@ def outcome(tried: Tried) -> str:
 
 
 def length(gain: float) -> float:
-    """The misfit an explanation takes away [noise units], from the fall of chi2."""
+    """How much better an explanation makes the fit: the root of the fall of chi2 [1], about 1 by chance."""
     return float(np.sqrt(max(gain, 0.0)))
 
 
@@ -236,6 +238,42 @@ def base_meaning(name: str) -> str:
     key, _, test = name.partition(" ")
     meaning = BASE.get(key, ("", key))[1]
     return f"{meaning} {test}".strip()
+
+
+def base_note(diagnosis: Diagnosis) -> str:
+    """With what the K of the revised model goes, where something that acts on the wear was added."""
+    known = any(name.partition(" ")[0] == "K" for name in diagnosis.base)
+    added = [name_of(term) for c in WORN for term in together(diagnosis).get(c, [])]
+    if not (known and added):
+        return ""
+    return (
+        f"This K goes with what was added ({listed(added)}): use it with revised.toml, and the K of fit-k with the "
+        "model as it was. The two differ because they share out the same worn volume in another way."
+    )
+
+
+def seen(diagnosis: Diagnosis) -> str:
+    """What is to be seen in the figure of this diagnosis, for those who do not see it."""
+    parts = [_seen_of(diagnosis, channel) for channel in channels() if channel in diagnosis.errors]
+    parts += [f"A learnt curve: {law_text(found)}." for found in diagnosis.laws]
+    return " ".join(parts)
+
+
+def _seen_of(diagnosis: Diagnosis, channel: str) -> str:
+    error, unit_ = diagnosis.errors[channel], unit(diagnosis.errors[channel].unit)
+    samples = sum(len(curve.measured) for curve in diagnosis.curves if curve.channel == channel)
+    course = (
+        f"{sentence(channel_name(channel))}: {samples} samples; the model before is off by {number(error.before)} "
+        f"{unit_}".rstrip()
+        + f" (root mean square), the model after by {number(error.after)}, at a noise of {number(error.noise)}."
+    )
+    ranking = ranked(diagnosis, channel)
+    if not ranking:
+        return f"{course} Nothing was tried."
+    best = max(ranking, key=lambda tried: tried.gain)
+    chosen = [plain_name(tried.label) for tried in ranking if tried.chosen]
+    end = f", chosen: {listed(chosen)}" if chosen else ", none chosen"
+    return f"{course} {len(ranking)} explanations as bars, the longest {plain_name(best.label)}{end}."
 
 
 def interval(estimate: Estimate) -> str:
