@@ -17,8 +17,7 @@ from twindisc_cli.laws.law import warnings
 from twindisc_cli.measurement import RowCount
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats
-from twindisc_cli.model.forward import ForwardModel, Prediction
-from twindisc_cli.model.patch import WeightedPaths, weighted_paths
+from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.results import Array, Axis, Dataset, Result
 
 
@@ -103,9 +102,3 @@ def laws_beyond(test: Experiment) -> list[str]:
     mu = friction_in_use(model)[0]
     state = model.predict(BaseParameters.declared(test, np.nan_to_num(mu, nan=1.0)[None])).state
     return warnings(test.laws, state, test.name)
-
-
-def contact_paths(model: ForwardModel, prediction: Prediction) -> WeightedPaths:
-    """The wear paths on which the contact of a prediction moved."""
-    state = prediction.state
-    return weighted_paths(model.path, model.experiment.options.contact, state.half_space, state.wander)

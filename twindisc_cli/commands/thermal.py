@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from twindisc_cli.commands._base import contact_paths, friction_of_steps, wear_coefficient
+from twindisc_cli.commands._base import friction_of_steps, wear_coefficient
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import DefinitionError
 from twindisc_cli.identify.convection import identify_convection
@@ -129,7 +129,7 @@ def _paper_steps(energy: Floats, history: History, thermal: Thermal, convection:
 def _flash(model: ForwardModel, prediction: Prediction, thermal: Thermal) -> Flash:
     """The flash temperature at each point, of the patch as worn by then."""
     state = prediction.state
-    patch = contact_paths(model, prediction).patch(prediction.section, state.normal_load / state.nominal_load)
+    patch = prediction.paths.patch(prediction.section, state.normal_load / state.nominal_load)
     return flash_temperature(
         power=state.power[0],
         creepage=state.creepage[0],

@@ -47,6 +47,8 @@ class Effect:
     `channel` is where it shows first; `seen_in` every channel that may change when it is switched on. An effect that
     `needs_stops` cannot be told from the base model by one final profile; one that `needs_temperature` does nothing
     where the disc's temperature is not known; one that `needs_time` is not tried on samples recorded without time.
+    A `local` effect of the stage `wear` is asked strip by strip: it gets the wear index of strips across the track, and
+    may use nothing else that changes along the test.
     The module's docstring is its explanation: formula, symbols, what it leaves behind, validity.
     """
 
@@ -59,6 +61,7 @@ class Effect:
     needs_stops: bool = False
     needs_temperature: bool = False
     needs_time: bool = False
+    local: bool = False
 
     def is_off(self, **parameters: Floats) -> bool:
         """Whether every parameter that can switch the effect off does so."""

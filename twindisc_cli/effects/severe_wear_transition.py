@@ -1,14 +1,15 @@
 """Severe wear transition: K jumps where the wear index exceeds a critical value.
 
-    K_eff = K [1 + (r - 1) phi],   phi = (3 e - e^3) / 2,   e^2 = 1 - (c / i_max)^2,   i_max = (3 pi / 8) T gamma / A
+    K(y) = K [1 + (r - 1) phi],   phi = 1 / (1 + (c / i)^(1 / 0.03))
 
-    T gamma / A  energy dissipated per length rolled and area of the patch, (set, point)
-    i_max        its value in the middle strip of an elliptic patch; the strips |y| < e b exceed c
-    phi          share of the energy dissipated in those strips
-    c            critical T gamma / A of a strip (given in N/mm2), passed gradually: e^2 is rounded off over 0.03
-    r            K above over K below [1]; r = 1 switches the effect off
+    i    wear index of the strip at y: energy dissipated per length rolled and area of the strip, (set, strip); in the
+         middle of an elliptic patch 3 pi / 8 times the T gamma / A of the whole
+    phi  0 below the transition, 1 above; it is passed gradually
+    c    critical wear index of a strip (given in N/mm2)
+    r    K above over K below [1]; r = 1 switches the effect off
 
-Leaves behind, when it is missing: too little wear predicted in the severe part of the history, too much before.
+Leaves behind, when it is missing: too little wear predicted in the severe part of the history, too much before; a track
+deeper in its middle, where the patch is pressed most.
 Valid for: dry steels passing from mild to severe wear.
 """
 
@@ -20,14 +21,14 @@ from twindisc_cli.effects._effect import Effect, Param, seen
 from twindisc_cli.effects._state import Floats, State
 
 _WIDTH = 0.03
+_LARGEST = 40.0
 
 
 def apply(s: State, *, ratio: Floats, critical_N_mm2: Floats) -> State:
-    """Scale the wear coefficient by the share of the energy that is dissipated above the transition."""
-    middle = 3.0 * np.pi / 8.0 * s.wear_index
-    excess = 1.0 - (1e6 * critical_N_mm2 / np.maximum(middle, 1e-6)) ** 2
-    severe = np.sqrt(np.minimum(_WIDTH * np.logaddexp(0.0, excess / _WIDTH), 1.0))
-    return s.replace(wear_factor=s.wear_factor * (1.0 + (ratio - 1.0) * (3.0 * severe - severe**3) / 2.0))
+    """Scale the wear coefficient of the strips above the transition."""
+    above = np.log(np.maximum(s.wear_index, 1e-30) / (1e6 * critical_N_mm2)) / _WIDTH
+    severe = 1.0 / (1.0 + np.exp(-np.clip(above, -_LARGEST, _LARGEST)))
+    return s.replace(wear_factor=s.wear_factor * (1.0 + (ratio - 1.0) * severe))
 
 
 EFFECT = Effect(
@@ -52,11 +53,12 @@ EFFECT = Effect(
             start=6.0,
             lower=0.1,
             upper=60.0,
-            meaning="critical T gamma / A",
+            meaning="critical wear index of a strip",
             log=True,
         ),
     ),
     apply=apply,
     source="R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE J 218 (2004) 467-478",
     needs_stops=True,
+    local=True,
 )

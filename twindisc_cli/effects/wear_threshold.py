@@ -1,11 +1,13 @@
-"""Wear threshold: only what the wear index exceeds a threshold wears the surface.
+"""Wear threshold: only that by which the wear index exceeds a threshold wears the surface.
 
-    K_eff = K max(0, 1 - c / (T gamma / A))
+    K(y) = K max(0, 1 - c / i)
 
-    T gamma / A  energy dissipated per length rolled and area of the patch, (set, point)
-    c            threshold of T gamma / A (given in N/mm2); c = 0 switches the effect off
+    i    wear index of the strip at y: energy dissipated per length rolled and area of the strip, (set, strip); in the
+         middle of an elliptic patch 3 pi / 8 times the T gamma / A of the whole
+    c    threshold of the wear index (given in N/mm2); c = 0 switches the effect off
 
-Leaves behind, when it is missing: wear predicted, but not recorded, where the creepage is small.
+Leaves behind, when it is missing: wear predicted, but not recorded, where the creepage is small and at the edges of the
+track.
 Valid for: surfaces with a protective layer or an endurance limit.
 """
 
@@ -18,7 +20,7 @@ from twindisc_cli.effects._state import Floats, State
 
 
 def apply(s: State, *, threshold_N_mm2: Floats) -> State:
-    """Scale the wear coefficient by the excess of the wear index."""
+    """Scale the wear coefficient of each strip by the excess of its wear index."""
     excess = 1.0 - 1e6 * threshold_N_mm2 / np.maximum(s.wear_index, 1e-30)
     return s.replace(wear_factor=s.wear_factor * np.maximum(excess, 0.0))
 
@@ -35,10 +37,11 @@ EFFECT = Effect(
             start=2.0,
             lower=0.0,
             upper=60.0,
-            meaning="T gamma / A below which nothing wears",
+            meaning="wear index below which a strip does not wear",
         ),
     ),
     apply=apply,
     source="S. Fouvry, P. Kapsa, L. Vincent, Wear 200 (1996) 186-205",
     needs_stops=True,
+    local=True,
 )

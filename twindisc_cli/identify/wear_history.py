@@ -10,7 +10,7 @@ from twindisc_cli.identify.track import Track, worn_track
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import ForwardModel
-from twindisc_cli.model.patch import WeightedPaths, weighted_paths
+from twindisc_cli.model.patch import Paths
 from twindisc_cli.model.wear import Scaled
 from twindisc_cli.physics.archard import worn_volume
 from twindisc_cli.physics.best_circle import fit_curvature
@@ -51,7 +51,7 @@ def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) ->
     base = replace(BaseParameters.declared(test, mu[None]), K=np.array([wear_coefficient]))
     prediction = model.predict(base)
     state, wide = prediction.state, prediction.section.shape
-    paths = weighted_paths(model.path, test.options.contact, state.half_space, state.wander)
+    paths = prediction.paths
     load = np.broadcast_to(state.normal_load / state.nominal_load, wide)[0, at]
     scaled = paths.scaling.to(load)
     own = prediction.section[:, at] / scaled.section
@@ -85,7 +85,7 @@ def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) ->
     )
 
 
-def _profiles(paths: WeightedPaths, own: Floats, scaled: Scaled) -> tuple[Floats, Floats]:
+def _profiles(paths: Paths, own: Floats, scaled: Scaled) -> tuple[Floats, Floats]:
     """Worn depth of both discs [m] on strips y [m], (iteration, strip), at sections of the paths (1, iteration)."""
     widest = max((path.y for path in paths.paths), key=lambda strips: float(strips[-1]))
 

@@ -25,11 +25,11 @@ from twindisc_cli.effects._effect import Effect, Stage
 from twindisc_cli.effects._state import State
 from twindisc_cli.model.base import BaseParameters, column
 from twindisc_cli.model.experiment import Contact, Experiment, Floats
-from twindisc_cli.model.patch import WeightedPaths, weighted_paths
+from twindisc_cli.model.patch import OwnPaths, Paths, WeightedPaths, weighted_paths
 from twindisc_cli.model.points import Points, operating_points
 from twindisc_cli.model.surface import Stops, recorded_sections, worn_surface
 from twindisc_cli.model.traction_law import traction_law
-from twindisc_cli.model.wear import WearPath, first_section, wear_path
+from twindisc_cli.model.wear import SHARES, WearPath, first_section, local_paths, wear_path
 from twindisc_cli.physics import combined, disc_heat, polach
 
 MOST_PASSES = 40
@@ -48,6 +48,7 @@ class Prediction:
 
     `state` holds the operating points after the last pass, `section` the worn section at them [m2], (set, point).
     The profile is NaN where K is not known (the section is then 0), the temperature where the convection is not.
+    Contact and profile moved on `paths`.
     """
 
     traction: Floats
@@ -55,6 +56,7 @@ class Prediction:
     temperature: Floats
     state: State
     section: Floats
+    paths: Paths
 
 
 @dataclass(frozen=True)
@@ -105,22 +107,24 @@ class ForwardModel:
         base: BaseParameters | Parameters,
         effects: Mapping[str, Parameters] | None = None,
         trial: Mapping[str, Effect] | None = None,
+        *,
+        marched: bool = True,
     ) -> Prediction:
         """Predict every channel.
 
         effects  parameters of each effect, (set,), beside those that the test declares
         trial    effects by name that are not in the catalogue
+        marched  where K differs from strip to strip: march along the history, and not only count what it takes off
         """
         base = BaseParameters.of(base)
         sets = max([base.sets, *(len(np.atleast_1d(value)) for value in _values(effects))])
         known = {**catalogue(), **(trial or {})}
         acting = [(known[name], columns) for name, columns in self._all_effects(effects or {}, sets).items()]
         chain = _Chain(self, base.columns(sets), acting, sets)
-        state = chain.start()
-        for _ in range(MOST_PASSES):
-            last, state = state, chain.run(state)
-            if _standing(last, state):
-                break
+        state = chain.settled(chain.start())
+        if marched and chain.is_local:
+            chain = replace(chain, own=chain.marched(state))
+            state = chain.settled(state)
         return chain.read(state)
 
     def _all_effects(self, effects: Mapping[str, Parameters], sets: int) -> dict[str, dict[str, Floats]]:
@@ -155,6 +159,15 @@ class _Chain:
     base: BaseParameters
     effects: list[tuple[Effect, dict[str, Floats]]]
     sets: int
+    own: OwnPaths | None = None
+
+    def settled(self, state: State) -> State:
+        """Pass through the stages until energy and temperature stand still."""
+        for _ in range(MOST_PASSES):
+            last, state = state, self.run(state)
+            if _standing(last, state):
+                break
+        return state
 
     def start(self) -> State:
         """The operating points before anything is known of energy and temperature."""
@@ -204,18 +217,61 @@ class _Chain:
         )
         state = self._friction(self._apply("operation", fresh))
         state = self._apply("contact", self._apply("traction", state))
-        state = self._apply("wear", state)
+        state = self._local(self._apply("wear", state), before)
         state = self._traction(state)
         return self._heat(state)
 
     def _apply(self, stage: Stage, state: State) -> State:
         for effect, parameters in self.effects:
-            if effect.stage == stage and not effect.is_off(**parameters):
+            if effect.stage == stage and not effect.local and not effect.is_off(**parameters):
                 state = effect.apply(state, **parameters)
         for law in self.model.experiment.laws.values():
             if law.stage == stage:
                 state = law.apply(state)
         return state
+
+    @cached_property
+    def is_local(self) -> bool:
+        """Whether K differs from strip to strip."""
+        return any(effect.local and not effect.is_off(**parameters) for effect, parameters in self.effects)
+
+    @cached_property
+    def _blank(self) -> State:
+        return self.start()
+
+    def _factors(self, index: Floats) -> Floats:
+        """K over its base value in strips of a wear index (set, any) [N/m2]."""
+        state = self._blank.replace(wear_index=index, wear_factor=np.ones_like(index))
+        for effect, parameters in self.effects:
+            if effect.local and not effect.is_off(**parameters):
+                state = effect.apply(state, **parameters)
+        return state.wear_factor
+
+    def _local(self, state: State, before: State) -> State:
+        """The mean of what differs from strip to strip, each weighted by the energy it dissipates."""
+        if not self.is_local:
+            return state
+        ratio = before.normal_load / before.nominal_load
+        paths = self._paths(before)
+        spread = paths.at(lambda path: path.spread, self.section(before) / paths.scaling.to(ratio).section)
+        index = state.wear_index[..., None] * spread
+        factor = self._factors(index.reshape(self.sets, -1)).reshape(index.shape) @ SHARES
+        return state.replace(wear_factor=state.wear_factor * factor)
+
+    def marched(self, state: State) -> OwnPaths:
+        """The paths of every set by itself, on which each strip wears by its own K, through the history of a state."""
+        paths, section = self._weighted(state), self.section(state)
+        scaled = paths.scaling.to(np.broadcast_to(state.normal_load / state.nominal_load, section.shape))
+        own = np.maximum.accumulate(section / scaled.section, axis=1)
+        pace = state.power / np.maximum(state.rolling_speed, _STANDING) / (scaled.along * scaled.across)
+        found = [local_paths(self.model.experiment.rig, path, own, pace, self._factors) for path in paths.parts]
+        weights = [np.broadcast_to(weight, (self.sets, 1)) for weight in paths.weights]
+        return OwnPaths(
+            [
+                WeightedPaths([part[i] for part in found], [weight[i : i + 1] for weight in weights])
+                for i in range(self.sets)
+            ]
+        )
 
     def _friction(self, state: State) -> State:
         mu = np.broadcast_to(self._at_points(self.base.mu), state.creepage.shape)
@@ -263,7 +319,10 @@ class _Chain:
         worn = np.cumsum(np.diff(state.energy, axis=1, prepend=0.0) * state.wear_factor, axis=1)
         return worn * np.nan_to_num(self.base.K) / self.model.circumference_hardness
 
-    def _paths(self, state: State) -> WeightedPaths:
+    def _paths(self, state: State) -> Paths:
+        return self.own or self._weighted(state)
+
+    def _weighted(self, state: State) -> WeightedPaths:
         own = self.section(state) / (state.normal_load / state.nominal_load)
         path = partial(self.model.path, section=float(np.max(own)))
         return weighted_paths(path, self.model.experiment.options.contact, state.half_space, state.wander)
@@ -316,4 +375,5 @@ class _Chain:
             temperature=points.temperature(np.broadcast_to(state.disc_temperature, wide)),
             state=state,
             section=section,
+            paths=self._paths(state),
         )

@@ -6,6 +6,7 @@ units of the unworn half-width b); to another load it is scaled as its `Scaling`
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -33,19 +34,17 @@ class Patch:
         return self.a / self.b
 
 
-@dataclass(frozen=True)
-class WeightedPaths:
-    """Wear paths whose weighted sum is the path of each parameter set; weights (set, 1)."""
+class Paths(ABC):
+    """What contact and profile are on the way of each parameter set."""
 
-    paths: Sequence[WearPath]
-    weights: Sequence[Floats]
+    @property
+    @abstractmethod
+    def paths(self) -> Sequence[WearPath]:
+        """The wear paths that are added up, of the first set where each has its own."""
 
+    @abstractmethod
     def at(self, values: Callable[[WearPath], Floats], section: Floats) -> Floats:
         """A quantity (node, ...) of the paths at worn sections (set, point) [m2]: (set, point, ...)."""
-        found = [path.at(values(path), section) for path in self.paths]
-        extra = found[0].ndim - section.ndim
-        parts = [w[(..., *[None] * extra)] * f for w, f in zip(self.weights, found, strict=True)]
-        return np.asarray(sum(parts[1:], parts[0]))
 
     def patch(self, section: Floats, load_ratio: Floats) -> Patch:
         """The contact at worn sections (set, point) [m2] under `load_ratio` times the load of the paths."""
@@ -63,6 +62,42 @@ class WeightedPaths:
     def scaling(self) -> Scaling:
         """How these paths go over to another load."""
         return self.paths[0].scaling
+
+
+@dataclass(frozen=True)
+class WeightedPaths(Paths):
+    """Wear paths whose weighted sum is the path of each parameter set; weights (set, 1)."""
+
+    parts: Sequence[WearPath]
+    weights: Sequence[Floats]
+
+    @property
+    def paths(self) -> Sequence[WearPath]:
+        """The wear paths that are added up."""
+        return self.parts
+
+    def at(self, values: Callable[[WearPath], Floats], section: Floats) -> Floats:
+        """A quantity (node, ...) of the paths at worn sections (set, point) [m2]: (set, point, ...)."""
+        found = [path.at(values(path), section) for path in self.parts]
+        extra = found[0].ndim - section.ndim
+        parts = [w[(..., *[None] * extra)] * f for w, f in zip(self.weights, found, strict=True)]
+        return np.asarray(sum(parts[1:], parts[0]))
+
+
+@dataclass(frozen=True)
+class OwnPaths(Paths):
+    """Paths of each parameter set's own, (set,)."""
+
+    sets: Sequence[WeightedPaths]
+
+    @property
+    def paths(self) -> Sequence[WearPath]:
+        """The wear paths that are added up, of the first set."""
+        return self.sets[0].parts
+
+    def at(self, values: Callable[[WearPath], Floats], section: Floats) -> Floats:
+        """A quantity (node, ...) of the paths at worn sections (set, point) [m2]: (set, point, ...)."""
+        return np.concatenate([own.at(values, row[None]) for own, row in zip(self.sets, section, strict=True)])
 
 
 def weighted_paths(

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from twindisc_cli.effects._state import State, Surface
 from twindisc_cli.model.experiment import Floats, Ints, ProfileSamples
-from twindisc_cli.model.patch import WeightedPaths
+from twindisc_cli.model.patch import Paths
 from twindisc_cli.model.points import Points
 from twindisc_cli.model.wear import WearPath
 
@@ -52,7 +52,7 @@ def recorded_sections(profile: ProfileSamples, used: NDArray[np.bool_] | None = 
     return sections
 
 
-def worn_surface(paths: WeightedPaths, state: State, section: Floats, stops: Stops) -> Surface:
+def worn_surface(paths: Paths, state: State, section: Floats, stops: Stops) -> Surface:
     """Surfaces (set, stop, strip) of the recorded discs; `section` (set, point) is what both discs lost [m2]."""
     ratio = np.broadcast_to(state.normal_load / state.nominal_load, section.shape)[:, stops.point]
     scaled = paths.scaling.to(ratio)

@@ -12,32 +12,36 @@ every history. Contact "hertz" refits the best circle inside the patch and keeps
 lets the patch follow the worn profile. Partial slip moves the wear towards the trailing strips' edges; it is left out,
 since what is dissipated there is a small part of any test that wears.
 
-Steps: the half-space path is implicit (two-stage, L-stable, order 2), since sharp features of a profile die out much
-faster than it grows; the Hertz path is an explicit midpoint rule with small steps. `error` is the difference to a path
-of twice the step, over three; `pressure_error` is such a difference as it stands.
+`error` is the difference to a path of twice the step, over three; `pressure_error` is such a difference as it stands.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import lru_cache
 
 import numpy as np
-from scipy.optimize import brentq
 from scipy.special import erf
 
 from twindisc_cli.model.experiment import Contact, Floats, Rig
+from twindisc_cli.model.march import March, Pressed, march
 from twindisc_cli.model.traction_law import creep_stiffness
-from twindisc_cli.physics import hertz, line_contact
-from twindisc_cli.physics.half_space import NoConvergenceError, OutOfRangeError
-from twindisc_cli.physics.half_space.strips import StripContact, equivalent_ellipse, solve_strips
+from twindisc_cli.physics import line_contact
+from twindisc_cli.physics.half_space import OutOfRangeError
 
 STRIPS, MOST_STRIPS = 121, 901
 STRIPS_ACROSS = 10
 """Strips that the unworn patch spans at least: a track far wider than it needs more than STRIPS."""
 GROWTH = 0.06
-FLAT = np.geomspace(1e-10, 1e-4, 300, endpoint=False)
-GAMMA = 1.0 - np.sqrt(0.5)
+_EDGES = np.linspace(0.0, 1.0, 33)
+PLACES = 0.5 * (_EDGES[1:] + _EDGES[:-1])
+"""Places y/b of Hertz's ellipse, from its middle to its edge. In any patch: where the same share of the energy is
+dissipated in strips of a higher wear index."""
+SHARES = np.diff(0.5 * _EDGES * (3.0 - _EDGES**2))
+"""Share of the energy that each of the PLACES stands for."""
+SAMPLES = 4
+"""How often in a step of a march the history is asked."""
 LINE_STRIPS, LINE_NODES = 401, 9
 """Strips over the width of straight discs, and nodes of their path, along which all is linear but the radius."""
 
@@ -78,8 +82,9 @@ class WearPath:
 
     section S [m2], a, b [m] semi-axes (in half-space contact those of `equivalent_ellipse`), p0 [Pa] peak
     pressure, area of the patch [m2], stiffness G a b C11 and stiffness_y G a b C22 [N], edge [m] half-width of the
-    worn zone: each (node,); y [m] (strip,); depth [m], line_load [N/m]: (node, strip); error: relative error of the
-    greatest depth; pressure_error: of p0, at the node where it is largest.
+    worn zone: each (node,); y [m] (strip,); depth [m], line_load [N/m]: (node, strip); spread: wear index of a strip
+    over the mean of the patch, at PLACES (node, place); error: relative error of the greatest depth; pressure_error: of
+    p0, at the node where it is largest. contact and wander [m] are those of the march.
     """
 
     section: Floats
@@ -95,6 +100,9 @@ class WearPath:
     edge: Floats
     error: float
     pressure_error: float
+    spread: Floats
+    contact: Contact = "hertz"
+    wander: float = 0.0
     scaling: Scaling = CROWNED
 
     @property
@@ -110,17 +118,6 @@ class WearPath:
         start, end = self.section[right - 1], self.section[right]
         part = np.clip((section - start) / (end - start), 0.0, 1.0)[..., None]
         return np.asarray((1.0 - part) * values[right - 1] + part * values[right])
-
-
-@dataclass(frozen=True)
-class _Patch:
-    """The contact at one node: line load (strip,), semi-axes, peak pressure and area."""
-
-    line_load: Floats
-    a: float
-    b: float
-    p0: float
-    area: float
 
 
 def wear_path(rig: Rig, *, contact: Contact, section: float, wander: float = 0.0) -> WearPath:
@@ -144,34 +141,101 @@ def first_section(rig: Rig) -> float:
 def _path(rig: Rig, contact: Contact, section: float, wander: float) -> WearPath:
     if rig.is_line:
         return _worn_strip(rig, section, wander)
-    march = _march_half_space if contact == "half_space" else _march_hertz
     y = _grid(rig, section, wander)
-    nodes, depth, patches = march(rig, y, section, wander, GROWTH)
-    a, b, p0, area = (np.array([getattr(p, name) for p in patches]) for name in ("a", "b", "p0", "area"))
-    stiffness, stiffness_y = creep_stiffness(rig, a, b)
+    nodes = _nodes(rig, section, GROWTH)
+    marched = march(rig, contact, y, nodes, wander=wander)
     if wander:
         plain = _path(rig, contact, section, 0.0)
         error, pressure_error = plain.error, plain.pressure_error
     else:
-        coarse_nodes, coarse, coarse_patches = march(rig, y, section, wander, 2.0 * GROWTH)
-        error = abs(depth[-1].max() / coarse[-1].max() - 1.0) / 3.0
-        coarse_p0 = np.interp(nodes, coarse_nodes, [patch.p0 for patch in coarse_patches])
-        pressure_error = np.max(np.abs(coarse_p0 / p0 - 1.0))
-    return WearPath(
-        section=nodes,
-        y=y,
-        depth=depth,
-        line_load=np.array([p.line_load for p in patches]),
-        a=a,
-        b=b,
-        p0=p0,
-        area=area,
-        stiffness=stiffness,
-        stiffness_y=stiffness_y,
-        edge=_edges(y, depth, b),
-        error=float(error),
-        pressure_error=float(pressure_error),
-    )
+        coarse_nodes = _nodes(rig, section, 2.0 * GROWTH)
+        coarse = march(rig, contact, y, coarse_nodes)
+        error = abs(marched.depth[0, -1].max() / coarse.depth[0, -1].max() - 1.0) / 3.0
+        coarse_p0 = np.interp(nodes, coarse_nodes, coarse.contact.p0[0])
+        pressure_error = np.max(np.abs(coarse_p0 / marched.contact.p0[0] - 1.0))
+    return _read(
+        rig, marched, y=y, nodes=nodes, contact=contact, wander=wander, errors=(float(error), float(pressure_error))
+    )[0]
+
+
+def local_paths(
+    rig: Rig, path: WearPath, section: Floats, pace: Floats, factors: Callable[[Floats], Floats]
+) -> list[WearPath]:
+    """The path of each case (case,) on which every strip wears by its own K.
+
+    section   worn section [m2] after each piece of the history, (case, point), of the discs under the path's load
+    pace      energy dissipated per length rolled [N] in it, (case, point)
+    factors   K over its base value for wear indices [N/m2] (case, any)
+
+    Where K is the same in all strips, it is the path itself; along a line it is so anyway, for the pressure is even.
+    """
+    if path.scaling is STRAIGHT:
+        return [path] * len(section)
+    last = int(np.searchsorted(path.section, section.max(), side="right"))
+    nodes = path.section[: max(2, last + 1)]
+    along = nodes[:-1, None] + (np.arange(SAMPLES) + 0.5) / SAMPLES * np.diff(nodes)[:, None]
+    piece = np.minimum([np.searchsorted(own, along) for own in section], section.shape[1] - 1)
+    favoured = _Favoured(np.take_along_axis(pace[:, None, :], piece, axis=-1), factors)
+    marched = march(rig, path.contact, path.y, nodes, wander=path.wander, cases=len(section), weights=favoured)
+    errors = path.error, path.pressure_error
+    return _read(rig, marched, y=path.y, nodes=nodes, contact=path.contact, wander=path.wander, errors=errors)
+
+
+@dataclass(frozen=True)
+class _Favoured:
+    """Weights of a march by the wear index of each strip.
+
+    pace: energy per length rolled [N] at SAMPLES of each step (case, step, sample); factors as in `local_paths`.
+    """
+
+    pace: Floats
+    factors: Callable[[Floats], Floats]
+
+    def __call__(self, step: int, y: Floats, pressed: Pressed) -> Floats:
+        """K of each strip over the mean of the energy's, (case, strip), itself a mean over the step."""
+        index = self.pace[:, step, :, None] * pressed.intensity[:, None, :]
+        factor = self.factors(index.reshape(len(index), -1)).reshape(index.shape)
+        share = pressed.line_load * np.where((y > 0.0) & (y[0] == 0.0), 2.0, 1.0)
+        share = share / share.sum(axis=-1, keepdims=True)
+        mean = np.einsum("cms,cs->cm", factor, share)[..., None]
+        return np.asarray(np.where(mean > 0.0, factor / np.where(mean > 0.0, mean, 1.0), 1.0).mean(axis=1))
+
+
+def _read(
+    rig: Rig, marched: March, *, y: Floats, nodes: Floats, contact: Contact, wander: float, errors: tuple[float, float]
+) -> list[WearPath]:
+    """The path of each case of a march."""
+    found = marched.contact
+    stiffness, stiffness_y = creep_stiffness(rig, found.a, found.b)
+    return [
+        WearPath(
+            section=nodes,
+            y=y,
+            depth=depth,
+            line_load=found.line_load[i],
+            a=found.a[i],
+            b=found.b[i],
+            p0=found.p0[i],
+            area=found.area[i],
+            stiffness=stiffness[i],
+            stiffness_y=stiffness_y[i],
+            edge=_edges(y, depth, found.b[i]),
+            spread=_spread(found.line_load[i], found.intensity[i], found.area[i]),
+            error=errors[0],
+            pressure_error=errors[1],
+            contact=contact,
+            wander=wander,
+        )
+        for i, depth in enumerate(marched.depth)
+    ]
+
+
+def _spread(line_load: Floats, intensity: Floats, area: Floats) -> Floats:
+    """Wear index over the mean of the patch (node, place), of line load and intensity (node, strip), area (node,)."""
+    shares, order = 0.5 * PLACES * (3.0 - PLACES**2), np.argsort(-intensity, axis=-1)
+    energy, index = (np.take_along_axis(v, order, axis=-1) for v in (line_load, intensity * area[:, None]))
+    middle = (np.cumsum(energy, axis=-1) - 0.5 * energy) / energy.sum(axis=-1, keepdims=True)
+    return np.array([np.interp(shares, *strips) for strips in zip(middle, index, strict=True)])
 
 
 def _worn_strip(rig: Rig, section: float, wander: float) -> WearPath:
@@ -207,6 +271,8 @@ def _worn_strip(rig: Rig, section: float, wander: float) -> WearPath:
         edge=np.full_like(nodes, half + 2.0 * wander),
         error=0.0,
         pressure_error=0.0,
+        spread=np.ones((len(nodes), len(PLACES))),
+        wander=wander,
         scaling=STRAIGHT,
     )
 
@@ -221,15 +287,7 @@ def _grid(rig: Rig, section: float, wander: float) -> Floats:
             f"the track would become {facet / b:.3g} times as wide as the unworn patch; the wear path follows it up to "
             f"{MOST_STRIPS / STRIPS_ACROSS / 1.25:.0f} times: do load, wear coefficient and profile belong together?"
         )
-    return np.linspace(-half, half, count)
-
-
-def _spreading(y: Floats, wander: float) -> Floats:
-    """Matrix (strip, strip) that spreads a line load over a normal distribution of the lateral position."""
-    if wander <= 0.0:
-        return np.eye(len(y))
-    kernel = np.exp(-0.5 * ((y[:, None] - y) / wander) ** 2)
-    return np.asarray(kernel / kernel.sum(axis=0))
+    return np.asarray(half / (count // 2) * np.arange(-(count // 2), count // 2 + 1), dtype=float)
 
 
 def _nodes(rig: Rig, section: float, growth: float) -> Floats:
@@ -237,125 +295,6 @@ def _nodes(rig: Rig, section: float, growth: float) -> Floats:
     first = 0.3 * first_section(rig)
     count = int(np.ceil(np.log1p(section / first) / np.log1p(growth)))
     return np.asarray(first * np.expm1(np.linspace(0.0, np.log1p(section / first), count + 1)))
-
-
-def _march_half_space(
-    rig: Rig, y: Floats, section: float, wander: float, growth: float
-) -> tuple[Floats, Floats, list[_Patch]]:
-    nodes, spread = _nodes(rig, section, growth), _spreading(y, wander) / rig.normal_load
-    gap = 0.5 * rig.curvature_y * y**2
-    press = partial(
-        solve_strips,
-        y=y,
-        curvature_x=rig.curvature_x,
-        normal_load=rig.normal_load,
-        effective_modulus=rig.effective_modulus,
-    )
-    found = press(gap=gap)
-    worn = np.zeros_like(y)
-    depths, contacts = [worn], [found]
-    for step in np.diff(nodes):
-        compliance = GAMMA * step * spread
-        first = press(gap=gap + worn, compliance=compliance, start=found)
-        worn = worn + (1.0 - GAMMA) * step * spread @ first.line_load
-        found = press(gap=gap + worn, compliance=compliance, start=first)
-        worn = worn + compliance @ found.line_load
-        depths.append(worn)
-        contacts.append(found)
-    return nodes, np.array(depths), [_patch_of(contact) for contact in contacts]
-
-
-def _patch_of(contact: StripContact) -> _Patch:
-    a, b = equivalent_ellipse(contact)
-    return _Patch(contact.line_load, float(a), float(b), _peak_pressure(contact), float(contact.area))
-
-
-def _peak_pressure(contact: StripContact) -> float:
-    """Largest pressure [Pa] that hangs on no single strip.
-
-    At the edge of a patch line load and half-length are not resolved: the last strip's pressure depends on where the
-    edge lies in it. What counts are the strips further from the edges than half of the largest half-length
-    along rolling (or of the half-width, if less), and the means over bands twice as wide anywhere, the edges included.
-    """
-    y, width = contact.y, contact.strip_width
-    first, last = (float(edge) for edge in contact.extent)
-    reach = 0.5 * min(float(contact.half_length.max()), 0.5 * (last - first))
-    inner = (y > first + reach) & (y < last - reach)
-    borders, starts = np.append(y - 0.5 * width, y[-1] + 0.5 * width), np.linspace(first, last - 2.0 * reach, len(y))
-    sums = [np.append(0.0, np.cumsum(v)) for v in (contact.line_load, 0.5 * np.pi * contact.half_length)]
-    load, area = (np.interp(starts + 2.0 * reach, borders, s) - np.interp(starts, borders, s) for s in sums)
-    band = np.divide(load, area, out=np.zeros_like(load), where=area > 0.0)
-    return float(max(contact.centre_pressure[inner].max(initial=0.0), band.max()))
-
-
-def _march_hertz(
-    rig: Rig, y: Floats, section: float, wander: float, growth: float
-) -> tuple[Floats, Floats, list[_Patch]]:
-    nodes, spread = _nodes(rig, section, growth), _spreading(y, wander) / rig.normal_load
-    worn, patch = np.zeros_like(y), _ellipse_on(rig, y, rig.curvature_y)
-    powers = np.stack([np.ones_like(y), y**2, y**4])
-    depths, patches = [worn], [patch]
-    for step in np.diff(nodes):
-        middle = _best_ellipse(rig, y, powers, worn + 0.5 * step * spread @ patch.line_load, patch)
-        worn = worn + step * spread @ middle.line_load
-        patch = _best_ellipse(rig, y, powers, worn, middle)
-        depths.append(worn)
-        patches.append(patch)
-    return nodes, np.array(depths), patches
-
-
-def _best_ellipse(rig: Rig, y: Floats, powers: Floats, worn: Floats, patch: _Patch) -> _Patch:
-    """Refit the best circle inside the patch, whose own half-width must follow from that circle.
-
-    A wider patch sees more of the unworn flanks and a sharper circle, so that the half-width is unique.
-    """
-    widths, curvatures = _hertz_table(rig)
-    sums = np.concatenate([powers, powers[:2] * worn])
-    outward, spacing = np.abs(y), y[1] - y[0]
-
-    def fitted(half_width: float) -> float:
-        """Relative transverse curvature [1/m] of the best circle through the worn gap, which is symmetric."""
-        inside = np.minimum(np.maximum((half_width - outward) / spacing + 0.5, 0.0), 1.0)
-        weight, second, fourth, height, bow = sums @ inside
-        curvature = 2.0 * (bow - second / weight * height) / (fourth - second / weight * second)
-        return float(max(rig.curvature_y + curvature, FLAT[0] * rig.curvature_y))
-
-    def excess(half_width: float) -> float:
-        return float(np.log(np.interp(np.log(fitted(half_width)), curvatures, widths)) - np.log(half_width))
-
-    try:
-        width = brentq(excess, 0.3 * patch.b, y[-1], rtol=1e-5)
-    except ValueError as error:
-        raise NoConvergenceError(f"no ellipse fits the worn track: {error}") from error
-    return _ellipse_on(rig, y, fitted(width))
-
-
-@lru_cache(maxsize=8)
-def _hertz_table(rig: Rig) -> tuple[Floats, Floats]:
-    """Half-width b [m] over the logarithm of the relative transverse curvature."""
-    curvatures = rig.curvature_y * np.concatenate([FLAT, np.geomspace(1e-4, 10.0, 400)])
-    ellipse = hertz.contact_ellipse(
-        curvature_x=rig.curvature_x,
-        curvature_y=curvatures,
-        normal_load=rig.normal_load,
-        effective_modulus=rig.effective_modulus,
-    )
-    return np.asarray(ellipse.b), np.log(curvatures)
-
-
-def _ellipse_on(rig: Rig, y: Floats, curvature_y: float) -> _Patch:
-    """Hertz ellipse for a transverse curvature [1/m], its line load integrated over each strip."""
-    ellipse = hertz.contact_ellipse(
-        curvature_x=rig.curvature_x,
-        curvature_y=curvature_y,
-        normal_load=rig.normal_load,
-        effective_modulus=rig.effective_modulus,
-    )
-    a, b = float(ellipse.a), float(ellipse.b)
-    half_strip = 0.5 * (y[1] - y[0])
-    outer, inner = (np.clip((y + side) / b, -1.0, 1.0) for side in (half_strip, -half_strip))
-    integral = 0.75 * rig.normal_load * ((outer - outer**3 / 3.0) - (inner - inner**3 / 3.0))
-    return _Patch(line_load=integral / (2.0 * half_strip), a=a, b=b, p0=float(ellipse.p0), area=np.pi * a * b)
 
 
 def _edges(y: Floats, depth: Floats, b: Floats) -> Floats:

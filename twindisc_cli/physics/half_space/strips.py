@@ -121,7 +121,8 @@ class StripContact:
 class _Problem:
     """What is given, over a window of strips.
 
-    y (strip,), gap (case, strip), compliance (case, strip, strip), the rest (case, 1).
+    y (strip,), gap (case, strip), compliance (case, strip, strip), the rest (case, 1); mirrored: y starts at 0, and
+    what lies beyond it is the mirror image.
     """
 
     y: Array
@@ -130,10 +131,16 @@ class _Problem:
     load: Array
     modulus: Array
     compliance: Array | None
+    mirrored: bool = False
 
     @property
     def width(self) -> float:
         return float(self.y[1] - self.y[0])
+
+    def total(self, values: Array) -> Array:
+        """Sum over all strips of values (case, strip), those beyond the mirror included: (case, 1)."""
+        whole = values.sum(-1, keepdims=True)
+        return np.asarray(2.0 * whole - values[:, :1] * (self.y[0] == 0.0) if self.mirrored else whole)
 
     def window(self, part: slice) -> _Problem:
         """These strips of all cases."""
@@ -144,7 +151,7 @@ class _Problem:
         """All strips of these cases."""
         cut = None if self.compliance is None else self.compliance[part]
         numbers = self.curvature[part], self.load[part], self.modulus[part]
-        return _Problem(self.y, self.gap[part], *numbers, cut)
+        return _Problem(self.y, self.gap[part], *numbers, cut, self.mirrored)
 
 
 @dataclass(frozen=True)
@@ -173,6 +180,7 @@ def solve_strips(
     compliance: Array | None = None,
     start: StripContact | None = None,
     relative_accuracy: float = 1e-3,
+    mirrored: bool = False,
 ) -> StripContact:
     """Find line load and half-length of every strip, and the approach.
 
@@ -184,8 +192,10 @@ def solve_strips(
     compliance         growth of the gap at strip i per line load at strip j [m2/N], shape (..., strip, strip)
     start              an earlier solution of the same shape, close to this one
     relative_accuracy  of the iteration, in the line load over its largest value; the strips' own width comes on top
+    mirrored           y starts at 0, and gap and compliance hold for the mirror image as well; so does what is found
     """
     problem, cases = _given(y, gap, compliance, curvature_x, normal_load, effective_modulus)
+    problem = replace(problem, mirrored=mirrored)
     chunk = max(1, _CHUNK // max(64, problem.y.size // 2) ** 2)
     solved = []
     for first in range(0, len(problem.gap), chunk):
@@ -273,7 +283,7 @@ def _warm_state(problem: _Problem, start: StripContact, part: slice) -> _State:
     if load.shape != problem.gap.shape:
         raise ProfileError(f"the start has shape {start.line_load.shape}, the contact {problem.gap.shape}")
     loaded = load > 0.0
-    scale = problem.load / (load.sum(axis=-1, keepdims=True) * problem.width)
+    scale = problem.load / (problem.total(load) * problem.width)
     slope = _spread(2.0 / np.pi * _ratio(load, half_length**2), loaded)
     unknown = np.full_like(problem.load, np.nan)
     return _State(load * scale, slope, loaded, np.zeros_like(load), unknown, unknown)
@@ -282,12 +292,12 @@ def _warm_state(problem: _Problem, start: StripContact, part: slice) -> _State:
 def _converge(problem: _Problem, state: _State, accuracy: float) -> _State:
     """Step on the strips that are or may become loaded, until nothing changes and no strip beyond them overlaps."""
     for _ in range(_MOST_ITERATIONS):
-        part = _window(state.loaded)
+        part = _window(state.loaded, problem.mirrored)
         state = _put(_step(problem.window(part), _cut(state, part)), part, problem.y.size)
         if state.error.max() < accuracy:
             state = _touch_beyond(problem, state, part)
         if state.error.max() < accuracy:
-            _check_patch(state.loaded)
+            _check_patch(state.loaded, problem.mirrored)
             return state
     raise NoConvergenceError(f"the strips did not settle: change {state.error.max():.1e} in step {_MOST_ITERATIONS}")
 
@@ -304,7 +314,7 @@ def _step(problem: _Problem, state: _State) -> _State:
     shift = _times(on.deflection - on.load_tangent, shortened)
     known = deflected - tangent + shift + np.pi * problem.modulus * problem.gap
     free, unit = np.moveaxis(_solve_loaded(state.loaded, on.load_tangent, known, np.ones_like(known)), -1, 0)
-    approach = (problem.load / problem.width + free.sum(-1, keepdims=True)) / unit.sum(-1, keepdims=True)
+    approach = (problem.load / problem.width + problem.total(free)) / problem.total(unit)
     load = approach * unit - free
     overlap = approach - known - _times(on.load_tangent, load)
     forgiven = np.where(state.left > 0.0, _REENTRY_OVERLAP * 4.0**state.left, 0.0)
@@ -343,8 +353,11 @@ def _influence(problem: _Problem, half_length: Array) -> StripFunctions:
     y, width = problem.y, problem.width
     edges = np.append(y, y[-1] + width) - 0.5 * width
     # Seen from y_i the strip j spans edges that are mirrored: the functions are odd and depend on y_i - y_j only.
-    found = strip_functions((edges[:, None] - y) / half_length[:, None, :])
-    over_strip = StripFunctions(*(values[:, 1:] - values[:, :-1] for values in found))
+    over_strip = _over_strips(edges[:, None] - y, half_length)
+    if problem.mirrored:
+        beyond = _over_strips((edges[:, None] + y)[:, y > 0.0], half_length[:, y > 0.0])
+        for here, there in zip(over_strip, beyond, strict=True):
+            here[..., y > 0.0] += there
     if problem.compliance is not None:
         growth = np.pi * problem.modulus[..., None] * problem.compliance
         np.add(over_strip.deflection, growth, out=over_strip.deflection)
@@ -352,11 +365,17 @@ def _influence(problem: _Problem, half_length: Array) -> StripFunctions:
     return over_strip
 
 
-def _window(loaded: Mask) -> slice:
+def _over_strips(edges: Array, half_length: Array) -> StripFunctions:
+    """Differences of the functions over strips with these edges (edge, strip): (case, edge - 1, strip)."""
+    found = strip_functions(edges / half_length[:, None, :])
+    return StripFunctions(*(values[:, 1:] - values[:, :-1] for values in found))
+
+
+def _window(loaded: Mask, mirrored: bool) -> slice:
     """The loaded strips of all cases and some beyond each end."""
     found = np.flatnonzero(loaded.any(axis=0))
     margin = 3 + (found[-1] - found[0]) // 32
-    return slice(max(0, found[0] - margin), found[-1] + 1 + margin)
+    return slice(0 if mirrored else max(0, found[0] - margin), found[-1] + 1 + margin)
 
 
 def _cut(state: _State, part: slice) -> _State:
@@ -371,14 +390,15 @@ def _cut(state: _State, part: slice) -> _State:
 
 def _put(state: _State, part: slice, size: int) -> _State:
     """The inverse of `_cut`, with the slope carried on to both ends."""
-    pad = ((0, 0), (part.start, max(0, size - part.stop)))
-    return replace(
-        state,
-        load=np.pad(state.load, pad),
-        slope=np.pad(state.slope, pad, mode="edge"),
-        loaded=np.pad(state.loaded, pad),
-        left=np.pad(state.left, pad),
-    )
+
+    def whole(values: Array) -> Array:
+        found = np.zeros((len(values), size), dtype=values.dtype)
+        found[:, part] = values
+        return found
+
+    slope = whole(state.slope)
+    slope[:, : part.start], slope[:, part.stop :] = state.slope[:, :1], state.slope[:, -1:]
+    return replace(state, load=whole(state.load), slope=slope, loaded=whole(state.loaded), left=whole(state.left))
 
 
 def _touch_beyond(problem: _Problem, state: _State, part: slice) -> _State:
@@ -388,6 +408,8 @@ def _touch_beyond(problem: _Problem, state: _State, part: slice) -> _State:
     if not beyond.any():
         return state
     inverse = problem.width / np.abs(problem.y[beyond][:, None] - problem.y[part])
+    if problem.mirrored:
+        inverse = inverse + problem.width / (problem.y[beyond][:, None] + problem.y[part]) * (problem.y[part] > 0.0)
     influence = inverse / (np.pi * problem.modulus[..., None])
     if problem.compliance is not None:
         influence = influence + problem.compliance[:, beyond, part]
@@ -399,10 +421,10 @@ def _touch_beyond(problem: _Problem, state: _State, part: slice) -> _State:
     return replace(state, load=load, loaded=state.loaded | enter, error=error)
 
 
-def _check_patch(loaded: Mask) -> None:
-    if loaded[:, 0].any() or loaded[:, -1].any():
+def _check_patch(loaded: Mask, mirrored: bool) -> None:
+    if (loaded[:, 0].any() and not mirrored) or loaded[:, -1].any():
         raise DataEdgeError("the loaded patch reaches the end of the profile: measure or extend it further outward")
-    if (fewest := int(loaded.sum(axis=-1).min())) < FEWEST_STRIPS:
+    if (fewest := int(loaded.sum(axis=-1).min()) * (2 if mirrored else 1)) < FEWEST_STRIPS:
         raise CoarseGridError(
             f"only {fewest} strips carry load, at least {FEWEST_STRIPS} are needed: refine the grid in y"
         )

@@ -1,0 +1,308 @@
+"""The march along a wear path: which strip loses how much, step by step, for many cases at once.
+
+    du/dS (y) = w(y) g(y) / N,   mean of w over the load = 1
+
+    u    worn depth [m], (case, strip);   S worn section [m2];   g load of the strip per width [N/m], N its sum
+    w    wear coefficient of the strip over the mean of the coefficients, each weighted by its load [1]
+
+Steps: half-space contact is implicit in the load (two-stage, L-stable, order 2), since sharp features of a profile die
+out much faster than it grows; w is that of the stage before. Contact "hertz" refits the best circle inside the patch
+and keeps the ellipse; it goes by an explicit midpoint rule with small steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from functools import lru_cache, partial
+
+import numpy as np
+
+from twindisc_cli.model.experiment import Contact, Floats, Rig
+from twindisc_cli.physics import hertz
+from twindisc_cli.physics.half_space import NoConvergenceError
+from twindisc_cli.physics.half_space.strips import StripContact, equivalent_ellipse, solve_strips
+
+FLAT = np.geomspace(1e-10, 1e-4, 300, endpoint=False)
+GAMMA = 1.0 - np.sqrt(0.5)
+SETTLED = 1e-2
+"""Change of the line load, over its largest, at which a stage of the half-space march is left: the next sets it right.
+Ten times less moves the depth by 6e-6."""
+FINE = np.linspace(0.0, 1.0, 9)
+
+
+@dataclass(frozen=True)
+class Pressed:
+    """The contact of every case: line load g [N/m] and intensity g / (2 a(y) N) [1/m2], (case, strip).
+
+    (case,): semi-axes a, b [m], in half-space contact those of `equivalent_ellipse`, peak pressure p0 [Pa], area [m2].
+    Of a whole march, the nodes stand behind the cases.
+    """
+
+    line_load: Floats
+    intensity: Floats
+    a: Floats
+    b: Floats
+    p0: Floats
+    area: Floats
+
+
+Weights = Callable[[int, Floats, Pressed], Floats]
+"""w (case, strip) in a step (its number), on strips y, of a contact."""
+
+
+@dataclass(frozen=True)
+class March:
+    """Depth [m] (case, node, strip), and the contact at the nodes."""
+
+    depth: Floats
+    contact: Pressed
+
+
+def even(step: int, y: Floats, pressed: Pressed) -> Floats:
+    """One wear coefficient all over the track."""
+    return np.ones_like(pressed.line_load)
+
+
+def march(
+    rig: Rig,
+    contact: Contact,
+    y: Floats,
+    nodes: Floats,
+    *,
+    wander: float = 0.0,
+    cases: int = 1,
+    weights: Weights = even,
+    mirrored: bool = True,
+) -> March:
+    """Wear the unworn discs through the sections `nodes` [m2] on uniform strips y, an odd number about 0.
+
+    wander    standard deviation of the contact's lateral position [m]
+    mirrored  the weights are the same on both sides of the track
+    """
+    spread = _spreading(y, wander) / rig.normal_load
+    if contact == "hertz":
+        return _march_hertz(rig, y, nodes, spread, cases, weights)
+    if not mirrored:
+        return _march_half_space(rig, y, nodes, spread, cases, weights, mirrored=False)
+    middle = len(y) // 2
+    folded = spread[middle:, middle:].copy()
+    folded[:, 1:] += spread[middle:, :middle][:, ::-1]
+    half = _march_half_space(rig, y[middle:], nodes, folded, cases, weights, mirrored=True)
+    sides = {name: _unfolded(getattr(half.contact, name)) for name in ("line_load", "intensity")}
+    return March(_unfolded(half.depth), replace(half.contact, **sides))
+
+
+def _unfolded(values: Floats) -> Floats:
+    """Both sides of a track from one, which starts at its middle, (..., strip)."""
+    return np.concatenate([values[..., :0:-1], values], axis=-1)
+
+
+def _spreading(y: Floats, wander: float) -> Floats:
+    """Matrix (strip, strip) that spreads a line load over a normal distribution of the lateral position."""
+    if wander <= 0.0:
+        return np.eye(len(y))
+    kernel = np.exp(-0.5 * ((y[:, None] - y) / wander) ** 2)
+    return np.asarray(kernel / kernel.sum(axis=0))
+
+
+def _march_half_space(
+    rig: Rig, y: Floats, nodes: Floats, spread: Floats, cases: int, weights: Weights, *, mirrored: bool
+) -> March:
+    gap = np.tile(0.5 * rig.curvature_y * y**2, (cases, 1))
+    press = partial(
+        solve_strips,
+        y=y,
+        curvature_x=rig.curvature_x,
+        normal_load=rig.normal_load,
+        effective_modulus=rig.effective_modulus,
+        mirrored=mirrored,
+    )
+    look = partial(_pressed, mirrored=mirrored)
+    found = press(gap=gap)
+    pressed = look(found)
+    worn = np.zeros_like(gap)
+    depths, contacts = [worn], [pressed]
+    for number, step in enumerate(np.diff(nodes)):
+        for share in (1.0 - GAMMA, GAMMA):
+            favoured = weights(number, y, pressed)
+            compliance = GAMMA * step * spread * favoured[:, None, :]
+            found = press(gap=gap + worn, compliance=compliance, start=found, relative_accuracy=SETTLED)
+            pressed = look(found)
+            worn = worn + share * step * _worn(spread, favoured, pressed.line_load, mirrored=mirrored)
+        depths.append(worn)
+        contacts.append(pressed)
+    whole = {f.name: np.stack([getattr(c, f.name) for c in contacts], axis=1) for f in fields(Pressed)}
+    return March(np.stack(depths, axis=1), Pressed(**whole))
+
+
+def _worn(spread: Floats, weights: Floats, line_load: Floats, *, mirrored: bool) -> Floats:
+    """Depth per section [1/m], (case, strip), whose sum is that of the load however the weights are off their mean."""
+    favoured = weights * line_load
+    off = _total(line_load, mirrored) / _total(favoured, mirrored)
+    return np.asarray((off * favoured) @ spread.T)
+
+
+def _total(values: Floats, mirrored: bool) -> Floats:
+    """Sum over the strips of both sides, (case, 1)."""
+    whole = values.sum(axis=-1, keepdims=True)
+    return np.asarray(2.0 * whole - values[:, :1] if mirrored else whole)
+
+
+def _pressed(contact: StripContact, *, mirrored: bool) -> Pressed:
+    line_load, length = contact.line_load, contact.half_length
+    load = contact.strip_width * _total(line_load, mirrored)
+    intensity = np.divide(line_load, 2.0 * length, out=np.zeros_like(line_load), where=length > 0.0) / load
+    if mirrored:
+        contact = StripContact(_mirror(contact.y), _unfolded(length), _unfolded(contact.line_load), contact.approach)
+    a, b = equivalent_ellipse(contact)
+    p0 = np.array(
+        [_peak_pressure(*case, contact.y) for case in zip(contact.line_load, contact.half_length, strict=True)]
+    )
+    return Pressed(line_load, intensity, a, b, p0, contact.area)
+
+
+def _mirror(y: Floats) -> Floats:
+    return np.concatenate([-y[:0:-1], y])
+
+
+def _peak_pressure(line_load: Floats, half_length: Floats, y: Floats) -> float:
+    """Largest pressure [Pa] that hangs on no single strip, of line load and half-length (strip,).
+
+    At the edge of a patch line load and half-length are not resolved: the last strip's pressure depends on where the
+    edge lies in it. What counts are the strips further from the edges than half of the largest half-length
+    along rolling (or of the half-width, if less), and the means over bands twice as wide anywhere, the edges included.
+    """
+    contact, width = StripContact(y, half_length, line_load, np.zeros(())), float(y[1] - y[0])
+    first, last = (float(edge) for edge in contact.extent)
+    reach = 0.5 * min(float(half_length.max()), 0.5 * (last - first))
+    inner = (y > first + reach) & (y < last - reach)
+    borders, starts = np.append(y - 0.5 * width, y[-1] + 0.5 * width), np.linspace(first, last - 2.0 * reach, len(y))
+    sums = [np.append(0.0, np.cumsum(v)) for v in (line_load, 0.5 * np.pi * half_length)]
+    load, area = (np.interp(starts + 2.0 * reach, borders, s) - np.interp(starts, borders, s) for s in sums)
+    band = np.divide(load, area, out=np.zeros_like(load), where=area > 0.0)
+    return float(max(contact.centre_pressure[inner].max(initial=0.0), band.max()))
+
+
+def _march_hertz(rig: Rig, y: Floats, nodes: Floats, spread: Floats, cases: int, weights: Weights) -> March:
+    circle = _BestCircle.on(rig, y)
+    worn, curvature = np.zeros((cases, len(y))), np.full(cases, rig.curvature_y)
+    depths, curvatures = [worn], [curvature]
+    for number, step in enumerate(np.diff(nodes)):
+        loss = worn
+        for share in (0.5, 1.0):
+            pressed = circle.pressed(*circle.axes(curvature))
+            loss = worn + share * step * _worn(spread, weights(number, y, pressed), pressed.line_load, mirrored=False)
+            curvature = circle.curvature(loss)
+        worn = loss
+        depths.append(worn)
+        curvatures.append(curvature)
+    ellipse = hertz.contact_ellipse(
+        curvature_x=rig.curvature_x,
+        curvature_y=np.stack(curvatures, axis=1),
+        normal_load=rig.normal_load,
+        effective_modulus=rig.effective_modulus,
+    )
+    return March(np.stack(depths, axis=1), circle.pressed(ellipse.a, ellipse.b))
+
+
+@dataclass(frozen=True)
+class _BestCircle:
+    """The best circle inside the patch, whose own half-width must follow from that circle.
+
+    A wider patch sees more of the unworn flanks and a sharper circle, so that the half-width is unique. Sums over the
+    strips inside, of which the outermost counts by the part of it that is inside, are linear from border to border.
+
+    borders [m] of the strips outwards from y = 0, (strip,); sums of 1, y^2, y^4 up to each, (3, strip);
+    table: logarithms of the relative transverse curvature [1/m] and of the semi-axes a and b [m], (3, curvature).
+    """
+
+    rig: Rig
+    y: Floats
+    borders: Floats
+    sums: Floats
+    table: Floats
+
+    @classmethod
+    def on(cls, rig: Rig, y: Floats) -> _BestCircle:
+        """The circles of a rig on uniform strips y, an odd number about 0."""
+        outward = y[len(y) // 2 :]
+        both = np.where(outward > 0.0, 2.0, 1.0)
+        sums = np.cumsum(both * np.stack([np.ones_like(outward), outward**2, outward**4]), axis=1)
+        return cls(rig, y, outward + 0.5 * (y[1] - y[0]), sums, _table(rig))
+
+    def curvature(self, worn: Floats) -> Floats:
+        """Relative transverse curvature [1/m], (case,), of the best circle through a worn gap (case, strip)."""
+        middle = len(self.y) // 2
+        outward, folded = self.y[middle:], worn[:, middle:].copy()
+        folded[:, 1:] += worn[:, :middle][:, ::-1]
+        powers = np.broadcast_to(self.sums[:, None], (3, *folded.shape))
+        moments = np.cumsum(np.stack([folded, folded * outward**2]), axis=-1)
+        sums = np.concatenate([powers, moments])
+        # one strip is too few for a circle
+        sums, borders = sums[..., 2:], self.borders[2:]
+        beyond = np.log(borders) > self._log_width(sums)
+        if not beyond.any(axis=-1).all() or beyond[:, 0].any():
+            raise NoConvergenceError("no ellipse fits the worn track")
+        last = np.argmax(beyond, axis=-1)
+        index = np.stack([last - 1, last], axis=-1)
+        ends, between = np.take_along_axis(sums, index[None], axis=-1), borders[index]
+        part = _crossing(self._excess(_between(ends), np.log(_between(between))))
+        whole = ends[..., 0] + part * (ends[..., 1] - ends[..., 0])
+        return self._fitted(whole)
+
+    def _excess(self, sums: Floats, log_half_width: Floats) -> Floats:
+        return self._log_width(sums) - log_half_width
+
+    def _log_width(self, sums: Floats) -> Floats:
+        """Logarithm of the half-width that follows from the circle through these sums, (5, ...)."""
+        return np.interp(np.log(self._fitted(sums)), self.table[0], self.table[2])
+
+    def _fitted(self, sums: Floats) -> Floats:
+        """Relative transverse curvature [1/m] of the best circle through the worn gap."""
+        weight, second, fourth, height, bow = sums
+        curvature = 2.0 * (bow - second / weight * height) / (fourth - second / weight * second)
+        unworn = self.rig.curvature_y
+        return np.asarray(np.maximum(unworn + curvature, FLAT[0] * unworn))
+
+    def axes(self, curvature_y: Floats) -> tuple[Floats, Floats]:
+        """Semi-axes a, b [m] of the ellipse for transverse curvatures [1/m]."""
+        at, (known, *axes) = np.log(curvature_y), self.table
+        a, b = (np.exp(np.interp(at, known, values)) for values in axes)
+        return a, b
+
+    def pressed(self, a: Floats, b: Floats) -> Pressed:
+        """Hertz ellipses with semi-axes (...) [m], their line load integrated over each strip."""
+        load, half_strip = self.rig.normal_load, 0.5 * (self.y[1] - self.y[0])
+        outer, inner = (np.clip((self.y + side) / b[..., None], -1.0, 1.0) for side in (half_strip, -half_strip))
+        integral = 0.75 * load * ((outer - outer**3 / 3.0) - (inner - inner**3 / 3.0))
+        line_load = integral / (2.0 * half_strip)
+        # g / (2 a(y) N) with a(y) = a sqrt(1 - y^2 / b^2), and the root is that of g over its largest
+        intensity = 0.375 / (a * b)[..., None] * np.sqrt(line_load * b[..., None] / (0.75 * load))
+        area = np.pi * a * b
+        return Pressed(line_load, intensity, a, b, 1.5 * load / area, area)
+
+
+def _between(ends: Floats) -> Floats:
+    """Values at FINE from the first to the last of two ends (..., 2)."""
+    return np.asarray(ends[..., :1] + FINE * (ends[..., 1:] - ends[..., :1]))
+
+
+def _crossing(excess: Floats) -> Floats:
+    """Where along FINE a falling excess (case, fine) is zero."""
+    right = np.clip(np.argmax(excess < 0.0, axis=-1), 1, len(FINE) - 1)
+    high, low = (np.take_along_axis(excess, k[:, None], axis=-1)[:, 0] for k in (right - 1, right))
+    return np.asarray(FINE[right - 1] + high / (high - low) * (FINE[right] - FINE[right - 1]))
+
+
+@lru_cache(maxsize=8)
+def _table(rig: Rig) -> Floats:
+    """Logarithms of the relative transverse curvature [1/m] and of the semi-axes a, b [m], (3, curvature)."""
+    curvatures = rig.curvature_y * np.concatenate([FLAT, np.geomspace(1e-4, 10.0, 400)])
+    ellipse = hertz.contact_ellipse(
+        curvature_x=rig.curvature_x,
+        curvature_y=curvatures,
+        normal_load=rig.normal_load,
+        effective_modulus=rig.effective_modulus,
+    )
+    return np.log(np.stack([curvatures, ellipse.a, ellipse.b]))
