@@ -43,6 +43,19 @@ def test_sphere_on_cylinder_is_hertz(strips):
     assert contact.area == pytest.approx(np.pi * HERTZ[0] * HERTZ[1], rel=5e-3)
 
 
+def test_one_side_of_a_symmetric_track_is_all_of_it():
+    """Mirror images press on each other as the other half of the same problem does, in its rows for y >= 0."""
+    y = np.arange(-80, 81) * 7.5e-6
+    compliance = 1e-12 / 72.0 * np.exp(-0.5 * ((y[:, None] - y) / 5e-5) ** 2)
+    whole = solve_strips(y=y, gap=worn_gap(y), compliance=compliance, relative_accuracy=1e-10, **RIG)
+    half = compliance[80:, 80:].copy()
+    half[:, 1:] += compliance[80:, :80][:, ::-1]
+    one = solve_strips(y=y[80:], gap=worn_gap(y[80:]), compliance=half, mirrored=True, relative_accuracy=1e-10, **RIG)
+    assert one.line_load == pytest.approx(whole.line_load[80:], rel=1e-9, abs=1e-9 * whole.line_load.max())
+    assert one.half_length == pytest.approx(whole.half_length[80:], rel=1e-9)
+    assert one.approach == pytest.approx(float(whole.approach), rel=1e-9)
+
+
 @pytest.mark.parametrize("strips", [128, 256])
 def test_worn_flat_agrees_with_contact(strips):
     y = np.linspace(-0.6e-3, 0.6e-3, strips)

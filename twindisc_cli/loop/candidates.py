@@ -98,7 +98,8 @@ def searched(problem: Problem) -> list[str]:
 def _target(fitted: Fit) -> tuple[Floats, Floats]:
     """White prediction of a fit (sample,), and the directions that its parameters reach."""
     problem = fitted.problem
-    return problem.discount(problem.white(problem.predict(fitted.theta[None])))[0], span_of(fitted.jacobian)
+    plain = problem.white(problem.predict(fitted.theta[None], marched="none"))[0]
+    return problem.discount(plain), span_of(fitted.jacobian)
 
 
 def _scored(problem: Problem, fitted: Fit, target: tuple[Floats, Floats], name: str) -> tuple[Floats, Floats]:
@@ -106,7 +107,7 @@ def _scored(problem: Problem, fitted: Fit, target: tuple[Floats, Floats], name: 
     sets = _grid(problem, name)
     theta = np.concatenate([np.tile(fitted.theta, (len(sets), 1)), sets], axis=1)
     lower, upper = problem.bounds
-    rows = problem.discount(problem.white(problem.predict(np.clip(theta, lower, upper))))
+    rows = problem.discount(problem.white(problem.predict(np.clip(theta, lower, upper), marched="none")))
     plain, span = target
     moved = np.nan_to_num(rows - plain)
     moved = moved - (moved @ span) @ span.T

@@ -25,7 +25,7 @@ from twindisc_cli.loop.noise import Noise
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.experiment import Experiment, Floats, Rig
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel, Marched, Prediction
 
 
 @dataclass(frozen=True)
@@ -191,9 +191,9 @@ class Problem:
         """Which parameters have a unit normal prior (parameter,)."""
         return np.array([p.normal for p in self.parameters], dtype=bool)
 
-    def predict(self, theta: Floats) -> list[Prediction]:
-        """Predictions of every test for parameter sets theta (set, parameter)."""
-        return self.moved(theta)
+    def predict(self, theta: Floats, *, marched: Marched = "first") -> list[Prediction]:
+        """Predictions of every test for parameter sets theta (set, parameter), which are near the first of them."""
+        return self.moved(theta, marched=marched)
 
     def moved(
         self,
@@ -203,6 +203,7 @@ class Problem:
         base: Mapping[str, Floats] | None = None,
         extra: Mapping[str, Mapping[str, Floats]] | None = None,
         trial: Mapping[str, Effect] | None = None,
+        marched: Marched = "first",
     ) -> list[Prediction]:
         """Predictions with base parameters of test `number` (all tests: None) replaced, and with extra effects."""
         return [
@@ -210,6 +211,7 @@ class Problem:
                 {**self.base_of(i, theta), **((base or {}) if number in (None, i) else {})},
                 {**self.terms_of(theta), **(extra or {})},
                 {**self.trial, **(trial or {})},
+                marched=marched,
             )
             for i, case in enumerate(self.cases)
         ]

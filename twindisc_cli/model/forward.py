@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import Literal
 
 import numpy as np
 
@@ -40,6 +41,7 @@ SETTLED = 1e-7
 _STANDING = 1e-9
 """A speed [m/s] at which nothing rolls."""
 Parameters = Mapping[str, Floats]
+Marched = Literal["each", "first", "none"]
 
 
 @dataclass(frozen=True)
@@ -108,13 +110,14 @@ class ForwardModel:
         effects: Mapping[str, Parameters] | None = None,
         trial: Mapping[str, Effect] | None = None,
         *,
-        marched: bool = True,
+        marched: Marched = "each",
     ) -> Prediction:
         """Predict every channel.
 
         effects  parameters of each effect, (set,), beside those that the test declares
         trial    effects by name that are not in the catalogue
-        marched  where K differs from strip to strip: march along the history, and not only count what it takes off
+        marched  where K differs from strip to strip, the sets for which a march tells what it makes of profile and
+                 patch: each; the first, after which all of them go; none, and only what is taken off is counted
         """
         base = BaseParameters.of(base)
         sets = max([base.sets, *(len(np.atleast_1d(value)) for value in _values(effects))])
@@ -122,8 +125,8 @@ class ForwardModel:
         acting = [(known[name], columns) for name, columns in self._all_effects(effects or {}, sets).items()]
         chain = _Chain(self, base.columns(sets), acting, sets)
         state = chain.settled(chain.start())
-        if marched and chain.is_local:
-            chain = replace(chain, own=chain.marched(state))
+        if marched != "none" and chain.is_local:
+            chain = replace(chain, own=chain.marched(state, slice(1 if marched == "first" else None)))
             state = chain.settled(state)
         return chain.read(state)
 
@@ -159,7 +162,7 @@ class _Chain:
     base: BaseParameters
     effects: list[tuple[Effect, dict[str, Floats]]]
     sets: int
-    own: OwnPaths | None = None
+    own: Paths | None = None
 
     def settled(self, state: State) -> State:
         """Pass through the stages until energy and temperature stand still."""
@@ -239,12 +242,12 @@ class _Chain:
     def _blank(self) -> State:
         return self.start()
 
-    def _factors(self, index: Floats) -> Floats:
-        """K over its base value in strips of a wear index (set, any) [N/m2]."""
+    def _factors(self, index: Floats, of: slice = slice(None)) -> Floats:
+        """K over its base value in strips of a wear index (set, any) [N/m2], for some of the sets."""
         state = self._blank.replace(wear_index=index, wear_factor=np.ones_like(index))
         for effect, parameters in self.effects:
             if effect.local and not effect.is_off(**parameters):
-                state = effect.apply(state, **parameters)
+                state = effect.apply(state, **{name: values[of] for name, values in parameters.items()})
         return state.wear_factor
 
     def _local(self, state: State, before: State) -> State:
@@ -258,13 +261,16 @@ class _Chain:
         factor = self._factors(index.reshape(self.sets, -1)).reshape(index.shape) @ SHARES
         return state.replace(wear_factor=state.wear_factor * factor)
 
-    def marched(self, state: State) -> OwnPaths:
-        """The paths of every set by itself, on which each strip wears by its own K, through the history of a state."""
+    def marched(self, state: State, of: slice) -> Paths:
+        """The paths on which each strip wears by its own K through a state's history, of every set or of the first."""
         paths, section = self._weighted(state), self.section(state)
         scaled = paths.scaling.to(np.broadcast_to(state.normal_load / state.nominal_load, section.shape))
         own = np.maximum.accumulate(section / scaled.section, axis=1)
         pace = state.power / np.maximum(state.rolling_speed, _STANDING) / (scaled.along * scaled.across)
-        found = [local_paths(self.model.experiment.rig, path, own, pace, self._factors) for path in paths.parts]
+        rig, factors = self.model.experiment.rig, partial(self._factors, of=of)
+        found = [local_paths(rig, path, own[of], pace[of], factors) for path in paths.parts]
+        if len(own[of]) < self.sets:
+            return replace(paths, parts=[part[0] for part in found])
         weights = [np.broadcast_to(weight, (self.sets, 1)) for weight in paths.weights]
         return OwnPaths(
             [

@@ -1,0 +1,151 @@
+"""Wear that differs from strip to strip, against the closed forms of Hertz's ellipse and conservation of volume.
+
+In full sliding the strips of an ellipse dissipate 3 (1 - x^2) / (4 b) per width, x = y/b, and have the wear index
+i = 3 pi / 8 (T gamma / A) (1 - x^2)^(1/2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rigs import experiment, history
+from scipy.integrate import quad
+
+from twindisc_cli.model.experiment import Contact, Options
+from twindisc_cli.model.forward import ForwardModel, Prediction
+
+SOFT, USUAL = 1e-12, 6e-5
+"""Wear coefficients with which the track stays unworn, and grows to a few micrometres."""
+CREEPAGE = [0.02]
+both = pytest.mark.parametrize("contact", ["hertz", "half_space"])
+
+
+def predict(effects: dict[str, dict[str, float]], k: float, contact: Contact = "hertz", **options: str) -> Prediction:
+    """Full sliding at one creepage."""
+    test = experiment(history(CREEPAGE, 3), options=Options(contact=contact, wear_coefficient=k))
+    base = {"mu": np.array([0.3]), "K": np.array([k]), "convection_W_K": np.array([1.6])}
+    given = {name: {key: np.array([value]) for key, value in own.items()} for name, own in effects.items()}
+    return ForwardModel(test).predict(base, given, **options)
+
+
+def severe(ratio: float, critical: float) -> dict[str, dict[str, float]]:
+    return {"severe_wear_transition": {"ratio": ratio, "critical_N_mm2": 1e-6 * critical}}
+
+
+def threshold(value: float) -> dict[str, dict[str, float]]:
+    return {"wear_threshold": {"threshold_N_mm2": 1e-6 * value}}
+
+
+def middle(prediction: Prediction) -> float:
+    """Wear index of the middle strip at the end [N/m2]."""
+    return float(3.0 * np.pi / 8.0 * prediction.state.wear_index[0, -1])
+
+
+def last_rate(prediction: Prediction) -> float:
+    """What is worn at the end per energy."""
+    section, energy = prediction.section[0], prediction.state.energy[0]
+    return float((section[-1] - section[-2]) / (energy[-1] - energy[-2]))
+
+
+def profile(prediction: Prediction) -> tuple[np.ndarray, np.ndarray]:
+    """y and depth at the end [m]."""
+    at = prediction.section[:, -1:]
+    return prediction.paths.paths[0].y, prediction.paths.at(lambda path: path.depth, at)[0, 0]
+
+
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.8])
+def test_a_transition_counts_by_the_energy_of_the_strips_above_it(share: float) -> None:
+    """Energy within |x| < e is (3 e - e^3) / 2 of all, and e^2 = 1 - (c / i_middle)^2."""
+    plain = predict({}, SOFT)
+    found = predict(severe(5.0, share * middle(plain)), SOFT)
+    e = np.sqrt(1.0 - share**2)
+    assert last_rate(found) / last_rate(plain) == pytest.approx(1.0 + 4.0 * (3.0 * e - e**3) / 2.0, rel=0.01)
+
+
+@pytest.mark.parametrize("share", [0.2, 0.6, 0.9])
+def test_a_threshold_is_taken_off_strip_by_strip(share: float) -> None:
+    plain = predict({}, SOFT)
+    found = predict(threshold(share * middle(plain)), SOFT)
+    left = quad(lambda x: 1.5 * (1.0 - x**2) * (1.0 - share / np.sqrt(1.0 - x**2)), 0.0, np.sqrt(1.0 - share**2))[0]
+    assert last_rate(found) / last_rate(plain) == pytest.approx(left, rel=0.01)
+
+
+def test_the_first_wear_is_deeper_where_the_transition_is_passed() -> None:
+    """Against the parabola of even wear the track is r times deeper within |x| < e = 0.6."""
+    plain = predict({}, SOFT)
+    found = predict(severe(5.0, 0.8 * middle(plain)), SOFT)
+    y, depth = profile(found)
+    x = y / plain.paths.paths[0].b[0]
+    factor = depth[np.abs(x) < 0.9] / (1.0 - x[np.abs(x) < 0.9] ** 2)
+    x = x[np.abs(x) < 0.9]
+    inner, outer = factor[np.abs(x) < 0.5], factor[np.abs(x) > 0.7]
+    assert inner.mean() / outer.mean() == pytest.approx(5.0, rel=0.05)
+
+
+@both
+def test_nothing_is_worn_below_the_threshold(contact: Contact) -> None:
+    plain = predict({}, USUAL, contact)
+    found = predict(threshold(3.0 * middle(predict({}, SOFT, contact))), USUAL, contact)
+    assert found.section[0, -1] == 0.0
+    assert found.state.energy[0, -1] == pytest.approx(plain.state.energy[0, -1], rel=0.01)
+
+
+@both
+@pytest.mark.parametrize("effects", [severe(4.0, 2e6), threshold(0.7e6)], ids=["severe", "threshold"])
+def test_volume_and_energy_balance(contact: Contact, effects: dict[str, dict[str, float]]) -> None:
+    """What is missing from the profile is the section, which is the energy times the K of the strips that took it."""
+    found = predict(effects, USUAL, contact)
+    path, state = found.paths.paths[0], found.state
+    y, depth = profile(found)
+    assert depth.sum() * (y[1] - y[0]) / found.section[0, -1] == pytest.approx(1.0, rel=1e-6)
+    load = path.line_load.sum(axis=1) * (y[1] - y[0])
+    assert load == pytest.approx(np.full(len(load), 72.0), rel=1e-2 if contact == "half_space" else 1e-6)
+    resists = 2.0 * np.pi * 0.03 * 700.0 * 9.80665e6
+    spent = np.diff(state.energy[0], prepend=0.0) * state.wear_factor[0]
+    assert found.section[0, -1] / (USUAL * spent.sum() / resists) == pytest.approx(1.0, rel=1e-6)
+
+
+@both
+def test_without_locality_it_is_the_wear_path(contact: Contact) -> None:
+    plain, found = predict({}, USUAL, contact), predict(severe(1.0 + 1e-9, 2e6), USUAL, contact)
+    assert found.section / plain.section == pytest.approx(np.ones_like(plain.section), rel=1e-6)
+    for name in ("depth", "area", "stiffness", "a", "b", "p0"):
+        values, own = (getattr(prediction.paths.paths[0], name) for prediction in (plain, found))
+        assert np.abs(own - values[: len(own)]).max() < 1e-6 * np.abs(values).max()
+
+
+def test_pressure_that_follows_the_shape_wears_local_differences_away() -> None:
+    """What stands proud bears more: the half-space track returns to the shape of even wear, Hertz's cannot."""
+    off = {}
+    for contact in ("hertz", "half_space"):
+        found = predict(severe(4.0, 1.5e6), USUAL, contact)
+        counted = predict(severe(4.0, 1.5e6), USUAL, contact, marched="none")
+        _, depth = profile(found)
+        even = counted.paths.at(lambda path: path.depth, found.section[:, -1:])[0, 0]
+        off[contact] = np.abs(depth - even).max() / even.max()
+    assert off["half_space"] < 0.02
+    assert off["hertz"] > 3.0 * off["half_space"]
+
+
+@both
+def test_each_set_marches_for_itself_or_all_after_the_first(contact: Contact) -> None:
+    test = experiment(history([0.01, 0.02], 3), options=Options(contact=contact, wear_coefficient=USUAL))
+    base = {"mu": np.full(2, 0.3), "K": np.full(2, USUAL), "convection_W_K": np.full(2, 1.6)}
+    effects = {"wear_threshold": {"threshold_N_mm2": np.array([0.5, 0.505])}}
+    each, first = (ForwardModel(test).predict(base, effects, marched=marched) for marched in ("each", "first"))
+    shared, own = first.section[:, -1] / each.section[:, -1], each.section[1, -1] / each.section[0, -1]
+    assert shared == pytest.approx([1.0, 1.0], rel=1e-3)
+    assert shared[0] == pytest.approx(1.0, rel=1e-6)
+    assert own < 0.999
+    alone = {"wear_threshold": {"threshold_N_mm2": np.array([0.505])}}
+    single = ForwardModel(test).predict({key: value[:1] for key, value in base.items()}, alone)
+    assert each.section[1, -1] / single.section[0, -1] == pytest.approx(1.0, rel=1e-6)
+
+
+def test_without_heat_a_local_law_acts_as_well() -> None:
+    test = replace(experiment(history([0.02], 2), options=Options(wear_coefficient=USUAL)), thermal=None)
+    base = {"mu": np.array([0.3]), "K": np.array([USUAL])}
+    found = ForwardModel(test).predict(base, {"wear_threshold": {"threshold_N_mm2": np.array([0.5])}})
+    assert 0.0 < found.section[0, -1] < ForwardModel(test).predict(base).section[0, -1]
