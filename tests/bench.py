@@ -305,6 +305,51 @@ def wear_speed() -> Iterator[Row]:
     yield at_most("simulate-wear, ambient, half-space contact", seconds, 2.0, "s")
 
 
+def local_wear() -> Iterator[Row]:
+    """A threshold and a transition strip by strip on 60 iterations of a small rig."""
+    import rigs
+
+    from twindisc_cli.model import wear
+    from twindisc_cli.model.experiment import Options
+    from twindisc_cli.model.forward import ForwardModel
+
+    base = {"mu": np.array([0.6]), "K": np.array([6e-5]), "convection_W_K": np.array([1.6])}
+    threshold = {"wear_threshold": {"threshold_N_mm2": np.array([0.7])}}
+    severe = {"severe_wear_transition": {"ratio": np.array([4.0]), "critical_N_mm2": np.array([3.0])}}
+    none = {"severe_wear_transition": {"ratio": np.array([1.0 + 1e-9]), "critical_N_mm2": np.array([3.0])}}
+
+    def end(contact: Any, effects: Any = None) -> tuple[Any, np.ndarray, float]:
+        history = rigs.history([0.002, 0.005, 0.01, 0.02, 0.01, 0.005], 10)
+        model = ForwardModel(rigs.experiment(history, options=Options(contact=contact, wear_coefficient=6e-5)))
+        found = model.predict(base, effects)
+        seconds = best(lambda: model.predict(base, effects))
+        depth = found.paths.at(lambda path: path.depth, found.section[:, -1:])[0, 0]
+        return found, np.interp(np.linspace(-1e-3, 1e-3, 401), found.paths.paths[0].y, depth), seconds
+
+    for contact in ("hertz", "half_space"):
+        even, path = end(contact, none)[1], end(contact)[1]
+        off = float(np.abs(even - path).max() / path.max())
+        yield at_most(f"{contact}, local wear where K is the same, against the path", off, 1e-6)
+        for name, effects in (("threshold", threshold), ("transition", severe)):
+            found, depth, seconds = end(contact, effects)
+            path, (own,) = found.paths.paths[0], found.paths.at(lambda path: path.depth, found.section[:, -1:])[0]
+            volume = own.sum() * (path.y[1] - path.y[0]) / found.section[0, -1] - 1.0
+            spent = np.diff(found.state.energy[0], prepend=0.0) @ found.state.wear_factor[0]
+            energy = found.section[0, -1] / (6e-5 * spent / (2.0 * np.pi * 0.03 * rigs.HARDNESS)) - 1.0
+            yield at_most(f"  {name}: volume and energy balance", max(abs(volume), abs(energy)), 1e-6)
+            growth, wear.GROWTH = wear.GROWTH, 0.25 * wear.GROWTH
+            try:
+                wear._path.cache_clear()
+                fine = end(contact, effects)[1]
+            finally:
+                wear.GROWTH = growth
+                wear._path.cache_clear()
+            yield at_most(
+                "    depth, against a quarter of the step", abs(depth.max() / fine.max() - 1.0) * 100, 0.1, "%"
+            )
+            yield at_most("    60 iterations", seconds, 0.05, "s")
+
+
 # --- exact contact ----------------------------------------------------------------------------------------------------
 
 
@@ -590,6 +635,7 @@ SECTIONS = {
     "wear": wear_accuracy,
     "temperature": temperature,
     "wear speed": wear_speed,
+    "local wear": local_wear,
     "exact": exact_traction,
     "combined": combined_creepages,
     "combined direction": combined_direction,

@@ -28,6 +28,8 @@ GAMMA = 1.0 - np.sqrt(0.5)
 SETTLED = 1e-2
 """Change of the line load, over its largest, at which a stage of the half-space march is left: the next sets it right.
 Ten times less moves the depth by 6e-6."""
+FEWEST = 2
+"""Strips on either side of the middle one that a circle is fitted to, at least."""
 FINE = np.linspace(0.0, 1.0, 9)
 
 
@@ -239,31 +241,30 @@ class _BestCircle:
         powers = np.broadcast_to(self.sums[:, None], (3, *folded.shape))
         moments = np.cumsum(np.stack([folded, folded * outward**2]), axis=-1)
         sums = np.concatenate([powers, moments])
-        # one strip is too few for a circle
-        sums, borders = sums[..., 2:], self.borders[2:]
-        beyond = np.log(borders) > self._log_width(sums)
-        if not beyond.any(axis=-1).all() or beyond[:, 0].any():
+        sums, borders = sums[..., FEWEST:], self.borders[FEWEST:]
+        beyond = self._excess(sums, borders) > 0.0
+        if not beyond[:, -1].all() or beyond.all(axis=-1).any():
             raise NoConvergenceError("no ellipse fits the worn track")
-        last = np.argmax(beyond, axis=-1)
-        index = np.stack([last - 1, last], axis=-1)
-        ends, between = np.take_along_axis(sums, index[None], axis=-1), borders[index]
-        part = _crossing(self._excess(_between(ends), np.log(_between(between))))
-        whole = ends[..., 0] + part * (ends[..., 1] - ends[..., 0])
-        return self._fitted(whole)
+        last = len(borders) - 1 - np.argmin(beyond[:, ::-1], axis=-1)
+        index = np.stack([last, last + 1], axis=-1)
+        ends = np.take_along_axis(sums, index[None], axis=-1)
+        part = _crossing(self._excess(_between(ends), _between(borders[index])))
+        return np.maximum(self._fitted(ends[..., 0] + part * (ends[..., 1] - ends[..., 0])), self._flattest)
 
-    def _excess(self, sums: Floats, log_half_width: Floats) -> Floats:
-        return self._log_width(sums) - log_half_width
+    def _excess(self, sums: Floats, half_width: Floats) -> Floats:
+        """Transverse curvature [1/m] of the best circle within a half-width over that which makes this half-width."""
+        known, _, log_b = self.table[:, ::-1]
+        return np.asarray(self._fitted(sums) - np.exp(np.interp(np.log(half_width), log_b, known)))
 
-    def _log_width(self, sums: Floats) -> Floats:
-        """Logarithm of the half-width that follows from the circle through these sums, (5, ...)."""
-        return np.interp(np.log(self._fitted(sums)), self.table[0], self.table[2])
+    @property
+    def _flattest(self) -> float:
+        return float(FLAT[0] * self.rig.curvature_y)
 
     def _fitted(self, sums: Floats) -> Floats:
-        """Relative transverse curvature [1/m] of the best circle through the worn gap."""
+        """Relative transverse curvature [1/m] of the best circle through the worn gap, from its sums (5, ...)."""
         weight, second, fourth, height, bow = sums
-        curvature = 2.0 * (bow - second / weight * height) / (fourth - second / weight * second)
-        unworn = self.rig.curvature_y
-        return np.asarray(np.maximum(unworn + curvature, FLAT[0] * unworn))
+        inner = 2.0 * (bow - second / weight * height) / (fourth - second / weight * second)
+        return np.asarray(self.rig.curvature_y + inner)
 
     def axes(self, curvature_y: Floats) -> tuple[Floats, Floats]:
         """Semi-axes a, b [m] of the ellipse for transverse curvatures [1/m]."""
@@ -289,10 +290,10 @@ def _between(ends: Floats) -> Floats:
 
 
 def _crossing(excess: Floats) -> Floats:
-    """Where along FINE a falling excess (case, fine) is zero."""
-    right = np.clip(np.argmax(excess < 0.0, axis=-1), 1, len(FINE) - 1)
-    high, low = (np.take_along_axis(excess, k[:, None], axis=-1)[:, 0] for k in (right - 1, right))
-    return np.asarray(FINE[right - 1] + high / (high - low) * (FINE[right] - FINE[right - 1]))
+    """Where along FINE a rising excess (case, fine) is zero."""
+    right = np.clip(np.argmax(excess > 0.0, axis=-1), 1, len(FINE) - 1)
+    low, high = (np.take_along_axis(excess, k[:, None], axis=-1)[:, 0] for k in (right - 1, right))
+    return np.asarray(FINE[right - 1] - low / (high - low) * (FINE[right] - FINE[right - 1]))
 
 
 @lru_cache(maxsize=8)

@@ -391,14 +391,11 @@ def _cut(state: _State, part: slice) -> _State:
 def _put(state: _State, part: slice, size: int) -> _State:
     """The inverse of `_cut`, with the slope carried on to both ends."""
 
-    def whole(values: Array) -> Array:
-        found = np.zeros((len(values), size), dtype=values.dtype)
-        found[:, part] = values
-        return found
-
-    slope = whole(state.slope)
+    shape = len(state.load), size
+    load, slope, loaded, left = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=bool), np.zeros(shape)
+    load[:, part], slope[:, part], loaded[:, part], left[:, part] = state.load, state.slope, state.loaded, state.left
     slope[:, : part.start], slope[:, part.stop :] = state.slope[:, :1], state.slope[:, -1:]
-    return replace(state, load=whole(state.load), slope=slope, loaded=whole(state.loaded), left=whole(state.left))
+    return replace(state, load=load, slope=slope, loaded=loaded, left=left)
 
 
 def _touch_beyond(problem: _Problem, state: _State, part: slice) -> _State:
