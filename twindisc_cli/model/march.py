@@ -13,7 +13,7 @@ and keeps the ellipse; it goes by an explicit midpoint rule with small steps.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
 import numpy as np
@@ -27,29 +27,34 @@ FLAT = np.geomspace(1e-10, 1e-4, 300, endpoint=False)
 GAMMA = 1.0 - np.sqrt(0.5)
 SETTLED = 1e-2
 """Change of the line load, over its largest, at which a stage of the half-space march is left: the next sets it right.
-Ten times less moves the depth by 6e-6."""
+Ten times less moves the greatest depth by 1e-5."""
 FEWEST = 2
 """Strips on either side of the middle one that a circle is fitted to, at least."""
 FINE = np.linspace(0.0, 1.0, 9)
 
 
 @dataclass(frozen=True)
-class Pressed:
-    """The contact of every case: line load g [N/m] and intensity g / (2 a(y) N) [1/m2], (case, strip).
-
-    (case,): semi-axes a, b [m], in half-space contact those of `equivalent_ellipse`, peak pressure p0 [Pa], area [m2].
-    Of a whole march, the nodes stand behind the cases.
-    """
+class Loaded:
+    """The strips of every case: line load g [N/m] and intensity g / (2 a(y) N) [1/m2], (case, strip)."""
 
     line_load: Floats
     intensity: Floats
+
+
+@dataclass(frozen=True)
+class Pressed(Loaded):
+    """The contact at the nodes of a march: strips (case, node, strip), the others (case, node).
+
+    a, b semi-axes [m], in half-space contact those of `equivalent_ellipse`; p0 peak pressure [Pa]; area [m2].
+    """
+
     a: Floats
     b: Floats
     p0: Floats
     area: Floats
 
 
-Weights = Callable[[int, Floats, Pressed], Floats]
+Weights = Callable[[int, Floats, Loaded], Floats]
 """w (case, strip) in a step (its number), on strips y, of a contact."""
 
 
@@ -61,9 +66,9 @@ class March:
     contact: Pressed
 
 
-def even(step: int, y: Floats, pressed: Pressed) -> Floats:
+def even(step: int, y: Floats, loaded: Loaded) -> Floats:
     """One wear coefficient all over the track."""
-    return np.ones_like(pressed.line_load)
+    return np.ones_like(loaded.line_load)
 
 
 def march(
@@ -91,8 +96,7 @@ def march(
     folded = spread[middle:, middle:].copy()
     folded[:, 1:] += spread[middle:, :middle][:, ::-1]
     half = _march_half_space(rig, y[middle:], nodes, folded, cases, weights, mirrored=True)
-    sides = {name: _unfolded(getattr(half.contact, name)) for name in ("line_load", "intensity")}
-    return March(_unfolded(half.depth), replace(half.contact, **sides))
+    return March(_unfolded(half.depth), half.contact)
 
 
 def _unfolded(values: Floats) -> Floats:
@@ -120,22 +124,22 @@ def _march_half_space(
         effective_modulus=rig.effective_modulus,
         mirrored=mirrored,
     )
-    look = partial(_pressed, mirrored=mirrored)
     found = press(gap=gap)
-    pressed = look(found)
     worn = np.zeros_like(gap)
-    depths, contacts = [worn], [pressed]
+    depths, contacts = [worn], [found]
     for number, step in enumerate(np.diff(nodes)):
         for share in (1.0 - GAMMA, GAMMA):
-            favoured = weights(number, y, pressed)
+            favoured = weights(number, y, _loaded(found, rig.normal_load))
             compliance = GAMMA * step * spread * favoured[:, None, :]
             found = press(gap=gap + worn, compliance=compliance, start=found, relative_accuracy=SETTLED)
-            pressed = look(found)
-            worn = worn + share * step * _worn(spread, favoured, pressed.line_load, mirrored=mirrored)
+            worn = worn + share * step * _worn(spread, favoured, found.line_load, mirrored=mirrored)
         depths.append(worn)
-        contacts.append(pressed)
-    whole = {f.name: np.stack([getattr(c, f.name) for c in contacts], axis=1) for f in fields(Pressed)}
-    return March(np.stack(depths, axis=1), Pressed(**whole))
+        contacts.append(found)
+    load, length, approach = (
+        np.stack([getattr(contact, name) for contact in contacts], axis=1)
+        for name in ("line_load", "half_length", "approach")
+    )
+    return March(np.stack(depths, axis=1), _pressed(StripContact(y, length, load, approach), rig.normal_load, mirrored))
 
 
 def _worn(spread: Floats, weights: Floats, line_load: Floats, *, mirrored: bool) -> Floats:
@@ -151,21 +155,23 @@ def _total(values: Floats, mirrored: bool) -> Floats:
     return np.asarray(2.0 * whole - values[:, :1] if mirrored else whole)
 
 
-def _pressed(contact: StripContact, *, mirrored: bool) -> Pressed:
-    line_load, length = contact.line_load, contact.half_length
-    load = contact.strip_width * _total(line_load, mirrored)
-    intensity = np.divide(line_load, 2.0 * length, out=np.zeros_like(line_load), where=length > 0.0) / load
+def _loaded(contact: StripContact, normal_load: float) -> Loaded:
+    """The strips of a contact, half-space or one side of it."""
+    load, across = contact.line_load, 2.0 * normal_load * contact.half_length
+    return Loaded(load, np.divide(load, across, out=np.zeros_like(load), where=across > 0.0))
+
+
+def _pressed(contact: StripContact, normal_load: float, mirrored: bool) -> Pressed:
+    """The contact at the nodes (case, node)."""
     if mirrored:
-        contact = StripContact(_mirror(contact.y), _unfolded(length), _unfolded(contact.line_load), contact.approach)
-    a, b = equivalent_ellipse(contact)
-    p0 = np.array(
-        [_peak_pressure(*case, contact.y) for case in zip(contact.line_load, contact.half_length, strict=True)]
-    )
-    return Pressed(line_load, intensity, a, b, p0, contact.area)
-
-
-def _mirror(y: Floats) -> Floats:
-    return np.concatenate([-y[:0:-1], y])
+        y = np.concatenate([-contact.y[:0:-1], contact.y])
+        contact = replace(
+            contact, y=y, half_length=_unfolded(contact.half_length), line_load=_unfolded(contact.line_load)
+        )
+    strips, (a, b) = _loaded(contact, normal_load), equivalent_ellipse(contact)
+    every = zip(*(v.reshape(-1, len(contact.y)) for v in (contact.line_load, contact.half_length)), strict=True)
+    p0 = np.reshape([_peak_pressure(*one, contact.y) for one in every], a.shape)
+    return Pressed(strips.line_load, strips.intensity, a, b, p0, contact.area)
 
 
 def _peak_pressure(line_load: Floats, half_length: Floats, y: Floats) -> float:

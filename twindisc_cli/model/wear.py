@@ -25,7 +25,7 @@ import numpy as np
 from scipy.special import erf
 
 from twindisc_cli.model.experiment import Contact, Floats, Rig
-from twindisc_cli.model.march import March, Pressed, march
+from twindisc_cli.model.march import Loaded, March, march
 from twindisc_cli.model.traction_law import creep_stiffness
 from twindisc_cli.physics import line_contact
 from twindisc_cli.physics.half_space import OutOfRangeError
@@ -191,11 +191,11 @@ class _Favoured:
     pace: Floats
     factors: Callable[[Floats], Floats]
 
-    def __call__(self, step: int, y: Floats, pressed: Pressed) -> Floats:
+    def __call__(self, step: int, y: Floats, loaded: Loaded) -> Floats:
         """K of each strip over the mean of the energy's, (case, strip), itself a mean over the step."""
-        index = self.pace[:, step, :, None] * pressed.intensity[:, None, :]
+        index = self.pace[:, step, :, None] * loaded.intensity[:, None, :]
         factor = self.factors(index.reshape(len(index), -1)).reshape(index.shape)
-        share = pressed.line_load * np.where((y > 0.0) & (y[0] == 0.0), 2.0, 1.0)
+        share = loaded.line_load * np.where((y > 0.0) & (y[0] == 0.0), 2.0, 1.0)
         share = share / share.sum(axis=-1, keepdims=True)
         mean = np.einsum("cms,cs->cm", factor, share)[..., None]
         return np.asarray(np.where(mean > 0.0, factor / np.where(mean > 0.0, mean, 1.0), 1.0).mean(axis=1))
