@@ -2,10 +2,14 @@
 
 import numpy as np
 import pytest
+from rigs import LOAD, ROOM, SPEED, experiment, history, rig
 from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 from scipy.special import ellipk
 
+from twindisc_cli.laws.law import Law
+from twindisc_cli.model.experiment import Thermal
+from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.physics.flash import flash_temperature
 
 UNIT = {"creepage": 0.0, "conductivity": 1.0, "density": 1.0, "specific_heat": 1.0}
@@ -89,3 +93,39 @@ def test_the_faster_surface_carries_more_heat_away():
     slow, fast = (flash_temperature(power=2.0, a=1.0, b=2.0, speed=v, **UNIT).maximum for v in (3.5, 10.5))
     both = flash_temperature(power=1.0, a=1.0, b=2.0, speed=7.0, **{**UNIT, "creepage": 1.0}).maximum
     assert float(both) == pytest.approx(1.0 / (1.0 / slow + 1.0 / fast), rel=1e-9)
+
+
+def sliding(thermal: Thermal | None, laws: dict[str, Law]) -> ForwardModel:
+    """Full sliding at 2 % on discs that do not wear."""
+    return ForwardModel(experiment(history([0.02], 2), thermal=thermal, laws=laws))
+
+
+def test_friction_that_falls_with_the_flash_temperature_finds_its_own() -> None:
+    """dT = F mu, and mu = mu0 (1 - 0.4 dT / 40 K) gives mu = mu0 / (1 + 0.4 mu0 F / 40 K); the disc stays cold."""
+    law = Law("mu", "flash_temperature", "linear", {"size": -0.4, "begin_K": 0.0, "end_K": 40.0})
+    cold, patch = Thermal(ROOM, 1e12, ROOM), rig().patch
+    per_mu = flash_temperature(
+        power=LOAD * 0.02 * SPEED,
+        creepage=0.02,
+        a=patch.a,
+        b=patch.b,
+        speed=SPEED,
+        conductivity=cold.conductivity,
+        density=cold.density,
+        specific_heat=cold.specific_heat,
+    ).mean
+    base = {"mu": np.array([0.5]), "convection_W_K": np.array([1.0])}
+    found = sliding(cold, {"hot": law}).predict(base)
+    mu = 0.5 / (1.0 + 0.4 * 0.5 * per_mu / 40.0)
+    assert 0.3 < mu < 0.48
+    assert found.state.mu[0, -1] == pytest.approx(mu, rel=1e-4)
+    assert found.state.flash[0, -1] == pytest.approx(per_mu * mu, rel=2e-3)
+    assert found.state.temperature[0, -1] == pytest.approx(ROOM, abs=1e-3)
+
+
+def test_where_nothing_is_said_of_heat_no_law_of_the_flash_acts() -> None:
+    law = Law("mu", "flash_temperature", "linear", {"size": -0.4, "begin_K": 0.0, "end_K": 40.0})
+    base = {"mu": np.array([0.5])}
+    found = sliding(None, {"hot": law}).predict(base).state
+    assert np.isnan(found.flash).all()
+    assert found.mu == pytest.approx(np.full_like(found.mu, 0.5))

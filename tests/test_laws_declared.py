@@ -150,6 +150,7 @@ def every_law() -> Iterator[tuple[str, Law]]:
     for shape, form in SHAPES.items():
         own = {f"{name}_s": lengths[name] for name in form.along} | {name: lengths[name] for name in form.pure}
         yield shape, Law("wear", "time", shape, {"size": 0.2, **own}, valid=(0.0, 420.0))
+    yield "flash", Law("mu", "flash_temperature", at=(0.0, 40.0, 90.0), value=(1.0, 0.9, 0.8), valid=(0.0, 90.0))
     yield "across", Law("profile", "y_over_edge", "bump", {"size_um": 0.2, "at": 0.1, "width": 0.3}, valid=(-1.0, 1.0))
 
 

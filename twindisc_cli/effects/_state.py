@@ -6,6 +6,7 @@ order of time. A parameter reaches an effect as an array of shape (set, 1). What
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -79,7 +80,8 @@ class State:
     sensor     traction_ratio [1] and disc_temperature [K] as recorded, surface as recorded
 
     From the pass before, since the stages feed each other: temperature [K] of the disc, energy [J] dissipated so far,
-    wear_index = T gamma / A, the energy dissipated per length rolled and area of the patch [N/m2], power_before [W].
+    wear_index = T gamma / A, the energy dissipated per length rolled and area of the patch [N/m2], power_before [W];
+    flash [K], how much hotter than the disc the patch is on its mean.
     """
 
     time: Floats
@@ -119,11 +121,17 @@ class State:
     traction_ratio: Floats = field(default_factory=_not_yet)
     disc_temperature: Floats = field(default_factory=_not_yet)
     surface: Surface | None = None
+    flash_before: Callable[[], Floats] = _zero
 
     @property
     def sliding_speed(self) -> Floats:
         """Rigid sliding speed [m/s], lateral creepage included."""
         return np.asarray(self.rolling_speed * np.hypot(self.creepage, self.lateral_creepage))
+
+    @property
+    def flash(self) -> Floats:
+        """Mean flash temperature of the patch [K], computed when asked for; NaN where the test says nothing of heat."""
+        return self.flash_before()
 
     @property
     def warming(self) -> Floats:

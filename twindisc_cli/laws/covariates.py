@@ -44,6 +44,7 @@ COVARIATES: Mapping[str, Covariate] = {
     "cycles": Covariate("1", "", "revolutions", "n", lambda s: s.cycles),
     "energy": Covariate("kJ", "kJ", "dissipated energy", "E", lambda s: 1e-3 * s.energy),
     "temperature": Covariate("degC", "C", "disc temperature", "T", lambda s: s.temperature - CELSIUS),
+    "flash_temperature": Covariate("K", "K", "flash temperature of the patch above the disc", "ΔT", lambda s: s.flash),
     "power": Covariate("W", "W", "dissipated power", "P", lambda s: s.power_before),
     "wear_index": Covariate("N mm-2", "N_mm2", "wear index", "Tγ/A", lambda s: 1e-6 * s.wear_index),
     "time_in_step": Covariate("s", "s", "time since the creepage changed", "τ", lambda s: s.time_in_step),

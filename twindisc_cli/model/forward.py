@@ -26,12 +26,13 @@ from twindisc_cli.effects._effect import Effect, Stage
 from twindisc_cli.effects._state import State
 from twindisc_cli.model.base import BaseParameters, column
 from twindisc_cli.model.experiment import Contact, Experiment, Floats
-from twindisc_cli.model.patch import OwnPaths, Paths, WeightedPaths, weighted_paths
+from twindisc_cli.model.patch import OwnPaths, Patch, Paths, WeightedPaths, weighted_paths
 from twindisc_cli.model.points import Points, operating_points
 from twindisc_cli.model.surface import Stops, recorded_sections, worn_surface
 from twindisc_cli.model.traction_law import traction_law
 from twindisc_cli.model.wear import SHARES, WearPath, first_section, local_paths, wear_path
 from twindisc_cli.physics import combined, disc_heat, polach
+from twindisc_cli.physics.flash import flash_temperature
 
 MOST_PASSES = 40
 SPIN_ARM, SPIN_ARM_OF_A_LINE = 1.0 / np.sqrt(5.0), 0.5
@@ -217,6 +218,7 @@ class _Chain:
             energy=before.energy,
             wear_index=before.wear_index,
             power_before=before.power,
+            flash_before=before.flash_before,
         )
         state = self._friction(self._apply("operation", fresh))
         state = self._apply("contact", self._apply("traction", state))
@@ -304,7 +306,25 @@ class _Chain:
             power=power,
             energy=np.cumsum(power * state.duration, axis=1),
             wear_index=power / np.maximum(state.rolling_speed, _STANDING) / patch.area,
+            flash_before=partial(self._flash, power, state.creepage, state.rolling_speed, patch),
         )
+
+    def _flash(self, power: Floats, creepage: Floats, speed: Floats, patch: Patch) -> Floats:
+        """Mean flash temperature of the patch [K], (set, point)."""
+        thermal = self.model.experiment.thermal
+        if thermal is None:
+            return np.full((1, 1), np.nan)
+        return flash_temperature(
+            power=power,
+            creepage=creepage,
+            a=patch.a,
+            b=patch.b,
+            speed=speed,
+            conductivity=thermal.conductivity,
+            density=thermal.density,
+            specific_heat=thermal.specific_heat,
+            line=self.model.experiment.rig.is_line,
+        ).mean
 
     def _law(self, state: State, xi: Floats, ratio: Floats) -> Floats:
         """T/(mu N) of the declared traction law, moved towards the exact theory where an effect says so.
