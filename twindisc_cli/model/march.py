@@ -169,9 +169,9 @@ def _pressed(contact: StripContact, normal_load: float, mirrored: bool) -> Press
             contact, y=y, half_length=_unfolded(contact.half_length), line_load=_unfolded(contact.line_load)
         )
     strips, (a, b) = _loaded(contact, normal_load), equivalent_ellipse(contact)
-    every = zip(*(v.reshape(-1, len(contact.y)) for v in (contact.line_load, contact.half_length)), strict=True)
-    p0 = np.reshape([_peak_pressure(*one, contact.y) for one in every], a.shape)
-    return Pressed(strips.line_load, strips.intensity, a, b, p0, contact.area)
+    load, length = (values.reshape(-1, len(contact.y)) for values in (contact.line_load, contact.half_length))
+    p0 = [_peak_pressure(q, a_of_y, contact.y) for q, a_of_y in zip(load, length, strict=True)]
+    return Pressed(strips.line_load, strips.intensity, a, b, np.reshape(p0, a.shape), contact.area)
 
 
 def _peak_pressure(line_load: Floats, half_length: Floats, y: Floats) -> float:
