@@ -98,7 +98,17 @@ def test_ranges_and_lists_multiply_and_rows_are_added(folder: Path) -> None:
         ('base = "a.toml"', "nothing is varied"),
         ('base = "a.toml"\nvarry.rig.normal_load_N = [1.0]', "varry: unknown key; a campaign file holds base, vary"),
         ('base = "a.toml"\nvary.rig.normal_load_N = { from = 1.0, to = 2.0 }', "give a list, or { from"),
-        ('base = "a.toml"\nvary.rig.normal_load_N = { from = 1, to = 2, count = 1 }', "at least 2 values"),
+        ('base = "a.toml"\nvary.rig.normal_load_N = { from = 1, to = 2, count = 1 }', "2 to 1000000 values"),
+        ('base = "a.toml"\nvary.rig.normal_load_N = { from = 1, to = 2, count = 1000000000 }', "2 to 1000000 values"),
+        ('base = "a.toml"\nvary.rig.normal_load_N = { from = 1, to = 2, count = nan }', "2 to 1000000 values"),
+        ('base = "a.toml"\nvary.rig.normal_load_N = { from = "1", to = inf, count = 2 }', "from one number to another"),
+        ('base = "a.toml"\nvary.rig.x = { from = 1, to = 2, count = 2, spacing = "lin" }', 'is "linear" or "log"'),
+        ('base = "a.toml"\nvary = 3', "vary: is a table of keys"),
+        ('base = "a.toml"\nvariations = [3]', "variations: are tables"),
+        ('base = "a.toml"\n[vary]\n"rig.normal_load_N.x" = [0.1]', "rig.normal_load_N.x: the base has no x there"),
+        ('base = "a.toml"\n[vary]\n"history.steps[0].mu" = [0.1]', "history.steps[0].mu: the base has no item 0"),
+        ('base = "a.toml"\n[vary]\n"rig[*].mu" = [0.1]', "rig[*].mu: the base has no items there"),
+        ('base = "a.toml"\n[vary]\n"." = [0.1]', ".: the base has no such key"),
         ('base = "a.toml"\nvary.rig.x = { from = -1, to = 2, count = 3, spacing = "log" }', "ends of one sign"),
         ('base = "a.toml"\n[vary]\n"history.steps[9].mu" = [0.1]', "history.steps[9].mu: the base has no item 9"),
         ('base = "a.toml"\nvary.rig.normal_load_N = [1.0, 1.0]', "is the name of two variations"),
@@ -384,6 +394,23 @@ def test_repeats_are_pooled_and_the_outlier_is_named(folder: Path, capsys: pytes
 def wear_row(i: int, energy: float, k: float, std: float, group: str = "") -> Row:
     found = {"K [1]": k, "K std [1]": std, "T gamma / A [N/mm2]": energy, "wear rate [um/km]": 50.0 * k * energy}
     return Row(f"t{i}", f"t{i}.toml", 0, group=group, provenance="synthetic", found=found)
+
+
+def test_a_k_less_certain_than_its_size_is_not_pooled() -> None:
+    """Five tests of one K, and one that says nothing: mean, scatters and p are those of the five."""
+    values = [1.0e-4, 1.1e-4, 0.9e-4, 1.05e-4, 0.95e-4]
+    sure = [wear_row(i, 1.0 + i, k, 0.1 * k, "g") for i, k in enumerate(values)]
+    (five,) = outcome_of(table_of(sure)).groups
+    (six,) = outcome_of(table_of([*sure, wear_row(5, 6.0, 3e-4, 100.0, "g")])).groups
+    assert six.summary == five.summary
+    assert five.pooled.within == pytest.approx(0.1)
+
+
+def test_a_number_that_no_computer_holds_is_a_text() -> None:
+    asked = [{"rig.mu": 10**400}, {"rig.mu": 10**20}, {"rig.mu": 3}]
+    rows = [Row(f"t{i}", "t.toml", 2, asked=values, error="refused") for i, values in enumerate(asked)]
+    assert table_of(rows).columns["rig.mu"][0] == str(10**400)
+    assert table_of(rows[1:]).numbers("rig.mu") == pytest.approx([1e20, 3.0])
 
 
 def test_one_k_for_all_is_tested() -> None:

@@ -15,9 +15,12 @@ import numpy as np
 from twindisc_cli.campaign.table import Table
 from twindisc_cli.identify import hierarchy
 from twindisc_cli.model.experiment import Floats, Ints
+from twindisc_cli.report.words import p_value
 
 SINGLE = 0.05
 """One value for all tests is refused below this probability."""
+_NINETY = 3.29
+"""The length of a 90 % interval in standard errors."""
 _ESTIMATES = (
     ("K", "K [1]", "K std [1]"),
     ("K", "base K [1]", "base K std [1]"),
@@ -77,7 +80,7 @@ class Group:
     def summary(self) -> str:
         """The outcome in one line."""
         p = self.pooled
-        one = f"one {self.quantity} for all {'agrees' if self.one_for_all else 'is refused'} (p = {p.p_one:.2g})"
+        one = f"one {self.quantity} for all {'agrees' if self.one_for_all else 'is refused'} ({p_value(p.p_one)})"
         between = f"{_percent(p.between)} ({_percent(p.between_low)} to {_percent(p.between_high)})"
         named = f"; outlier: {', '.join(self.outliers)}" if self.outliers else ""
         return (
@@ -225,10 +228,10 @@ def _curve(creepage: Floats, levels: hierarchy.Levels, pooled: hierarchy.Pooled)
 
 
 def _estimates(table: Table, name: str, rows: Ints) -> Iterator[Group]:
-    """Each quantity that the tests of a group give with its standard error."""
+    """Each quantity that the tests of a group give with its standard error, but what is less certain than its size."""
     for quantity, column, error in _ESTIMATES:
         value, std = table.numbers(column)[rows], table.numbers(error)[rows]
-        known = np.flatnonzero((value > 0.0) & (std > 0.0))
+        known = np.flatnonzero((value > 0.0) & (std > 0.0) & ~(_NINETY * std > value))
         if len(known) < 2:
             continue
         y, s = np.log(value[known]), std[known] / value[known]

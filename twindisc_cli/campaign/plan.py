@@ -21,7 +21,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 from twindisc_cli.definition import Test, load, load_text
 from twindisc_cli.errors import DefinitionError, Problem
@@ -31,6 +31,7 @@ _PART = re.compile(r"([^.\[\]]+)|\[(\d+|\*)\]")
 _RANGE_KEYS = {"from", "to", "count", "spacing"}
 _CAMPAIGN_KEYS = {"base", "vary", "variations"}
 _MOST_COUNT = 1_000_000
+_LARGEST = 1e300
 
 
 @dataclass(frozen=True)
@@ -68,13 +69,23 @@ def _files(given: Sequence[str], problems: list[Problem]) -> list[Path]:
     files: dict[Path, None] = {}
     for pattern in given:
         path = Path(pattern)
-        found = [path] if path.exists() else sorted(Path(path.anchor).glob(str(path.relative_to(path.anchor))))
+        found = _matches(path)
         files.update((file, None) for file in found if file.is_file())
         if not found:
             problems.append(Problem("no such file", pattern))
-        elif path.is_dir():
+        elif found == [path] and path.is_dir():
             problems.append(Problem(f"is a folder; write {path.as_posix()}/*.toml", pattern))
     return list(files)
+
+
+def _matches(pattern: Path) -> list[Path]:
+    """The file of that name, or those of a glob; none where it can be neither."""
+    try:
+        if pattern.exists():
+            return [pattern]
+        return sorted(Path(pattern.anchor).glob(str(pattern.relative_to(pattern.anchor))))
+    except (ValueError, OSError, NotImplementedError):
+        return []
 
 
 def _jobs(path: Path) -> Iterator[Job]:
@@ -88,8 +99,8 @@ def _jobs(path: Path) -> Iterator[Job]:
 def _document(path: Path) -> dict[str, Any]:
     """The tables of a file; empty where it cannot be read, which the test itself will report."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError):
+        return tomllib.loads(path.read_text(encoding="utf-8-sig")) if path.is_file() else {}
+    except (OSError, ValueError, RecursionError):
         return {}
 
 
@@ -121,21 +132,27 @@ def _variations(path: Path, document: Mapping[str, Any]) -> Iterator[Job]:
     tables = _checked_tables(path, document)
     if not tables:
         raise DefinitionError(Problem("nothing is varied: give [vary] or [[variations]]", str(path)))
-    seen = {key: {str(table.get(key)) for table in tables} for table in tables for key in table if key != "name"}
+    keys = dict.fromkeys(key for table in tables for key in table if key != "name")
+    differing = {key for key in keys if len({str(table.get(key)) for table in tables}) > 1}
     for table in tables:
-        yield _varied(path, base_path, base, table, [key for key in table if len(seen.get(key, ())) > 1])
+        yield _varied(path, base_path, base, table, [key for key in table if key in differing])
 
 
 def _checked_tables(path: Path, document: Mapping[str, Any]) -> list[dict[str, Value]]:
     """What each variation changes: the product of [vary], then the rows of [[variations]]."""
-    ranges = {key: _values(path, key, value) for key, value in _flat(document.get("vary", {})).items()}
+    vary, rows = document.get("vary", {}), document.get("variations", [])
+    if not isinstance(vary, Mapping):
+        raise DefinitionError(Problem("is a table of keys with their values: [vary]", str(path), key="vary"))
+    if not isinstance(rows, list) or not all(isinstance(row, Mapping) for row in rows):
+        raise DefinitionError(Problem("are tables, one a test: [[variations]]", str(path), key="variations"))
+    ranges = {key: _values(path, key, value) for key, value in _flat(vary).items()}
     if math.prod(len(values) for values in ranges.values()) > _MOST_COUNT:
         raise DefinitionError(Problem(f"more than {_MOST_COUNT} combinations", str(path), key="vary"))
     tables = [dict(zip(ranges, values, strict=True)) for values in product(*ranges.values())] if ranges else []
-    return tables + [_flat(row) for row in document.get("variations", [])]
+    return tables + [_flat(row) for row in rows]
 
 
-def _flat(table: Any, prefix: str = "") -> dict[str, Any]:
+def _flat(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """Dotted keys of nested tables; a range is a value, not a table."""
     flat: dict[str, Any] = {}
     for key, value in table.items():
@@ -153,15 +170,24 @@ def _values(path: Path, key: str, given: Any) -> list[Value]:
     if not isinstance(given, Mapping) or set(given) - _RANGE_KEYS or "count" not in given:
         what = 'give a list, or { from = 1.0, to = 2.0, count = 5 }, with spacing = "log" for equal ratios'
         raise DefinitionError(Problem(what, str(path), key=f"vary.{key}"))
-    first, last, count = float(given["from"]), float(given["to"]), int(given["count"])
-    if count < 2:
-        raise DefinitionError(Problem("a range has at least 2 values", str(path), key=f"vary.{key}.count"))
+    first, last, count, spacing = (given.get(key) for key in ("from", "to", "count", "spacing"))
+    if not _is_number(first) or not _is_number(last):
+        raise DefinitionError(Problem("a range goes from one number to another", str(path), key=f"vary.{key}"))
+    if not isinstance(count, int) or not 2 <= count <= _MOST_COUNT:
+        what = f"a range has 2 to {_MOST_COUNT} values"
+        raise DefinitionError(Problem(what, str(path), key=f"vary.{key}.count"))
+    if spacing not in (None, "linear", "log"):
+        raise DefinitionError(Problem('is "linear" or "log"', str(path), key=f"vary.{key}.spacing"))
     share = [i / (count - 1) for i in range(count)]
-    if given.get("spacing", "linear") == "linear":
+    if spacing != "log":
         return [_tidy(first + (last - first) * s) for s in share]
-    if first * last <= 0.0:
+    if first == 0.0 or (first > 0.0) != (last > 0.0) or last == 0.0:
         raise DefinitionError(Problem("equal ratios need ends of one sign", str(path), key=f"vary.{key}"))
     return [_tidy(first * (last / first) ** s) for s in share]
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= _LARGEST
 
 
 def _tidy(value: float) -> float:
@@ -177,28 +203,46 @@ def _varied(
 
     document = copy.deepcopy(dict(base))
     values = {key: value for key, value in table.items() if key != "name"}
-    for key, value in values.items():
-        _set(document, key, value, path)
     name = str(table["name"]) if "name" in table else f"{path.stem}-{_label({k: values[k] for k in naming} or values)}"
-    document.setdefault("test", {})["name"] = name
+    for key, value in {**values, "test.name": name}.items():
+        try:
+            _set(document, _parts(key), value)
+        except LookupError as error:
+            raise DefinitionError(Problem(f"the base has no {error.args[0]}", str(path), key=key)) from None
     return Job(name, base_path, tomli_w.dumps(document), values)
 
 
-def _set(document: dict[str, Any], key: str, value: Value, path: Path) -> None:
-    """Set a dotted key; `steps[2]` is the second item, `steps[*]` every item. A missing table is made."""
-    parts = [int(m[2]) - 1 if (m[2] or "").isdigit() else m[2] or m[1] for m in _PART.finditer(key)]
-    tables: list[Any] = [document]
-    for part, following in zip(parts, [*parts[1:], None], strict=True):
-        if part == "*":
-            tables = [item for table in tables for item in table]
+def _parts(key: str) -> list[str | int]:
+    """The parts of a dotted key: names, items counted from 0, and `*` for every item."""
+    return [int(m[2]) - 1 if (m[2] or "").isdigit() else m[2] or m[1] for m in _PART.finditer(key)]
+
+
+def _set(holder: Any, parts: Sequence[str | int], value: Value) -> None:
+    """Set what the parts lead to; a missing table is made. LookupError names what is not there."""
+    if not parts:
+        raise LookupError("such key")
+    part, *rest = parts
+    places: Sequence[str | int] = [part]
+    if part == "*":
+        fits = isinstance(holder, list)
+        places = range(len(holder)) if fits else ()
+    elif isinstance(part, int):
+        fits = isinstance(holder, list) and 0 <= part < len(holder)
+    else:
+        fits = isinstance(holder, dict)
+    if not fits:
+        raise LookupError("items there" if part == "*" else f"{_told(part)} there")
+    for place in places:
+        if not rest:
+            holder[place] = value
             continue
-        if isinstance(part, int) and any(not isinstance(t, list) or part >= len(t) for t in tables):
-            raise DefinitionError(Problem(f"the base has no item {part + 1} there", str(path), key=key))
-        if following is None:
-            for table in tables:
-                table[part] = value
-        else:
-            tables = [t[part] if isinstance(part, int) else t.setdefault(part, {}) for t in tables]
+        if isinstance(holder, dict):
+            holder.setdefault(place, {})
+        _set(holder[place], rest, value)
+
+
+def _told(part: str | int) -> str:
+    return part if isinstance(part, str) else f"item {part + 1}"
 
 
 def _label(values: Mapping[str, Value]) -> str:

@@ -15,6 +15,7 @@ from twindisc_cli.definition import load
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.law import Law
 from twindisc_cli.loop.group import SINGLE, GroupDiagnosis, Shared, SharedParameter, diagnose_group
+from twindisc_cli.report.words import p_value
 
 Progress = Callable[[str, float], None]
 
@@ -113,7 +114,7 @@ def _term(term: Shared) -> str:
     values = ", ".join(f"{key} = {_value(p)}" for key, p in term.parameters.items())
     one = ""
     if np.isfinite(term.p_one):
-        one = f"; one set of parameters {'agrees' if term.p_one > SINGLE else 'is refused'} (p = {term.p_one:.2g})"
+        one = f"; one set of parameters {'agrees' if term.p_one > SINGLE else 'is refused'} ({p_value(term.p_one)})"
     others = f"; the group cannot tell it from {', '.join(term.alternatives)}" if term.alternatives else ""
     share = f"90 %: {100.0 * term.low:.0f} to {100.0 * term.high:.0f} % of such tests"
     return f"{term.name} in {term.holds} ({count}; {share}): {values}{one}{others}"

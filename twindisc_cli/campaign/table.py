@@ -33,6 +33,7 @@ _ENDS = sorted(_UNITS, key=len, reverse=True)
 _DIFFERENCES = {"rise_C", "flash_C", "flash_mean_C", "temperature_rise_C"}
 """Temperatures that are differences."""
 _KEYED = ("step", "effect", "law")
+_LARGEST = 10**300
 """What names a record in a list of records."""
 _HEADER = re.compile(r"(.*) \[([^\]]*)\]")
 
@@ -158,11 +159,18 @@ def _record(row: Row) -> dict[str, Value]:
 
 def _column(values: Sequence[Value]) -> np.ndarray[Any, np.dtype[Any]]:
     """Numbers as float, whole numbers as int where none is missing, all else as text."""
-    if all(isinstance(v, int) and not isinstance(v, bool) for v in values):
+    if all(_is_number(v) and isinstance(v, int) and abs(v) < 2**63 for v in values):
         return np.array(values, dtype=np.int64)
-    if all(v is None or (isinstance(v, float | int) and not isinstance(v, bool)) for v in values):
+    if all(v is None or _is_number(v) for v in values):
         return np.array([np.nan if v is None else v for v in values], dtype=float)
     return np.array([_text(v) for v in values], dtype=object)
+
+
+def _is_number(value: Value) -> bool:
+    """Whether it is a number that a floating-point number can hold; a definition may ask for any."""
+    if isinstance(value, int):
+        return not isinstance(value, bool) and abs(value) < _LARGEST
+    return isinstance(value, float)
 
 
 def _text(value: Value) -> str:
