@@ -137,7 +137,10 @@ def test_rows_are_told_by_every_command(tmp_path: Path, capsys: pytest.CaptureFi
         assert row["left_out"]["unloaded"] == 120
         assert f"log.csv: {row['used']} of 540 rows used; left out: " in err
         assert "120 unloaded" in err
-        zero = r"torque zero 3[45](\.\d)? ± 0\.\d+ mN m \(one standard deviation\), drift -?\d\S*, from 120 rows without load, taken off"
+        zero = (
+            r"torque zero 3[45](\.\d)? ± 0\.\d+ mN m \(one standard deviation\), drift -?\d\S*, "
+            "from 120 rows without load, taken off"
+        )
         assert re.search(zero, err)
         assert "drift" in row["notes"][0]
         with h5py.File(str(tmp_path / "small" / f"{command}.h5")) as file:
