@@ -153,21 +153,33 @@ def effects(found: Sequence[Effect], shared: Sequence[Common], *, title: str, pr
     axes.set_yticks(range(len(labels)), labels)
     axes.set_xlim(-0.02, 1.02)
     axes.set_ylim(max(len(labels), 1) - 0.5, -0.5)
+    shown = None
     for panel, (common, term, key) in zip(further, panels, strict=True):
-        _parameter(panel, [common.found.tests[i] for i in term.acts], term.parameters[key])
-        name_axes(panel, f"{key.replace('_', ' ')} [{term.parameters[key].unit}]", "", term.name.replace("_", " "))
+        name_axes(panel, f"{term.name.replace('_', ' ')}:\n{_labelled(key, term.parameters[key].unit)}", "")
+        _parameter(panel, term.acts, term.parameters[key])
+        named = common.found.tests if common is not shown else [""] * len(common.found.tests)
+        panel.set_yticks(range(len(named)), named)
+        panel.set_ylim(len(named) - 0.5, -0.5)
+        shown = common
     return figure
 
 
-def _parameter(axes: Axes, tests: Sequence[str], found: SharedParameter) -> None:
-    """A parameter in each test with its 90 % interval, and its mean over them."""
-    axes.errorbar(found.value, range(len(tests)), xerr=NINETY * found.std, linestyle="none", marker="o", markersize=3.5,
+def _labelled(key: str, unit: str) -> str:
+    """`decay [s/m]` of decay_s_m."""
+    return f"{key.removesuffix('_' + unit.replace('%', 'percent').replace('/', '_')).replace('_', ' ')} [{unit}]"
+
+
+def _parameter(axes: Axes, places: Sequence[int], found: SharedParameter) -> None:
+    """A parameter in each test that has it, with its 90 % interval, and its mean over them."""
+    axes.errorbar(found.value, places, xerr=NINETY * found.std, linestyle="none", marker="o", markersize=3.5,
                   markerfacecolor="white", elinewidth=0.7, color=BLUE)  # fmt: skip
     if np.isfinite(found.low):
         axes.axvspan(found.low, found.high, color=GREY, alpha=0.3, linewidth=0.0)
     axes.axvline(found.mean, color=BLACK, linewidth=0.8)
-    axes.set_yticks(range(len(tests)), tests)
-    axes.set_ylim(len(tests) - 0.5, -0.5)
+    low, high = np.min(found.value), np.max(found.value)
+    typical = NINETY * float(np.median(np.nan_to_num(found.std, posinf=0.0)))
+    room = max(high - low, typical, 1e-9 * abs(high)) or 1.0
+    axes.set_xlim(low - room, high + room)
 
 
 def map_of(table: Table, varied: Sequence[str], results: Sequence[str], *, title: str, provenance: str) -> Figure:
