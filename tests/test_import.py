@@ -106,6 +106,12 @@ def test_what_cannot_be_imported_is_told(tmp_path: Path, capsys: pytest.CaptureF
     assert (code, "exists already" in err) == (2, True)
 
 
+def test_a_curve_whose_rows_are_all_broken_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "curve.csv").write_text("creepage [%],traction ratio [1]\n1,2,3\n4\n5\n")
+    code, _, err = command("import", tmp_path / "curve.csv", "-o", tmp_path / "to", capsys=capsys)
+    assert (code, "curve.csv:2: 3 cells where the header has 2" in err) == (3, True)
+
+
 def test_a_curve_and_a_profile_go_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "curve.csv").write_text("slip_percent,traction_coefficient\n0.5,0.3\n1,0.4\n2,0.45\n")
     y = np.linspace(-3.0, 3.0, 61)

@@ -63,6 +63,7 @@ def read_traction(
 
 def _found_history(table: Table, rig: Rig) -> History:
     """The history that a table of traction shows; it begins at time 0."""
+    table.check()
     columns, unknown = table.columns, np.full(len(table), np.nan)
     label = columns["step"].astype(np.int64) if "step" in columns else np.zeros(len(table), dtype=np.int64)
     if "time" not in columns:
