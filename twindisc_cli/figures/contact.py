@@ -111,10 +111,11 @@ def _map(axes: Axes, field: Field, vector: Floats, largest: float, what: str, un
     rows, columns = (((np.arange(ARROWS) + 0.5) / ARROWS * n).astype(int) for n in size.shape)
     some = np.ix_(rows, columns)
     shown = size[some] > 0.03 * largest
-    axes.quiver(
-        y[some][shown], x[some][shown], vector[1][some][shown], vector[0][some][shown],
-        color="white", scale=1.1 * ARROWS * largest, width=0.006, headwidth=3.5, pivot="tail",
-    )  # fmt: skip
+    if largest > 0.0:
+        axes.quiver(
+            y[some][shown], x[some][shown], vector[1][some][shown] / largest, vector[0][some][shown] / largest,
+            color="white", scale=1.1 * ARROWS, width=0.006, headwidth=3.5, pivot="tail",
+        )  # fmt: skip
     _zones(axes, field)
     axes.set_aspect("equal" if np.abs(y[inside]).max() < SLENDER * np.abs(x[inside]).max() else "auto")
     axes.grid(False)
