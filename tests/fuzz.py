@@ -24,7 +24,7 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -32,12 +32,15 @@ from typing import Any
 
 import tomli_w
 
-from twindisc_cli.commands import _runner
+from twindisc_cli.campaign.plan import plan
+from twindisc_cli.commands import _runner, campaign, import_file
+from twindisc_cli.commands._campaign_work import Order, Task, Work, prepare
 from twindisc_cli.commands._output import Output
 from twindisc_cli.definition import load_text
 from twindisc_cli.errors import TwindiscError
 from twindisc_cli.physics.half_space import ContactError
 from twindisc_cli.results.recorded import Recorded, recorded
+from twindisc_cli.results.store import images
 
 ROOT = Path(__file__).parents[1]
 LIMIT = 10.0
@@ -122,9 +125,8 @@ class Tally:
 
     def line(self) -> str:
         """One row of the table of reliability."""
-        return (
-            f"{self.kind:<44} {self.tried:>7} tried {self.failed:>4} tracebacks {self.hangs:>4} slower than {LIMIT:g} s"
-        )
+        slow = f"{self.hangs:>4} slower than {self.limit:g} s"
+        return f"{self.kind:<44} {self.tried:>7} tried {self.failed:>4} tracebacks {slow}"
 
 
 # Mutations
@@ -203,12 +205,18 @@ def mutated_values(rng: random.Random, text: str) -> str:
 def definitions() -> tuple[tuple[str, Path], ...]:
     """Definitions that are valid, with the paths they lie at."""
     from definitions import VALID
+    from test_line_contact import SUROS
 
     template = (ROOT / "twindisc_cli/definition/template.toml").read_text(encoding="utf-8")
     every = re.sub(r"^# (?=[\w.]+ = |\[)", "", template, flags=re.MULTILINE)
-    found = [(path.read_text(encoding="utf-8"), path) for path in sorted((ROOT / "configs").glob("*.toml"))]
-    return (*found, (VALID, ROOT / "configs/x.toml"), (VALID + EFFECTS, ROOT / "configs/y.toml"),
-            (template, ROOT / "configs/z.toml"), (every, ROOT / "configs/w.toml"))  # fmt: skip
+    made = {"x": VALID, "y": VALID + EFFECTS, "z": template, "w": every, "v": SUROS}
+    return (*shipped(), *((text, ROOT / f"configs/{name}.toml") for name, text in made.items()))
+
+
+@cache
+def shipped() -> tuple[tuple[str, Path], ...]:
+    """The definitions of the checkout, with their paths."""
+    return tuple((path.read_text(encoding="utf-8"), path) for path in sorted((ROOT / "configs").glob("*.toml")))
 
 
 EFFECTS = """
@@ -247,11 +255,12 @@ def broken_definition(rng: random.Random, folder: Path) -> str:
 @cache
 def tables() -> tuple[tuple[bytes, str, str], ...]:
     """Tables with the key they are named by and the definition that names them."""
-    base = definitions()[-4][0]
-    shipped = [(key, name, text, path.parent) for text, path in definitions()[:-4]
-               for key, name in tomllib.loads(text).get("measured", {}).items() if key in KEYS]  # fmt: skip
-    read = [((folder / name).read_bytes()[:20_000], key, text) for key, name, text, folder in shipped]
-    return (*read, *((text.encode(), key, base) for key, text in MADE.items()))
+    from definitions import VALID
+
+    named = [(key, name, text, path.parent) for text, path in shipped()
+             for key, name in tomllib.loads(text).get("measured", {}).items() if key in KEYS]  # fmt: skip
+    read = [((folder / name).read_bytes()[:20_000], key, text) for key, name, text, folder in named]
+    return (*read, *((text.encode(), key, VALID) for key, text in MADE.items()))
 
 
 KEYS = ("traction", "log", "profile", "temperature", "mass")
@@ -267,21 +276,95 @@ MADE = {
 def broken_table(rng: random.Random, folder: Path) -> str:
     """A measured table with mistakes; one that can be read all the same is checked."""
     data, key, definition = rng.choice(tables())
-    how = rng.random()
-    if how < 0.3:
-        data = mutated_bytes(rng, data)
-    else:
-        text = data.decode("utf-8", "replace")
-        data = mutated_lines(rng, text, CELLS, r"[^,;\t\n]+").encode()
-        if how > 0.8:
-            data = data.decode().encode(rng.choice(("utf-16", "utf-8-sig", "cp1252", "utf-32")), "replace")
-    (folder / "table").write_bytes(data)
+    (folder / "table").write_bytes(mutated_table(rng, data))
     document = tomllib.loads(definition)
     own = {"torque_disc": 2} if key == "log" else {}
     document["measured"] = {key: "table", **own}
     test = load_text(tomli_w.dumps(document), folder / "test.toml")
     import_module("twindisc_cli.commands.check").run(test)
     return "valid"
+
+
+def mutated_table(rng: random.Random, data: bytes) -> bytes:
+    """Bytes or cells of a table exchanged, and sometimes its coding."""
+    how = rng.random()
+    if how < 0.3:
+        return mutated_bytes(rng, data)
+    text = mutated_lines(rng, data.decode("utf-8", "replace"), CELLS, r"[^,;\t\n]+")
+    coding = rng.choice(("utf-16", "utf-8-sig", "cp1252", "utf-32")) if how > 0.8 else "utf-8"
+    return text.encode(coding, "replace")
+
+
+@cache
+def records() -> dict[str, tuple[bytes, ...]]:
+    """Files as rigs write them: those that hold a traction, and those that go with one."""
+    from test_found_steps import sweeps, timed_steps
+    from test_import import vendor
+
+    of = {kind: tuple(data for data, key, _ in tables() if (key in ("traction", "log")) == (kind == "traction"))
+          for kind in ("traction", "beside")}  # fmt: skip
+    return of | {"traction": (*of["traction"], vendor().encode("cp1252"), sweeps().encode(), timed_steps().encode())}
+
+
+def broken_import(rng: random.Random, folder: Path) -> str:
+    """A rig's own file with mistakes, sometimes with one beside it, to tables and a definition."""
+    files = {"rig.txt": mutated_table(rng, rng.choice(records()["traction"]))}
+    if rng.random() < 0.3:
+        files["beside.csv"] = mutated_table(rng, rng.choice(records()["beside"]))
+    for name, data in files.items():
+        (folder / name).write_bytes(data)
+    import_file.run([folder / name for name in files], folder / "mine", force=True)
+    return "imported"
+
+
+CAMPAIGN = """base = "base.toml"
+[vary]
+rig.normal_load_N = { from = 20.0, to = 200.0, count = 3, spacing = "log" }
+"history.steps[2].creepage_percent" = [0.25, 0.5]
+model.friction_coefficient = [0.4, 0.6]
+[[variations]]
+name = "soft"
+material.hardness_HV = 300
+"history.steps[*].iterations" = 2
+"""
+
+
+def broken_campaign(rng: random.Random, folder: Path) -> str:
+    """A campaign file with mistakes; of one that is valid all the same two tests are read or computed."""
+    from definitions import VALID
+
+    (folder / "base.toml").write_text(VALID)
+    few = [number for number in NUMBERS if number != "100000"]  # a valid campaign, but a long one
+    pattern = r"-?\d[\w.+-]*|true|\"[^\"]*\"|[\w.\[\]*]+(?= =)"
+    how = rng.random()
+    text = mutated_lines(rng, CAMPAIGN, few, pattern) if how < 0.5 else mutated_values(rng, CAMPAIGN)
+    data = mutated_bytes(rng, CAMPAIGN.encode()) if how > 0.8 else text.replace("100000", "7").encode()
+    (folder / "map.toml").write_bytes(data)
+    jobs = plan([str(folder / "map.toml")])
+    order = Order("check", folder / "results", force=True)
+    whole = rng.random() < 0.05
+    rows = [Work(order)(job) if whole else prepare(order, job) for job in rng.sample(jobs, min(2, len(jobs)))]
+    found = [row.row if isinstance(row, Task) else row for row in rows]
+    for row in found:
+        if row.exit_code == 1:
+            raise AssertionError(row.error)
+    result, extra = campaign._result("map-check", "check", found, [])
+    if whole or any(row.failed for row in found):
+        images(replace(result, figure=None), campaign._origin("map-check", found), extra)
+    return "computed" if whole else "planned"
+
+
+def broken_loop(rng: random.Random, folder: Path) -> str:
+    """close-loop --quick, to its files, on a table with mistakes that can be read all the same."""
+    data, key, definition = rng.choice(tables())
+    document = tomllib.loads(definition)
+    own = {"torque_disc": 2} if key == "log" else {}
+    (folder / "table").write_bytes(mutated_table(rng, data))
+    document["measured"] = {key: "table", **own}
+    (folder / "test.toml").write_text(tomli_w.dumps(document))
+    output = Output(folder / "results", quiet=True, force=True)
+    code = _runner.run_close_loop([folder / "test.toml"], False, {}, output, quick=True)
+    return f"exit code {code}"
 
 
 def broken_result(rng: random.Random, folder: Path) -> str:
@@ -324,6 +407,10 @@ def _extreme_document(rng: random.Random) -> dict[str, Any]:
         radius = rng.choice((float("inf"), spread(0.5, 1e4), spread(5.0, 200.0), -spread(50.0, 1e4)))
         return {"rolling_radius_mm": spread(1.0, 1000.0), "transverse_radius_mm": radius}
 
+    def straight() -> dict[str, Any]:
+        return {"rolling_radius_mm": spread(1.0, 1000.0), "transverse_radius_mm": float("inf"),
+                "width_mm": spread(0.1, 100.0)}  # fmt: skip
+
     def step() -> dict[str, Any]:
         own = {"creepage_percent": rng.choice((0.0, spread(1e-4, 150.0), -spread(1e-3, 100.0)))}
         own |= {"iterations": rng.choice((1, 1, 2, 5))}
@@ -335,7 +422,10 @@ def _extreme_document(rng: random.Random) -> dict[str, Any]:
 
     document: dict[str, Any] = {"schema": 1, "test": {"name": "extreme"}}
     document["rig"] = {"normal_load_N": spread(1e-2, 1e6), "rolling_speed_m_s": spread(1e-3, 200.0)}
-    document["rig"] |= {"disc1": disc(), "disc2": {**disc(), "transverse_radius_mm": spread(0.5, 1e4)}}
+    if rng.random() < 0.25:
+        document["rig"] |= {"disc1": straight(), "disc2": straight()}
+    else:
+        document["rig"] |= {"disc1": disc(), "disc2": {**disc(), "transverse_radius_mm": spread(0.5, 1e4)}}
     document["material"] = {"youngs_modulus_GPa": spread(1e-3, 1200.0), "poisson_ratio": round(0.49 * rng.random(), 3)}
     document["material"] |= {"hardness_HV": spread(1.0, 5000.0), "density_kg_m3": spread(500.0, 2e4)}
     document["history"] = {"revolutions_per_iteration": rng.choice((1, 100, 4200, 10**6))}
@@ -354,10 +444,11 @@ CHECK = (sys.executable, "-m", "twindisc_cli", "check", "small.toml", "--format"
 
 def killed(rng: random.Random, folder: Path) -> str:
     """Runs of two definitions in turn into one folder, one of them killed at some moment: no mixture counts."""
+    from definitions import VALID
+
     number = rng.choice((signal.SIGKILL, signal.SIGTERM, signal.SIGINT))
-    text, _ = definitions()[-4]
     for hardness in (700, rng.randrange(100, 600)):
-        (folder / "small.toml").write_text(text.replace("hardness_HV = 700", f"hardness_HV = {hardness}"))
+        (folder / "small.toml").write_text(VALID.replace("hardness_HV = 700", f"hardness_HV = {hardness}"))
         command = [*CHECK, "-o", "out", "--force"]
         process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         if hardness != 700:
@@ -380,19 +471,24 @@ def _duration(folder: Path) -> float:
     return time.perf_counter() - began
 
 
-CASES: dict[str, tuple[str, Callable[[random.Random, Path], str], int]] = {
-    "definitions": ("mutated definitions", broken_definition, 40_000),
-    "tables": ("mutated tables", broken_table, 40_000),
-    "results": ("damaged results, refused", broken_result, 20_000),
-    "physics": ("extreme but valid tests, all commands", extreme, 1_000),
-    "kills": ("runs killed, none leaving a mixture", killed, 100),
+Case = Callable[[random.Random, Path], str]
+CASES: dict[str, tuple[str, Case, int, float]] = {
+    "definitions": ("mutated definitions", broken_definition, 30_000, LIMIT),
+    "tables": ("mutated tables", broken_table, 24_000, LIMIT),
+    "imports": ("import of mutated files", broken_import, 15_000, LIMIT),
+    "campaigns": ("mutated campaigns", broken_campaign, 10_000, LIMIT),
+    "results": ("damaged results, refused", broken_result, 20_000, LIMIT),
+    "physics": ("extreme but valid tests, all commands", extreme, 700, LIMIT),
+    "loops": ("close-loop --quick on mutated tables", broken_loop, 300, 6.0 * LIMIT),
+    "kills": ("runs killed, none leaving a mixture", killed, 100, 12.0 * LIMIT),
 }
+"""What each kind is called, its case, how many are tried, and the seconds that a case may take."""
 
 
-def run(kind: str, seeds: range, limit: float) -> Tally:
+def run(kind: str, seeds: range, limit: float | None = None) -> Tally:
     """Try the cases of one kind, each within so many seconds; the working folder is one of its own."""
-    name, case, _ = CASES[kind]
-    tally = Tally(name, limit)
+    name, case, _, usual = CASES[kind]
+    tally = Tally(name, limit or usual)
     os.environ["MPLBACKEND"] = "agg"
     with tempfile.TemporaryDirectory() as folder:
         for seed in seeds:
@@ -405,19 +501,18 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--seed", type=int, default=0, help="where the seeds begin")
     parser.add_argument("--only", nargs=2, metavar=("KIND", "SEED"), help="one case again, with its traceback")
-    for kind, (_, _, usual) in CASES.items():
+    for kind, (_, _, usual, _) in CASES.items():
         parser.add_argument(f"--{kind}", type=int, default=usual, metavar="N")
     given = parser.parse_args()
     if given.only:
         kind, seed = given.only
-        name, case, _ = CASES[kind]
+        name, case, _, _ = CASES[kind]
         with tempfile.TemporaryDirectory() as folder:
             print(case(random.Random(f"{name} {seed}"), Path(folder)))
         return
     tallies = []
     for kind in CASES:
-        limit = 12.0 * LIMIT if kind == "kills" else LIMIT  # three runs, and the machine is busy
-        tallies.append(run(kind, range(given.seed, given.seed + getattr(given, kind)), limit))
+        tallies.append(run(kind, range(given.seed, given.seed + getattr(given, kind))))
         print(tallies[-1].line(), flush=True)
         print(f"    {dict(tallies[-1].answers.most_common())}", flush=True)
         for what, (seed, message) in tallies[-1].failures.items():

@@ -3,7 +3,8 @@
 import fuzz
 import pytest
 
-PART = {"definitions": 500, "tables": 500, "results": 300, "physics": 25, "kills": 3}
+PART = {"definitions": 400, "tables": 400, "imports": 150, "campaigns": 150, "results": 300, "physics": 25, "loops": 2}
+PART |= {"kills": 3}
 
 
 @pytest.mark.parametrize("kind", PART)
