@@ -557,16 +557,8 @@ def commands() -> Iterator[Row]:
             yield at_most("  its peak memory", memory, 500.0, "MB", ".0f")
 
 
-def campaigns() -> Iterator[Row]:
-    return bench_campaigns.workers(at_most, Row)  # type: ignore[return-value]
-
-
-def campaigns_on_a_cluster() -> Iterator[Row]:
-    return bench_campaigns.on_cluster(at_most, Row)  # type: ignore[return-value]
-
-
-def campaigns_killed() -> Iterator[Row]:
-    return bench_campaigns.kills(at_most, Row)  # type: ignore[return-value]
+def campaigns(part: Callable[..., Iterator[object]], *whom: str) -> Callable[[], Iterator[Row]]:
+    return lambda: part(*whom, at_most, Row)  # type: ignore[return-value]
 
 
 def close_loop() -> Iterator[Row]:
@@ -644,9 +636,12 @@ SECTIONS = {
     "worn profile": worn_profile,
     "contact speed": contact_speed,
     "commands": commands,
-    "campaigns": campaigns,
-    "campaigns: cluster": campaigns_on_a_cluster,
-    "campaigns: kills": campaigns_killed,
+    "campaigns: workers": campaigns(bench_campaigns.workers),
+    "campaigns: charts": campaigns(bench_campaigns.charts),
+    "campaigns: cluster": campaigns(bench_campaigns.on_cluster),
+    "campaigns: kills of a worker": campaigns(bench_campaigns.kills, "worker"),
+    "campaigns: kills of the scheduler": campaigns(bench_campaigns.kills, "scheduler"),
+    "campaigns: kills of the command": campaigns(bench_campaigns.kills, "command"),
     "close-loop": close_loop,
 }
 
