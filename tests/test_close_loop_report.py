@@ -825,7 +825,9 @@ def test_all_numbers_are_in_the_hdf5_file(
     diagnosis = kind(test)
     with xarray.open_dataset(path, engine="h5netcdf") as data:
         assert data["traction_error"].sel(error_kind="held_out_after") == diagnosis.errors["traction"].held_out_after
-        assert data["profile_error"].attrs["units"] == "um"
+        assert data["profile_error"].attrs["units"] == "m"
+        noise = data["profile_error"].sel(error_kind="noise")
+        assert float(noise) == pytest.approx(NOISE["profile"])
         assert np.array_equal(data["profile_measured"], diagnosis.curves[1].measured)
         assert data["profile_measured"].attrs["units"] == "m"
         assert np.array_equal(data["traction_at_creepage"], diagnosis.curves[0].covariates["creepage"])
@@ -838,7 +840,9 @@ def test_all_numbers_are_in_the_hdf5_file(
             assert data["candidate_gain"].values[1] == 950.0
         for law in diagnosis.laws:
             assert np.array_equal(data[f"{law.name}_low"], law.curve.low)
-            assert data[f"{law.name}_place"].attrs["units"] == law.law.over.unit
+            si = {"kJ": ("J", 1e3), "s": ("s", 1.0)}[law.law.over.unit]
+            assert data[f"{law.name}_place"].attrs["units"] == si[0]
+            assert data[f"{law.name}_place"].values == pytest.approx(np.asarray(law.curve.at) * si[1])
     with h5py.File(str(path)) as file:
         named = [item for item in file.values() if isinstance(item, h5py.Dataset)]
         assert all(item.attrs["units"] and item.attrs["long_name"] for item in named)

@@ -138,7 +138,7 @@ def test_rows_are_told_by_every_command(tmp_path: Path, capsys: pytest.CaptureFi
         assert f"log.csv: {row['used']} of 540 rows used; left out: " in err
         assert "120 unloaded" in err
         zero = (
-            r"torque zero 3[45](\.\d)? ± 0\.\d+ mN m \(one standard deviation\), drift -?\d\S*, "
+            r"torque zero 3[45](\.\d)? ± 0\.\d+ mN m \(one standard deviation\), drift -?\d\S* mN m, "
             "from 120 rows without load, taken off"
         )
         assert re.search(zero, err)

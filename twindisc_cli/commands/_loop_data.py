@@ -9,6 +9,7 @@ import numpy as np
 
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.diagnosis import ChannelError, Curve, Diagnosis, Estimate, FoundEffect, FoundLaw, Tried
+from twindisc_cli.model.experiment import Floats
 from twindisc_cli.results import Array, Axis, Dataset
 
 COVARIATES: Mapping[str, tuple[str, str]] = {
@@ -21,6 +22,13 @@ COVARIATES: Mapping[str, tuple[str, str]] = {
     "disc": ("1", "disc whose profile was recorded"),
     "iteration": ("1", "iterations completed when the profile was recorded"),
 }
+SI: Mapping[str, tuple[float, float, str]] = {
+    "%": (1e-2, 0.0, "1"),
+    "kJ": (1e3, 0.0, "J"),
+    "degC": (1.0, 273.15, "K"),
+    "um": (1e-6, 0.0, "m"),
+}
+"""To SI: factor, offset and unit, of what laws are told in."""
 ERRORS = ("noise", "before", "after", "held_out_before", "held_out_after")
 ESTIMATES = ("value", "std", "low", "high")
 
@@ -33,16 +41,17 @@ def dataset_of(diagnosis: Diagnosis) -> Dataset:
         Axis("estimate_kind", np.array(ESTIMATES, dtype=object), "1", "value, standard deviation, 90 % interval"),
         Axis("candidate", np.arange(1, len(diagnosis.tried) + 1), "1", "explanation tried"),
     ]
-    arrays = [_error(channel, error) for channel, error in diagnosis.errors.items()]
+    arrays = [_error(channel, "", error) for channel, error in diagnosis.errors.items()]
     if diagnosis.validation is not None:
-        arrays += [_error(f"validation_{channel}", e) for channel, e in diagnosis.validation.errors.items()]
+        arrays += [_error(channel, "validation_", e) for channel, e in diagnosis.validation.errors.items()]
     arrays += [_estimate(f"base_{name}", e, f"base parameter {name}") for name, e in diagnosis.base.items()]
     terms: list[FoundEffect | FoundLaw] = [*diagnosis.effects, *diagnosis.laws]
     for term in terms:
         for key, estimate in term.parameters.items():
             arrays.append(_estimate(f"{term.name}_{key}", estimate, f"parameter {key} of {term.name}"))
     for found in diagnosis.laws:
-        axes.append(Axis(f"{found.name}_place", found.curve.at, found.law.over.unit, found.law.over.label))
+        place, unit = in_si(found.curve.at, found.law.over.unit)
+        axes.append(Axis(f"{found.name}_place", place, unit, found.law.over.label))
         arrays += _law(found)
     arrays += _candidates(diagnosis.tried)
     numbers: dict[str, int] = {}
@@ -55,9 +64,16 @@ def dataset_of(diagnosis: Diagnosis) -> Dataset:
     return Dataset(tuple(axes), tuple(arrays), {"verdict": diagnosis.verdict, **tests})
 
 
-def _error(name: str, error: ChannelError) -> Array:
-    values = np.array([getattr(error, kind) for kind in ERRORS])
-    return Array(f"{name}_error", ("error_kind",), values, error.unit, "root mean square of measured minus model", True)
+def in_si(values: Floats, unit: str) -> tuple[Floats, str]:
+    """Values in the SI unit of a unit that people read."""
+    factor, offset, si = SI.get(unit, (1.0, 0.0, unit))
+    return np.asarray(values) * factor + offset, si
+
+
+def _error(channel: str, prefix: str, error: ChannelError) -> Array:
+    values = np.array([getattr(error, kind) for kind in ERRORS]) / channels()[channel].factor
+    what, unit = "root mean square of measured minus model", channels()[channel].si
+    return Array(f"{prefix}{channel}_error", ("error_kind",), values, unit, what, True)
 
 
 def _estimate(name: str, estimate: Estimate, what: str) -> Array:
@@ -69,7 +85,7 @@ def _law(found: FoundLaw) -> list[Array]:
     """A law over its covariate with its 90 % band."""
     act = "factor on" if found.law.of.kind == "factor" else "shift of"
     return [
-        Array(f"{found.name}_{key}", (f"{found.name}_place",), getattr(found.curve, key), found.law.of.unit,
+        Array(f"{found.name}_{key}", (f"{found.name}_place",), *in_si(getattr(found.curve, key), found.law.of.unit),
               f"{act} {found.law.of.label}, {what}")
         for key, what in (("value", "learnt"), ("low", "5 % quantile"), ("high", "95 % quantile"))
     ]  # fmt: skip

@@ -196,7 +196,7 @@ def map_of(table: Table, varied: Sequence[str], results: Sequence[str], *, title
             inside = inside[np.argsort(x[inside])]
             axes.plot(x[inside], y[inside], marker="o", markersize=3.0, linewidth=1.0, color=colour,
                       label=", ".join(kind) if len(kinds) <= 8 else "_")  # fmt: skip
-        name_axes(axes, _last(varied[0]), name)
+        name_axes(axes, _last(varied[0]), name.replace("[um", "[µm"))
         if varied[1:] and len(kinds) <= 8:
             legend(axes, 2)
     return figure

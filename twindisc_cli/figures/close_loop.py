@@ -40,8 +40,8 @@ from twindisc_cli.report.words import p_value, percent, plain_name, unit
 PANEL, STRIP, BAR, AXIS = 2.35, 0.62, 0.165, 0.62
 """Height of a row of panels, of the steps above one, of a bar of a ranking, and of what is around the bars [inch]."""
 COLUMNS = 2
-BINS: Mapping[str, int] = {"y": 80}
-USUAL_BINS = 20
+BINS, MOST_BINS = 20, 60
+"""Bins of the mean of what the model leaves; across the track a fifth of the samples, and at most so many."""
 SHOWN, LONGEST, TITLE = 8, 50, 44
 FEW = 40
 """Samples up to which each is drawn as a point of its own."""
@@ -175,7 +175,7 @@ def _leftover(axes: Axes, view: View) -> None:
     for name, colour, width in (("before", ORANGE, 2.4), ("after", BLUE, 1.2)):
         model = np.concatenate([getattr(trace, name)[trace.kept] for trace in view.traces])
         _dots(axes, over, measured - model, colour, "", among=len(over))
-        bins = BINS.get(view.over, USUAL_BINS)
+        bins = int(np.clip(len(over) // 5, BINS, MOST_BINS)) if view.over == "y" else BINS
         axes.plot(*_mean_course(over, measured - model, bins), color=colour, linewidth=width, label=f"{name}, mean")
     if view.is_wide(view.over):
         _wide(axes, over)
@@ -197,8 +197,10 @@ def _mean_course(over: Floats, values: Floats, bins: int) -> tuple[Floats, Float
 
 
 def _ranked(view: View) -> list[Tried]:
-    """The explanations that are drawn."""
-    return told.ranked(view.diagnosis, view.channel)[:SHOWN]
+    """The explanations that are drawn: all that were chosen, and those that come first beside them."""
+    ranked = told.ranked(view.diagnosis, view.channel)
+    first = sorted(range(len(ranked)), key=lambda i: (not ranked[i].chosen, i))[:SHOWN]
+    return [ranked[i] for i in sorted(first)]
 
 
 def _ranking(axes: Axes, view: View) -> None:
@@ -229,7 +231,9 @@ def _remark(tried: Tried) -> str:
     """What came of an explanation, in a word."""
     if tried.refused:
         return "at a bound" if tried.at_bound else tried.refused.partition(" of ")[0]
-    return percent(tried.probability)
+    if np.isfinite(tried.probability):
+        return percent(tried.probability)
+    return "added" if tried.chosen else "as good"
 
 
 def _outcome(view: View) -> str:

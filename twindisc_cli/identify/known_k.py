@@ -89,7 +89,7 @@ def _from_depth_and_shape(fit: WearFit) -> list[KnownK]:
 
 def _from_volume(fit: WearFit) -> KnownK:
     share = fit.wear_coefficient / fit.allowed
-    why = f"the volume of the profile, whatever its shape; the K to use wears {share * 100.0:.0f} % of it"
+    why = f"for volumes and masses, whatever the shape; the K to use wears {share * 100.0:.0f} % of the volume"
     return KnownK("W H / E", fit.allowed, np.nan, why)
 
 

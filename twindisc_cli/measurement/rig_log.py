@@ -179,12 +179,12 @@ def _notes(log: Log, zero: TorqueZero | None, found: Zero | None, time: Floats, 
     """The zero of the signal, or how to know it, and a log that is much shorter or longer than the history."""
     notes = []
     if zero is not None:
-        drift = f", drift {log.told(zero.drift * zero.unit)}" if np.isfinite(zero.drift) else ""
+        unit = f" {log.unit}" if log.unit else ""
+        drift = f", drift {log.told(zero.drift * zero.unit)}{unit}" if np.isfinite(zero.drift) else ""
         error = f" ± {log.told(zero.std * abs(zero.unit), digits=2)}" if np.isfinite(zero.std) else ""
         whence = f"from {found.rows} rows without load" if found else "from slip both ways"
         whence = whence if np.isfinite(zero.std) else "as stated"
         taken = "taken off" if zero.taken_off else "left in"
-        unit = f" {log.unit}" if log.unit else ""
         name = "torque" if log.kind == "torque" else log.kind
         level = " (one standard deviation)" if error else ""
         notes.append(f"{name} zero {log.told(zero.value * zero.unit)}{error}{unit}{level}{drift}, {whence}, {taken}")
