@@ -299,10 +299,42 @@ def wear_speed() -> Iterator[Row]:
 
     fit()
     seconds = best(lambda: worn("ambient", wear_coefficient=5.7e-5))
-    yield at_most("simulate-wear, ambient, definition and data read", seconds, 0.1, "s")
+    yield at_most("simulate-wear, ambient, definition and data read", seconds, 0.05, "s")
     yield at_most("fit-k, ambient, over simulate-wear", best(fit) / seconds, 2.0, "times")
     seconds = best(lambda: worn("ambient", wear_coefficient=5.7e-5, contact="half_space"), 3)
     yield at_most("simulate-wear, ambient, half-space contact", seconds, 2.0, "s")
+
+
+def worn_peak_pressure() -> Iterator[Row]:
+    """Of a half-space track as wide as three patches, over strips and steps, and by the full solver."""
+    import rigs
+
+    from twindisc_cli.model import wear
+    from twindisc_cli.physics.half_space.normal import solve_profile
+
+    rig = rigs.rig()
+    usual = wear.STRIPS, wear.GROWTH
+    found = {}
+    try:
+        for strips, growth in ((61, 0.06), (121, 0.06), (241, 0.06), (121, 0.03)):
+            wear.STRIPS, wear.GROWTH = strips, growth
+            wear._path.cache_clear()
+            found[strips, growth] = wear.wear_path(rig, contact="half_space", section=1e-9)
+    finally:
+        wear.STRIPS, wear.GROWTH = usual
+        wear._path.cache_clear()
+    path = found[121, 0.06]
+    node = int(np.searchsorted(path.section, 1e-9))
+    off = max(abs(np.interp(path.section[node], f.section, f.p0) / path.p0[node] - 1.0) for f in found.values())
+    yield at_most("peak pressure of a worn track: half and twice the strips, half the step", off * 100.0, 0.5, "%")
+    full = solve_profile(
+        y=path.y,
+        gap=0.5 * rig.curvature_y * path.y**2 + path.depth[node],
+        curvature_x=rig.curvature_x,
+        normal_load=rig.normal_load,
+        effective_modulus=rig.effective_modulus,
+    )
+    yield at_most("  against the full solver", abs(path.p0[node] / full.pressure.max() - 1.0) * 100.0, 3.0, "%")
 
 
 def local_wear() -> Iterator[Row]:
@@ -628,6 +660,7 @@ SECTIONS = {
     "temperature": temperature,
     "wear speed": wear_speed,
     "local wear": local_wear,
+    "worn peak pressure": worn_peak_pressure,
     "exact": exact_traction,
     "combined": combined_creepages,
     "combined direction": combined_direction,
