@@ -3,7 +3,8 @@
     v_y = yaw,   phi = tilt / R2     (Eq. 4)
 
     yaw   angle between the axes in the contact plane (given in mrad); yaw = 0 and tilt = 0 switch the effect off
-    tilt  angle out of the contact plane (given in mrad), R2 rolling radius of disc 2 [m]
+    tilt  angle out of the contact plane (given in mrad), R2 rolling radius of disc 2 [m]; counted positive, for a case
+          and its lateral mirror image, with both signs turned, have the same traction
 
 Leaves behind, when it is missing: traction predicted too high where the creepage is not much above the yaw angle.
 Valid for: small angles.
@@ -33,7 +34,7 @@ EFFECT = Effect(
             "mrad",
             off=0.0,
             start=2.0,
-            lower=0.0,
+            lower=-40.0,
             upper=40.0,
             meaning="angle between the axes in the contact plane",
         ),

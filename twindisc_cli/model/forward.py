@@ -3,6 +3,7 @@
     operation -> friction -> traction -> contact -> wear -> heat -> sensor
 
     xi = k G a b C11 v / (mu N),  T = mu N f(xi),  P = V v T                      traction, power
+    T, Ty, M = mu N f(r) (q1, q2, q3 l),  P = V (v T + vy Ty + phi M)              with lateral creepage and spin
     S  = integral of (K/H) P dt / (2 pi R),  profile and patch from the wear path  wear
     rho C v dT/dt = P - h S (T - T_env)                                            heat (Eq. 18)
 
@@ -31,13 +32,13 @@ from twindisc_cli.model.points import Points, operating_points
 from twindisc_cli.model.surface import Stops, recorded_sections, worn_surface
 from twindisc_cli.model.traction_law import traction_law
 from twindisc_cli.model.wear import SHARES, WearPath, first_section, local_paths, wear_path
-from twindisc_cli.physics import combined, disc_heat, polach
+from twindisc_cli.physics import combined, disc_heat, polach, spin
 from twindisc_cli.physics.flash import flash_temperature
 
 MOST_PASSES = 40
-SPIN_ARM, SPIN_ARM_OF_A_LINE = 1.0 / np.sqrt(5.0), 0.5
-"""Spin acts on T like a lateral creepage of phi a / sqrt(5): in full sliding T = mu N (1 - phi^2 <x^2> / (2 v^2)), with
-<x^2> = a^2 / 5 over an ellipse's pressure, a^2 / 4 over a line's; what it does along y cancels to first order."""
+SPIN_ARM_OF_A_LINE = 0.5
+"""Along a line spin acts on T like a lateral creepage of phi a / 2: in full sliding T = mu N (1 - phi^2 <x^2> / 2 v^2),
+with <x^2> = a^2 / 4 under the pressure; what it does along y cancels to first order."""
 SETTLED = 1e-7
 _STANDING = 1e-9
 """A speed [m/s] at which nothing rolls."""
@@ -291,16 +292,9 @@ class _Chain:
 
     def _traction(self, state: State) -> State:
         """Traction of the patch as worn so far, the power and the energy."""
-        capacity = state.mu * state.normal_load
         patch = self._paths(state).patch(self.section(state), state.normal_load / state.nominal_load)
-        along = patch.stiffness * state.slope * state.creepage / capacity
-        arm = SPIN_ARM_OF_A_LINE if self.model.experiment.rig.is_line else SPIN_ARM
-        sideways = np.hypot(state.lateral_creepage, state.spin * patch.a * arm)
-        across = patch.stiffness_y * state.slope * sideways / capacity
-        traction = capacity * self._law(state, np.maximum(np.hypot(along, across), 1e-30), patch.ratio)
-        east, north = combined.direction(along, across, state.creepage, sideways)
-        force, side = traction * east, traction * north
-        power = state.rolling_speed * (force * state.creepage + side * sideways)
+        force, work = self._rolling(state, patch)
+        power = state.rolling_speed * work
         return state.replace(
             traction_ratio=force / state.recorded_load,
             power=power,
@@ -325,6 +319,34 @@ class _Chain:
             specific_heat=thermal.specific_heat,
             line=self.model.experiment.rig.is_line,
         ).mean
+
+    def _rolling(self, state: State, patch: Patch) -> tuple[Floats, Floats]:
+        """Longitudinal force [N], and the work of all forces and the spin moment per length rolled [N]."""
+        if self.model.experiment.rig.is_line:
+            return self._rolling_along_a_line(state, patch)
+        capacity = state.mu * state.normal_load
+        drive = state.slope / capacity
+        x = patch.stiffness * drive * state.creepage
+        if not (np.any(state.lateral_creepage) or np.any(state.spin)):
+            force = capacity * self._law(state, np.maximum(np.abs(x), 1e-30), patch.ratio) * np.sign(x)
+            return force, force * state.creepage
+        y = patch.stiffness_y * drive * state.lateral_creepage
+        z = spin.stiffness(patch.stiffness, patch.stiffness_y, patch.a, patch.b) * drive * state.spin
+        size = np.maximum(np.sqrt(x**2 + y**2 + z**2), 1e-30)
+        level = capacity * self._law(state, size, patch.ratio)
+        along, across, turn = spin.quotients(x, y, z, patch.ratio, self.model.experiment.rig.poisson_ratio)
+        sideways = across * state.lateral_creepage + turn * spin.arm(patch.a, patch.b) * state.spin
+        return level * along, level * (along * state.creepage + sideways)
+
+    def _rolling_along_a_line(self, state: State, patch: Patch) -> tuple[Floats, Floats]:
+        """The same for a line contact, where spin acts on T like a lateral creepage."""
+        drive = state.slope / (state.mu * state.normal_load)
+        sideways = np.hypot(state.lateral_creepage, state.spin * patch.a * SPIN_ARM_OF_A_LINE)
+        along, across = patch.stiffness * drive * state.creepage, patch.stiffness_y * drive * sideways
+        size = np.maximum(np.hypot(along, across), 1e-30)
+        traction = state.mu * state.normal_load * self._law(state, size, patch.ratio)
+        east, north = combined.direction(along, across, state.creepage, sideways)
+        return traction * east, traction * (east * state.creepage + north * sideways)
 
     def _law(self, state: State, xi: Floats, ratio: Floats) -> Floats:
         """T/(mu N) of the declared traction law, moved towards the exact theory where an effect says so.

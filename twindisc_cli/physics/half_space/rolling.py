@@ -9,7 +9,8 @@
 
 Signs: tractions and forces are positive where creepage is, so on body 1 they act the other way; the leading edge is at
 +x; the moment is the integral of x t_y - y t_x. Dissipation is the integral of t . s, with s averaged over both ends of
-an element, for then it balances the work of the forces, vx Fx + vy Fy + phi Mz, to rounding.
+an element, for then it balances the work of the forces, vx Fx + vy Fy + phi Mz, to rounding. In the slip condition,
+which takes a backward difference, the x of an element is a sixth of its length ahead of its centre.
 
 Method: Newton's steps in the tractions of the sticking elements and in the directions of the slipping ones, the sets
 updated after each; every step is solved by GMRES with the operator's inverse on an endless surface as preconditioner,
@@ -23,7 +24,7 @@ CONTACT (the same discretisation). Valid for: patches small against the bodies, 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -42,6 +43,9 @@ _INNER = 0.1  # its relative accuracy
 _COARSE_TOLERANCE = 1e-3
 _PRACTICALLY_SLIPPING = 0.98  # of the bound, on a guess from a coarser grid
 _SLIP_WEIGHT = 0.4  # normalised |s| G / (mu p) from which slip outweighs elasticity in the preconditioner
+SPIN_AHEAD = 1.0 / 6.0
+"""How far ahead of its centre an element takes the slip by spin [element]. The order is first at any place; here the
+error of the forces is half of that at the centre (`make bench`)."""
 
 
 @dataclass(frozen=True)
@@ -158,7 +162,8 @@ def solve(
     rigid = np.stack(np.broadcast_arrays(creepage_x - spin * y[:, None], creepage_y + spin * x))
     if stiffness_difference:
         rigid -= strain_by_pressure(pressure, aspect=dx / dy) * (stiffness_difference / shear_modulus)
-    case = _Case(bound / shear_modulus, rigid, dx / dy, poisson)
+    ahead = np.array([0.0, spin * SPIN_AHEAD * dx])[:, None, None]
+    case = _Case(bound / shear_modulus, rigid + ahead, dx / dy, poisson)
     guess = _guess(case) if start is None else _onto_bound(case, start / shear_modulus)
     tractions, slipping, residual = _newton(case, guess, tolerance)
     if not residual < tolerance:
@@ -168,7 +173,7 @@ def solve(
         y=y,
         bound=bound,
         traction=tractions * shear_modulus,
-        slip=_centred_slip(case, tractions),
+        slip=_centred_slip(replace(case, rigid=rigid), tractions),
         slipping=slipping,
         creepage=creepage,
         residual=residual,
