@@ -19,9 +19,10 @@ from pathlib import Path
 import numpy as np
 
 from twindisc_cli.physics import kalker, spin
+from twindisc_cli.physics._arrays import Floats
 from twindisc_cli.physics.half_space import rolling
 from twindisc_cli.physics.make_tables import centres
-from twindisc_cli.physics.spin import COARSE, FINE, Floats, Nodes
+from twindisc_cli.physics.spin import COARSE, FINE, Nodes
 
 _GRIDS = (20, 40)
 _BOUND = 1e-3  # mu p0 over G of the cases solved; the result does not depend on it
@@ -70,7 +71,8 @@ class _Ellipse:
         c11, c22 = self.stiffness
         per_spin = float(spin.stiffness(c11, c22, a, b))
         vx, vy, phi = size * self.load * direction / np.array([c11, c22, per_spin])
-        return np.array(self._solve(self.bound, vx, vy, phi)) / self.load / np.array([1.0, 1.0, spin.arm(a, b)])
+        found = np.array(self._solve(self.bound, vx, vy, phi)) / self.load
+        return np.asarray(found / np.array([1.0, 1.0, spin.arm(a, b)]))
 
 
 def _departures(forces: Floats, direction: Floats) -> Floats:
@@ -135,8 +137,8 @@ def make(folder: Path) -> None:
     middle = [_kept(folder, ratio, spin.POISSON[1], FINE) for ratio in FINE.ratios]
     of = {nu: np.stack([_kept(folder, ratio, nu, COARSE) for ratio in COARSE.ratios]) for nu in spin.POISSON}
     away = np.stack([of[nu] - of[spin.POISSON[1]] for nu in (spin.POISSON[0], spin.POISSON[2])])
-    kept = {"departure": np.stack(middle), "by_poisson": away}
-    np.savez_compressed(Path(__file__).with_name("spin.npz"), **{k: v.astype(np.float32) for k, v in kept.items()})
+    departure, away = np.stack(middle).astype(np.float32), away.astype(np.float32)
+    np.savez_compressed(Path(__file__).with_name("spin.npz"), departure=departure, by_poisson=away)
 
 
 def _kept(folder: Path, ratio: float, poisson: float, nodes: Nodes) -> Floats:

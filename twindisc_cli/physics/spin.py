@@ -58,7 +58,7 @@ class Nodes:
     def ratios(self) -> Floats:
         """Ratios a/b [1]."""
         low, high = np.log(RATIO_RANGE)
-        return np.exp(low + 0.5 * (self.unit + 1.0) * (high - low))
+        return np.asarray(np.exp(low + 0.5 * (self.unit + 1.0) * (high - low)))
 
     @cached_property
     def rho(self) -> Floats:
@@ -74,12 +74,12 @@ class Nodes:
     @cached_property
     def theta(self) -> Floats:
         """Angle of the drive from X, 0 ... pi/2."""
-        return (np.arange(self.theta_count) + 0.5) * (0.5 * np.pi / self.theta_count)
+        return np.asarray((np.arange(self.theta_count) + 0.5) * (0.5 * np.pi / self.theta_count))
 
     @cached_property
     def psi(self) -> Floats:
         """Angle of (Y, Z) from Y, 0 ... pi."""
-        return np.arange(self.psi_count) * (np.pi / self.psi_count)
+        return np.asarray(np.arange(self.psi_count) * (np.pi / self.psi_count))
 
 
 FINE, COARSE = Nodes(10, 14, 10, 16), Nodes(5, 7, 5, 8)
@@ -159,7 +159,7 @@ def _refined(values: Floats, nodes: Nodes) -> Floats:
     ratio, rho, theta, psi = (np.linspace(0.0, 1.0, count) for count in _EVEN)
     turns = np.arange(nodes.theta_count)
     onto = [
-        _through(*(chebyshev.chebvander(at, nodes.ratio_count - 1) for at in (nodes.unit, 2.0 * ratio - 1.0))),
+        _through(_polynomials(nodes.unit, nodes.ratio_count), _polynomials(2.0 * ratio - 1.0, nodes.ratio_count)),
         _local_cubic(rho * (nodes.rho_count - 1), nodes.rho_count),
         _through(np.cos(2.0 * np.outer(nodes.theta, turns)), np.cos(np.pi * np.outer(theta, turns))),
     ]
@@ -171,6 +171,11 @@ def _refined(values: Floats, nodes: Nodes) -> Floats:
     )
     parts = [np.tensordot(values[..., part], (even, odd, odd)[part], axes=(-1, 1)) for part in range(3)]
     return np.stack(parts, axis=-1)
+
+
+def _polynomials(at: Floats, count: int) -> Floats:
+    """The first of Chebyshev's polynomials, (point, polynomial)."""
+    return np.asarray(chebyshev.chebvander(at, count - 1))
 
 
 def _through(at_nodes: Floats, at_points: Floats) -> Floats:
