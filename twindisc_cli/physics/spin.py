@@ -129,18 +129,20 @@ def quotients(
 
 def _read(table: NDArray[np.float32], unit: tuple[Floats, ...]) -> Floats:
     """Linear between the cells of a table (..., 3) at places 0 ... 1 along each of its axes, (3, ...)."""
-    cells, index, weights = np.array(table.shape[:-1]), np.zeros(unit[0].size, np.intp), np.ones((unit[0].size, 1))
-    corners = np.zeros(1, np.intp)
-    for count, place in zip(cells, unit, strict=True):
-        position = place.ravel() * (count - 1)
-        cell = np.minimum(position.astype(np.intp), count - 2)
-        share = (position - cell)[:, None]
-        index = index * count + cell
-        corners = (corners[:, None] * count + np.arange(2)).ravel()
-        weights = (weights[:, :, None] * np.stack([1.0 - share, share], axis=-1)).reshape(index.size, -1)
-    rows = table.reshape(-1, 3).take(index[:, None] + corners, axis=0)
-    found: Floats = np.einsum("nk,nkc->cn", weights, rows)
-    return found.reshape(3, *unit[0].shape)
+    count = unit[0].size
+    index, corners, shares = np.zeros(count, np.intp), np.zeros(1, np.intp), []
+    for points, place in zip(table.shape[:-1], unit, strict=True):
+        position = place.ravel() * (points - 1)
+        cell = np.minimum(position.astype(np.intp), points - 2)
+        shares.append(position - cell)
+        index = index * points + cell
+        corners = np.add.outer(corners * points, np.arange(2)).ravel()
+    rows = table.reshape(-1, 3).take(np.add.outer(corners, index), axis=0)
+    values = rows.transpose(2, 0, 1).astype(float)
+    for share in shares:
+        below, above = values[:, : values.shape[1] // 2], values[:, values.shape[1] // 2 :]
+        values = below + share * (above - below)
+    return values.reshape(3, *unit[0].shape)
 
 
 @lru_cache(maxsize=4)
