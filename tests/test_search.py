@@ -66,13 +66,18 @@ def told(found: Search) -> set[Label]:
 
 @dataclass(frozen=True)
 class Made(Explanation):
-    """An explanation whose evidence is made up."""
+    """An explanation whose evidence is made up: of the tests that are fitted, and of one that is only predicted."""
 
     said: float = 0.0
+    foretold: float = 0.0
+
+    @property
+    def here(self) -> float:
+        return self.said
 
     @property
     def evidence(self) -> float:
-        return self.said
+        return self.said + self.foretold
 
 
 PLAIN = Problem([traction_case(np.full(len(TIME), 0.6))], ("traction",))
@@ -80,10 +85,10 @@ LAW = formula("mu", "time", "bump", {"size": 0.1, "at_s": 400.0, "width_s": 90.0
 LINE = formula("mu", "time", "linear", {"size": 0.1, "begin_s": 0.0, "end_s": 1008.0}, (0.0, 1008.0), 1.0)
 
 
-def made(said: float, *terms: str, before: float | None = None) -> Made:
+def made(said: float, *terms: str, before: float | None = None, foretold: float = 0.0) -> Made:
     problem = PLAIN.with_terms(*terms, trial={"mu_over_time": LAW})
     fitted = at(problem, problem.start())
-    return Made(fitted, {}, fitted.chi2 if before is None else before, said)
+    return Made(fitted, {}, fitted.chi2 if before is None else before, said=said, foretold=foretold)
 
 
 def test_evidence_pays_for_the_choice_of_forms() -> None:
@@ -116,6 +121,14 @@ def test_more_is_asked_of_a_law_and_an_effect_goes_first_where_they_are_alike() 
     assert chosen(base, [law, effect]) is effect
     far = made(29.5 - THRESHOLDS.within, "sensor_drift")
     assert chosen(base, [law, far]) is law
+
+
+def test_a_test_that_is_only_predicted_speaks_against_a_term_and_finds_none_alone() -> None:
+    base, sure = made(0.0), THRESHOLDS.enough + 1.0
+    assert chosen(base, [made(THRESHOLDS.enough - 1.0, "sensor_drift", foretold=500.0)]) is None
+    assert chosen(base, [made(sure, "sensor_drift", foretold=-3.0)]) is None
+    better = made(sure, "torque_offset", foretold=20.0)
+    assert chosen(base, [made(sure + 10.0, "sensor_drift"), better]) is better
 
 
 def test_a_term_at_its_bound_is_not_chosen() -> None:

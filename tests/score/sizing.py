@@ -22,6 +22,7 @@ Floats = NDArray[np.float64]
 _BASE = ("mu", "wear", "convection")
 _STEP = 0.01  # change of a base parameter's logarithm for its slope
 _DISCS = 0.005  # relative standard deviation of crown and modulus where a definition tells none
+_LOAD = 0.007  # relative standard deviation of what a load cell is calibrated to
 _SMALL = 0.02  # step of the fit below which the slopes hold
 
 
@@ -70,13 +71,14 @@ class Ruler:
 
     @cached_property
     def _off(self) -> list[Channels]:
-        """What the readings change when the crown and the modulus are off by one standard deviation."""
+        """What the readings change when the crown, the modulus and the load are off by one standard deviation."""
         rig, std = self._bench.rig, max(self._bench.rig.declared_std, _DISCS)
         changed = (
             replace(rig, crown_tolerance=rig.crown_tolerance * (1.0 + std)),
             replace(rig, modulus_tolerance=rig.modulus_tolerance * (1.0 + std)),
         )
-        return [_minus(read(other, March(other).run(), [NOTHING], self._bench.plan), self._start) for other in changed]
+        discs = [read(other, March(other).run(), [NOTHING], self._bench.plan) for other in changed]
+        return [_minus(off, self._start) for off in (*discs, self._bench.readings([Hidden(load=1.0 + _LOAD)]))]
 
     def size(self, readings: Channels, plan: Plan, *, steps: int = 12) -> float:
         """How far `readings` are from what the base model can be fitted to, in noise units of `plan`.

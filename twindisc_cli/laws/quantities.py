@@ -91,10 +91,22 @@ _DRIVEN = ("creepage", "time", "energy", "temperature", "power", "wear_index")
 QUANTITIES: Mapping[str, Quantity] = {
     "mu": Quantity("friction", "traction", "factor", "the coefficient of friction", _FRICTION, _mu),
     "slope": Quantity(
-        "traction", "traction", "factor", "the initial slope of the traction", ("creepage", "time", "energy"), _slope
+        "traction",
+        "traction",
+        "factor",
+        "the initial slope of the traction",
+        ("creepage", "time", "energy", "temperature", "greatest_creepage"),
+        _slope,
     ),
     "creepage": Quantity(
-        "operation", "traction", "shift", "the creepage", ("creepage", "time", "temperature"), _creepage, "%", 1e-2
+        "operation",
+        "traction",
+        "shift",
+        "the creepage",
+        ("creepage", "time", "energy", "temperature"),
+        _creepage,
+        "%",
+        1e-2,
     ),
     "traction_ratio": Quantity(
         "sensor",
@@ -109,16 +121,24 @@ QUANTITIES: Mapping[str, Quantity] = {
         "surface", "profile", "factor", "the wear across the track", ("y_over_edge",), _wear_across
     ),
     "heat": Quantity("heat", "temperature", "factor", "the heat into the disc", (*_DRIVEN[:-1], "time_in_step"), _heat),
-    "convection": Quantity("heat", "temperature", "factor", "the convection", ("time", "temperature"), _convection),
+    "convection": Quantity(
+        "heat", "temperature", "factor", "the convection", ("creepage", "time", "temperature", "power"), _convection
+    ),
     "environment": Quantity(
-        "heat", "temperature", "shift", "the temperature of the environment", ("time",), _environment, "K"
+        "heat",
+        "temperature",
+        "shift",
+        "the temperature of the environment",
+        ("time", "energy", "time_in_step"),
+        _environment,
+        "K",
     ),
     "temperature": Quantity(
         "sensor",
         "temperature",
         "shift",
         "the recorded temperature",
-        ("time", "temperature", "time_in_step"),
+        ("creepage", "time", "temperature", "time_in_step"),
         _temperature,
         "K",
     ),

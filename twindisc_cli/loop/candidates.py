@@ -13,7 +13,7 @@ from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.channels.mass import weighed_stops
 from twindisc_cli.loop.channels.profile import recorded_stops
 from twindisc_cli.loop.fit import Fit
-from twindisc_cli.loop.learn import Pair, is_timed, pairs
+from twindisc_cli.loop.learn import Pair, Response, is_timed, pairs
 from twindisc_cli.loop.problem import Problem, known_sensors, parameters_of
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import THRESHOLDS
@@ -42,9 +42,9 @@ class Proposal:
         return isinstance(self.effect, Trial)
 
 
-def proposals(fitted: Fit) -> list[Proposal]:
-    """Every effect and every law that may be added to a fit, by falling promise."""
-    return sorted([*effects(fitted), *laws(fitted)], key=lambda p: -p.promise)
+def proposals(fitted: Fit, known: Sequence[Response] | None = None) -> list[Proposal]:
+    """Every effect and every law that may be added to a fit, by falling promise; known: responses nearby."""
+    return sorted([*effects(fitted), *laws(fitted, known)], key=lambda p: -p.promise)
 
 
 def effects(fitted: Fit) -> list[Proposal]:
@@ -62,10 +62,10 @@ def effects(fitted: Fit) -> list[Proposal]:
     return sorted(found, key=lambda p: -p.promise)
 
 
-def laws(fitted: Fit) -> list[Proposal]:
+def laws(fitted: Fit, known: Sequence[Response] | None = None) -> list[Proposal]:
     """Every law over every pair that says anything, the best forms of each."""
     found = []
-    for pair in pairs(fitted):
+    for pair in pairs(fitted, known):
         name = pair.name
         if name in fitted.terms or pair.log_evidence < 0.0:
             continue

@@ -17,7 +17,7 @@ from twindisc_cli.loop.problem import Case, Problem, case_of
 from twindisc_cli.loop.resample import unseen, weights
 from twindisc_cli.loop.search import Explanation, Search, ranked, search
 from twindisc_cli.loop.thresholds import THRESHOLDS
-from twindisc_cli.loop.validate import foretell, rms
+from twindisc_cli.loop.validate import elsewhere, foretell, rms
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import Prediction
 
@@ -119,7 +119,8 @@ def explain(tests: Sequence[Experiment], *, validate: Experiment | None, quick: 
     before = plain_fit(whole)
     whole = replace(whole, cases=remembered(whole.cases, before))
     masks = [withheld(test) for test in tests]
-    found = search(whole, lambda stage: progress(stage, 0.3))
+    other = elsewhere(validate, before) if validate is not None else None
+    found = search(whole, lambda stage: progress(stage, 0.3), other)
     progress("judging on held-out samples", 0.75)
     members = ranked(
         [found.answer, *(e for rivals in found.rivals.values() for e in rivals), *found.others, found.base]
@@ -153,22 +154,22 @@ def _first_honest(
     before: Fit,
     masks: Sequence[Mapping[str, Mask]],
 ) -> tuple[Judged, dict[frozenset[tuple[str, ...]], str]]:
-    """The first explanation whose error rises nowhere: the answer, parts of it, others; the base model raises none."""
+    """The first explanation whose error rises nowhere: the answer, others, parts of it; the base model raises none."""
     seen = [without(test, mask) for test, mask in zip(tests, masks, strict=True)]
     apart = any(mask.any() for test in masks for mask in test.values())
     seen_before = plain_fit(problem_of(seen), before) if apart else before
     refused = {}
-    shorter = [m for m in members if m.labels < answer.labels and m.terms]
-    others = [m for m in members if m.labels != answer.labels and m not in shorter]
-    for member in [answer, *shorter, *others]:
+    others = [m for m in members if m.labels != answer.labels and m.terms]
+    shorter = [m for m in others if m.labels < answer.labels]
+    base = next(m for m in members if not m.terms)
+    for member in [answer, *others[: THRESHOLDS.most_refused], *shorter, base]:
+        if member.labels in refused:
+            continue
         judged = judge(member, before, seen_before, masks)
         raised = judged.rises or (_raised_elsewhere(judged, validate) if validate is not None else [])
         if not member.terms or not raised:
             break
         refused[member.labels] = f"raises the error of the {' and the '.join(channels()[c].label for c in raised)}"
-        if len(refused) >= THRESHOLDS.most_refused:
-            judged = judge(next(m for m in members if not m.terms), before, seen_before, masks)
-            break
     return judged, refused
 
 

@@ -121,7 +121,7 @@ def fit(problem: Problem, start: Floats | None = None, most_steps: int = MOST_ST
     def evaluated(inner: Floats) -> tuple[Floats, Floats, Floats]:
         key = inner.tobytes()
         if key not in memory:
-            left, columns = _linearised(problem, inner, target)
+            left, columns = linearised(problem, inner, target)
             rows = np.column_stack([np.concatenate([columns, prior]), np.concatenate([left, inner[problem.normal]])])
             memory[key] = left, columns, np.asarray(np.linalg.qr(rows, mode="r"))
         return memory[key]
@@ -149,7 +149,7 @@ def fit(problem: Problem, start: Floats | None = None, most_steps: int = MOST_ST
 
 def at(problem: Problem, theta: Floats) -> Fit:
     """The summary of a problem at given inner parameters (parameter,), without fitting."""
-    return _summarised(problem, theta, *_linearised(problem, theta, problem.discount(problem.measured)))
+    return _summarised(problem, theta, *linearised(problem, theta, problem.discount(problem.measured)))
 
 
 def refit(problem: Problem, start: Floats | None = None) -> Fit:
@@ -177,7 +177,7 @@ def remembered(cases: Sequence[Case], *fits: Fit) -> list[Case]:
     ]
 
 
-def _linearised(problem: Problem, inner: Floats, target: Floats) -> tuple[Floats, Floats]:
+def linearised(problem: Problem, inner: Floats, target: Floats) -> tuple[Floats, Floats]:
     """White residual (sample,) and its Jacobian (sample, parameter)."""
     step = np.where(inner + STEP > problem.bounds[1], -STEP, STEP)
     sets = np.concatenate([inner[None], inner + np.diag(step)])

@@ -217,30 +217,54 @@ def _families(x: Floats, edges: Floats) -> Iterator[tuple[str, list[dict[str, fl
         )
 
 
-def pairs(fitted: Fit) -> list[Pair]:
-    """Every quantity over every covariate that the tests can show, seen from a fit."""
+@dataclass(frozen=True)
+class Response:
+    """What a change of a quantity in each bin of a covariate does to white samples: slopes (sample, bin) over it."""
+
+    quantity: str
+    covariate: str
+    edges: Floats
+    slopes: Floats
+    typical: float
+
+
+def pairs(fitted: Fit, known: Sequence[Response] | None = None) -> list[Pair]:
+    """Every quantity over every covariate that the tests can show, seen from a fit.
+
+    known: the responses of a fit nearby, where they have been computed.
+    """
+    problem = fitted.problem
+    span = span_of(fitted.jacobian)
+    found = []
+    for response in responses(fitted) if known is None else known:
+        G = problem.discount(response.slopes.T).T
+        G = G - span @ (span.T @ G)
+        seen = np.linalg.norm(G, axis=0) * response.typical > 0.03
+        if seen.sum() < 2:
+            continue
+        edges = response.edges
+        centres = 0.5 * (edges[1:] + edges[:-1])
+        A, g = G.T @ G, G.T @ fitted.residual
+        found.append(Pair(response.quantity, response.covariate, edges, centres, A, g, response.typical))
+    return found
+
+
+def responses(fitted: Fit) -> list[Response]:
+    """The responses of the samples to every quantity over every covariate, where a fit is."""
     problem = fitted.problem
     predictions = problem.predict(fitted.theta[None])
-    plain = problem.discount(problem.white(predictions))[0]
-    span = span_of(fitted.jacobian)
+    plain = problem.white(predictions)[0]
     found = []
     for quantity, of in QUANTITIES.items():
         if of.channel not in problem.channels:
             continue
         typical = _typical(fitted, quantity)
+        level = 0.01 if of.kind == "factor" else 0.03 * typical
         for covariate in _distinct(predictions, of.covariates):
             edges = _edges(fitted, predictions, covariate)
-            if edges is None:
-                continue
-            level = 0.01 if of.kind == "factor" else 0.03 * typical
-            rows = _bin_rows(fitted, quantity, covariate, edges, level)
-            G = np.nan_to_num((problem.discount(rows) - plain) / level).T
-            G = G - span @ (span.T @ G)
-            seen = np.linalg.norm(G, axis=0) * typical > 0.03
-            if seen.sum() < 2:
-                continue
-            centres = 0.5 * (edges[1:] + edges[:-1])
-            found.append(Pair(quantity, covariate, edges, centres, G.T @ G, G.T @ fitted.residual, typical))
+            if edges is not None:
+                rows = _bin_rows(fitted, quantity, covariate, edges, level)
+                found.append(Response(quantity, covariate, edges, np.nan_to_num((rows - plain) / level).T, typical))
     return found
 
 

@@ -11,7 +11,8 @@ explained: D = (E_best - E) / (1 + c sqrt(fall of chi2)). Explanations with D be
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -19,21 +20,26 @@ from twindisc_cli.effects._effect import Effect
 from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.candidates import Proposal, effects, proposals
 from twindisc_cli.loop.fit import MOST_STEPS, Fit, carried, fit, refit
-from twindisc_cli.loop.learn import Pair
+from twindisc_cli.loop.learn import Pair, Response, responses
 from twindisc_cli.loop.problem import Problem
 from twindisc_cli.loop.screen import leftover
 from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.validate import Elsewhere
 
 Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
 class Explanation:
-    """A complete answer: the fit of all its terms, what the choice of each term's form costs, chi2 without any."""
+    """A complete answer: the fit of all its terms, what the choice of each term's form costs, chi2 without any.
+
+    elsewhere: a test that is only predicted, and speaks for or against an answer.
+    """
 
     fit: Fit
     prices: Mapping[str, float]
     before: float
+    elsewhere: Elsewhere | None = field(default=None, repr=False)
 
     @property
     def terms(self) -> tuple[str, ...]:
@@ -43,12 +49,21 @@ class Explanation:
     @property
     def evidence(self) -> float:
         """Logarithm of the evidence, the choice of forms paid."""
+        return self.here + self._foretold[0]
+
+    @property
+    def here(self) -> float:
+        """The same of the tests that are fitted alone."""
         return self.fit.evidence - sum(self.prices.values())
+
+    @cached_property
+    def _foretold(self) -> tuple[float, float]:
+        return (0.0, 0.0) if self.elsewhere is None else self.elsewhere.foretold(self.fit)
 
     @property
     def heat(self) -> float:
         """What differences of evidence are divided by: formulas err more, the more they explain."""
-        return 1.0 + THRESHOLDS.cooling * float(np.sqrt(max(self.before - self.fit.chi2, 0.0)))
+        return 1.0 + THRESHOLDS.cooling * float(np.sqrt(max(self.before - self.fit.chi2 - self._foretold[1], 0.0)))
 
     def effect(self, name: str) -> Effect:
         """A term as it acts."""
@@ -84,13 +99,20 @@ class Search:
     others: Sequence[Explanation] = ()
 
 
-def search(problem: Problem, progress: Progress) -> Search:
-    """Find the terms that explain all channels together."""
+def search(problem: Problem, progress: Progress, other: Elsewhere | None = None) -> Search:
+    """Find the terms that explain all channels together, and foretell another test that is not fitted."""
     progress("base model")
     first = refit(problem)
-    base = Explanation(first, {}, first.chi2)
+    before = first.chi2 + (other.foretold(first)[1] if other else 0.0)
+    base = Explanation(first, {}, before, other)
     best, rivals, others = base, dict[str, Sequence[Explanation]](), list[Explanation]()
-    while len(best.terms) < THRESHOLDS.most_terms and not (len(best.terms) > 1 and _nothing_left(best)):
+    known = set[frozenset[tuple[str, ...]]]()
+    while (
+        best.labels not in known
+        and len(best.terms) < THRESHOLDS.most_terms
+        and not (len(best.terms) > 1 and _nothing_left(best))
+    ):
+        known.add(best.labels)
         progress(f"what is missing, term {len(best.terms) + 1}")
         tried = extended(best)
         better = chosen(best, tried)
@@ -115,19 +137,21 @@ def renewed(explanation: Explanation) -> Explanation:
     return replace(explanation, fit=refit(explanation.fit.problem, explanation.fit.theta))
 
 
-def extended(explanation: Explanation, *, laws: bool = True) -> list[Explanation]:
-    """The explanation with each of the most promising terms added, by falling evidence."""
+def extended(
+    explanation: Explanation, *, laws: bool = True, known: Sequence[Response] | None = None
+) -> list[Explanation]:
+    """The explanation with each of the most promising terms added, by falling evidence; known: responses nearby."""
     found: list[Explanation] = []
     count = {True: 0, False: 0}
     best = 0.0
-    for proposal in proposals(explanation.fit) if laws else effects(explanation.fit):
+    for proposal in proposals(explanation.fit, known) if laws else effects(explanation.fit):
         few = not proposal.is_law and count[False] < THRESHOLDS.tried_at_least
         least = THRESHOLDS.hopeless if few else max(0.0, THRESHOLDS.hopeful * best)
         if proposal.promise < least or count[proposal.is_law] >= THRESHOLDS.tried:
             continue
         count[proposal.is_law] += 1
         found.append(_with(explanation, proposal))
-        best = max(best, found[-1].evidence - explanation.evidence)
+        best = max(best, found[-1].here - explanation.here)
     return sorted(found, key=lambda e: -e.evidence)
 
 
@@ -181,12 +205,14 @@ def _says_enough(explanation: Explanation, before: Explanation) -> bool:
     """Whether one more term says enough: more is asked of a law, and where much was explained before by formulas.
 
     What a sample says alone, which whitening spreads over its neighbours, is no finding. A law may say less where the
-    generic functions of its channel see that something is missing, too.
+    generic functions of its channel see that something is missing, too. A test that is only predicted may speak against
+    a term; nothing is found by what it alone says.
     """
     taken = before.fit.residual**2 - explanation.fit.residual**2
-    if explanation.evidence - before.evidence < 0.5 * np.max(np.convolve(taken, np.ones(3))):
+    more = min(explanation.here - before.here, explanation.evidence - before.evidence)
+    if more < 0.5 * np.max(np.convolve(taken, np.ones(3))):
         return False
-    said = (explanation.evidence - before.evidence) / before.heat
+    said = more / before.heat
     new = [explanation.effect(name) for name in explanation.terms if name not in before.terms]
     if not any(isinstance(effect, Trial) for effect in new):
         return said > THRESHOLDS.enough
@@ -222,11 +248,12 @@ def polished(
     known = {newest[0]: judged_alike(explanation, [before, *tried])} if len(newest) == 1 else {}
     for _ in range(THRESHOLDS.most_terms):
         rivals = dict[str, Sequence[Explanation]](known)
+        seen = responses(explanation.fit) if set(explanation.terms) - set(rivals) else []
         for name in explanation.terms:
             if name in rivals:
                 continue
             shorter = without(explanation, name)
-            others = extended(shorter)
+            others = extended(shorter, known=seen)
             better = chosen(shorter, others)
             if better is None:
                 explanation, known = shorter, {}

@@ -50,8 +50,10 @@ class Thresholds:
     rise, rise_at_most  growth of an error that counts where it is significant, and that counts in any case [1].
     rise_errors         standard errors at which a growth of an error is significant.
     judged_blocks, fewest_judged  blocks of neighbours this is taken from, and samples below which nothing is judged.
+    repeats             scatter of mu, K and the convection from a test to its repeat, in their logarithms: a test that
+                        is only predicted speaks of the shape, not of the level.
     near_bound          share of a parameter's range from a bound at which it counts as being there.
-    most_refused        answers that are refused for a rising error before none is given.
+    most_refused        other answers that are judged where the best raises an error, before parts of it are.
     spare_stops         fewer profiles beyond the parameters than this hardly test the form of a law of wear.
 
     Probability:
@@ -106,6 +108,7 @@ class Thresholds:
     rise_errors: float = 2.5
     judged_blocks: int = 12
     fewest_judged: int = 6
+    repeats: float = 0.03
     near_bound: float = 1e-3
     most_refused: int = 4
     spare_stops: int = 3

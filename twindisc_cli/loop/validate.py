@@ -1,4 +1,13 @@
-"""A test that was not fitted, predicted by what was found elsewhere."""
+"""A test that was not fitted, predicted by what was found elsewhere, and what it says of the explanations.
+
+    log p = -n log(1 + chi2 / n) - log|S| / 2,   chi2 = r' S^-1 r,   S = 1 + J (C + R) J'
+
+    r   white residual (n,) of the test as an explanation foretells it, J its Jacobian over the inner parameters
+    C   covariance of the parameters after the fit, R what base parameters scatter from one repeat to the next
+
+No parameter is fitted to it. Student's density instead of the normal one: where even the best explanation misses the
+test by far, small differences say little (K. L. Lange et al., J. Am. Stat. Assoc. 84 (1989) 881-896).
+"""
 
 from __future__ import annotations
 
@@ -7,8 +16,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twindisc_cli.loop.channels import channels
-from twindisc_cli.loop.fit import Fit
-from twindisc_cli.loop.problem import Case, case_of, stated
+from twindisc_cli.loop.fit import Fit, carried, linearised
+from twindisc_cli.loop.problem import Case, Problem, case_of, stated
+from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import Prediction
 
@@ -40,9 +50,45 @@ def foretell(test: Experiment, fitted: Fit) -> Foretold:
 
     Base parameters are as fitted, those of a single test from the first; else as either test says.
     """
+    case = _unfitted(test, fitted)
+    keys = ("mu", "K", "convection_W_K")
+    return Foretold(case, case.model.predict({key: np.array([case.known.get(key, np.nan)]) for key in keys}))
+
+
+def _unfitted(test: Experiment, fitted: Fit) -> Case:
+    """A test with the effects, laws and base parameters of a fit of others."""
     first = fitted.problem.cases[0].test
     case = case_of(replace(test, effects=dict(first.effects), laws=dict(first.laws)))
     known = stated(first) | stated(test)
     known |= {p.key: fitted.value(p)[0] for p in reversed(fitted.problem.parameters) if p.term is None}
-    keys = ("mu", "K", "convection_W_K")
-    return Foretold(case, case.model.predict({key: np.array([known.get(key, np.nan)]) for key in keys}))
+    return replace(case, known=known)
+
+
+@dataclass(frozen=True)
+class Elsewhere:
+    """A test that is only predicted, as a problem whose nuisances are those of the base model."""
+
+    problem: Problem
+
+    def foretold(self, fitted: Fit) -> tuple[float, float]:
+        """Logarithm of the density that a fit of others foretells for the test, and the chi2 of what it misses."""
+        problem = self.problem.with_terms(*fitted.terms, trial=fitted.problem.trial)
+        miss, slopes = linearised(problem, carried(problem, fitted), problem.discount(problem.measured))
+        places = {(p.name, p.case): i for i, p in enumerate(fitted.problem.parameters)}
+        shared = [i for i, p in enumerate(problem.parameters) if (p.name, p.case) in places]
+        own = [places[problem.parameters[i].name, problem.parameters[i].case] for i in shared]
+        scatter = [THRESHOLDS.repeats**2 * (problem.parameters[i].term is None) for i in shared]
+        size, direction = np.linalg.eigh(fitted.covariance[np.ix_(own, own)] + np.diag(scatter))
+        A = slopes[:, shared] @ (direction * np.sqrt(np.maximum(size, 0.0)))
+        S, pull = np.eye(len(shared)) + A.T @ A, A.T @ miss
+        chi2 = float(miss @ miss - pull @ np.linalg.solve(S, pull))
+        return -len(miss) * float(np.log1p(chi2 / len(miss))) - 0.5 * float(np.linalg.slogdet(S)[1]), chi2
+
+
+def elsewhere(test: Experiment, base: Fit) -> Elsewhere | None:
+    """A test to be predicted by fits of others, whose base model is given; None where they share no channel."""
+    case = _unfitted(test, base)
+    problem = Problem([case], tuple(c for c in base.problem.channels if c in case.noise))
+    if not problem.channels:
+        return None
+    return Elsewhere(problem.with_nuisance(carried(problem, base), np.zeros((len(problem.measured), 1))))
