@@ -1,12 +1,15 @@
 """A test that was not fitted, predicted by what was found elsewhere, and what it says of the explanations.
 
-    log p = -n log(1 + chi2 / n) - log|S| / 2,   chi2 = r' S^-1 r,   S = 1 + J (C + R) J'
+    log p = -min(chi2, n) / 2 - m / 2 log(1 + max(chi2 - n, 0) / m) - log|S| / 2
+    chi2 = r' S^-1 r,   S = 1 + J (C + R) J'
 
     r   white residual (n,) of the test as an explanation foretells it, J its Jacobian over the inner parameters
     C   covariance of the parameters after the fit, R what base parameters scatter from one repeat to the next
+    m   blocks of neighbours in all channels
 
-No parameter is fitted to it. Student's density instead of the normal one: where even the best explanation misses the
-test by far, small differences say little (K. L. Lange et al., J. Am. Stat. Assoc. 84 (1989) 881-896).
+No parameter is fitted to it. Noise is white, but what a formula misses beyond it is not: it errs over a whole block,
+and where every explanation misses the test by far, which misses it less says little. So the excess counts by Student's
+density of m degrees of freedom (K. L. Lange et al., J. Am. Stat. Assoc. 84 (1989) 881-896).
 """
 
 from __future__ import annotations
@@ -82,7 +85,9 @@ class Elsewhere:
         A = slopes[:, shared] @ (direction * np.sqrt(np.maximum(size, 0.0)))
         S, pull = np.eye(len(shared)) + A.T @ A, A.T @ miss
         chi2 = float(miss @ miss - pull @ np.linalg.solve(S, pull))
-        return -len(miss) * float(np.log1p(chi2 / len(miss))) - 0.5 * float(np.linalg.slogdet(S)[1]), chi2
+        excess, blocks = max(chi2 - len(miss), 0.0), THRESHOLDS.judged_blocks * len(problem.channels)
+        missed = min(chi2, len(miss)) + blocks * float(np.log1p(excess / blocks))
+        return -0.5 * (missed + float(np.linalg.slogdet(S)[1])), chi2
 
 
 def elsewhere(test: Experiment, base: Fit) -> Elsewhere | None:
