@@ -9,6 +9,10 @@ import pytest
 from rigs import Instruments, Plant, history
 
 from twindisc_cli.laws.law import Law, warnings
+from twindisc_cli.loop.fit import fit, linearised
+from twindisc_cli.loop.problem import Problem, case_of
+from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.validate import Elsewhere
 from twindisc_cli.model.forward import ForwardModel, Prediction
 
 COURSE = history((0.01, 0.02, 0.05, 0.08), 1)
@@ -44,3 +48,27 @@ def test_a_law_of_its_own_history_is_not_carried_over_in_silence(foretold: Predi
     (told,) = warnings({"settling": law}, foretold.state, "other")
     assert "cannot be carried over" in told
     assert "time" in told
+
+
+def test_what_is_foretold_is_judged_by_the_covariance_of_noise_parameters_and_repeats() -> None:
+    """Against S = 1 + J (C + R) J' written out; a repeat whose mu is 2 % off costs little, a worse one much more."""
+    rig = Instruments(channels=("traction",))
+    first = Problem([case_of(rig.record(Plant(COURSE), np.random.default_rng(1)))], ("traction",))
+    fitted = fit(first)
+    told = {}
+    for off in (0.0, 0.02, 0.3):
+        test = rig.record(Plant(COURSE), np.random.default_rng(2))
+        traction = test.measured.traction
+        assert traction is not None
+        samples = replace(traction, ratio=traction.ratio * (1.0 + off))
+        problem = Problem([case_of(replace(test, measured=replace(test.measured, traction=samples)))], ("traction",))
+        miss, J = linearised(problem, fitted.theta, problem.measured)
+        S = np.eye(len(miss)) + J @ (fitted.covariance + THRESHOLDS.repeats**2 * np.eye(len(fitted.theta))) @ J.T
+        chi2 = float(miss @ np.linalg.solve(S, miss))
+        told[off] = Elsewhere(problem).foretold(fitted)
+        assert told[off][1] == pytest.approx(chi2)
+        excess, blocks = max(chi2 - len(miss), 0.0), THRESHOLDS.judged_blocks
+        density = -0.5 * (min(chi2, len(miss)) + blocks * np.log1p(excess / blocks) + np.linalg.slogdet(S)[1])
+        assert told[off][0] == pytest.approx(density)
+    assert told[0.0][0] - told[0.02][0] < 2.0
+    assert told[0.0][0] - told[0.3][0] > THRESHOLDS.enough
