@@ -15,9 +15,9 @@ X and odd in (Y, Z). The table is over log(a/b), rho = r / (r + 2.5), which ends
 the angles of the drive; it holds q less the unit vector of the drive, over the sines that vanish with it.
 
 Source: a table made with half_space.rolling (make_spin.py). Against that solver on 40 and 80 elements, carried to the
-limit, forces are within 0.4 % of mu N in 95 % of cases, 1.2 % in 99 %, 2.1 % at worst, where nearly all slip is spin;
-0.05 <= a/b <= 5, nu from 0.2 to 0.4. In full slip of a slender patch that nearly only spins the lateral force is up to
-3.4 % of mu N low (a/b = 0.05), the longitudinal within 0.2 %. Beyond these a/b the departures of the end are taken.
+limit, forces are within 0.4 % of mu N in 95 % of cases, 2.1 % at worst, where nearly all slip is spin; a/b from 0.05
+to 5, nu from 0.2 to 0.4. In full slip of a slender patch that nearly only spins the lateral force is up to 3.4 % of
+mu N low (a/b = 0.05), the longitudinal within 0.2 %. Beyond these a/b the departures of the end are taken.
 """
 
 from __future__ import annotations
