@@ -59,7 +59,8 @@ def diagnose(
     progress("intervals", 0.9)
     before = {channel: leftover(found.search.base.fit, channel) for channel in found.problem.channels}
     left = _left(found, before)
-    effects, laws = _found(found)
+    weights = {name: weighed(found, name) for name in found.answer.terms}
+    effects, laws = _found(found, weights)
     progress("next experiment", 0.95)
     told = _told(found, validate)
     return Diagnosis(
@@ -69,7 +70,7 @@ def diagnose(
         unexplained=left,
         errors={channel: _error(channel, found) for channel in found.problem.channels},
         base=base_parameters(found),
-        tried=_tried(found),
+        tried=_tried(found, weights),
         curves=_curves(found),
         p_values={channel: rest.p_value for channel, rest in before.items()},
         held_out_steps={test.name: steps_withheld(test) for test in tests},
@@ -79,7 +80,7 @@ def diagnose(
             *(_warned(laws, told, validate) if validate else []),
             *_notes(found),
         ],
-        next_experiment=_next(found, left),
+        next_experiment=_next(found, weights, left),
         validation=_validation(told, validate) if validate is not None and told else None,
         seconds=monotonic() - started,
     )
@@ -147,15 +148,14 @@ def _remains(found: Outcome, channel: str) -> float:
 # ------------------------------------------------------------------------------------------------- what was found
 
 
-def _found(found: Outcome) -> tuple[list[FoundEffect], list[FoundLaw]]:
+def _found(found: Outcome, weights: Mapping[str, Weighed]) -> tuple[list[FoundEffect], list[FoundLaw]]:
     """Effects and laws of the answer, each with what cannot be told from it."""
     effects, laws = [], []
     for name in found.answer.terms:
         effect = found.answer.effect(name)
         channel = found.problem.shown_in(effect)
         remains = _remains(found, channel)
-        weight = weighed(found, name)
-        probability, rivals = weight.probability, weight.rivals
+        probability, rivals = weights[name].probability, weights[name].rivals
         probability *= 1.0 - remains
         strength = _strength(found, probability, rivals)
         if isinstance(effect, Trial):
@@ -302,15 +302,14 @@ def _curves(found: Outcome) -> list[Curve]:
     return curves
 
 
-def _tried(found: Outcome) -> list[Tried]:
+def _tried(found: Outcome, weights: Mapping[str, Weighed]) -> list[Tried]:
     """What was tried in the place of each term, the answer's own term among it."""
     told = []
     for name in found.answer.terms:
         others = found.answer.labels - {found.answer.label(name)}
         short = next((m for m in found.members if m.labels == others), found.search.base)
-        weight = weighed(found, name)
         places = [(found.answer, found.answer.label(name)), *((m, label) for _, m, label in in_its_place(found, name))]
-        told += [_place(found, name, short, member, label, weight) for member, label in places]
+        told += [_place(found, name, short, member, label, weights[name]) for member, label in places]
     if not found.answer.terms:
         told = [
             _place(found, "", found.search.base, member, label, Weighed(np.nan, (), {label: float(share)}, {}))
@@ -419,9 +418,9 @@ def _notes(found: Outcome) -> list[str]:
 # ------------------------------------------------------------------------------------------------- next, validation
 
 
-def _next(found: Outcome, left: Sequence[Unexplained]) -> NextExperiment | None:
+def _next(found: Outcome, weights: Mapping[str, Weighed], left: Sequence[Unexplained]) -> NextExperiment | None:
     """Separate the explanations that cannot be told apart; else tell apart what the leftover depends on."""
-    labels = {label for name in found.answer.terms for label, _ in weighed(found, name).rivals}
+    labels = {label for weight in weights.values() for label, _ in weight.rivals}
     rivals = [member for member in found.members if member.labels & labels]
     if rivals:
         alive = [found.answer, *rivals[: THRESHOLDS.separated - 1]]
