@@ -106,6 +106,31 @@ def test_worn_volume_is_the_dissipated_energy_times_k_over_hardness(rig, hidden)
     )
 
 
+def test_strips_above_their_critical_index_alone_wear_more(rig):
+    """In an ellipse that slides all over, the index of a strip falls as a(y) does: the middle is above it first."""
+    seen = []
+
+    def severe(index):
+        seen.append(index.max())
+        return np.where(index > critical, 3.0, 1.0)
+
+    def worn(hidden):
+        run = March(dataclasses.replace(rig, contact="hertz", wear=1e-3 * rig.wear), [hidden]).run()
+        return run.profiles[13][1], run.wear_index.max()
+
+    plain, largest = worn(NOTHING)
+    touched = plain > 1e-6 * plain.max()
+    critical = np.inf
+    np.testing.assert_allclose(worn(Hidden(wear_locally=severe))[0], plain, rtol=1e-12)
+    assert max(seen) == pytest.approx(3 * np.pi / 8 * largest, rel=0.02)
+    critical = 0.0
+    np.testing.assert_allclose(worn(Hidden(wear_locally=severe))[0][touched], 3 * plain[touched], rtol=0.02)
+    critical = 0.8 * max(seen)
+    times = worn(Hidden(wear_locally=severe))[0][touched] / plain[touched]
+    assert times[times.size // 2] > 1.5
+    assert times[[0, -1]] == pytest.approx(1.0, abs=0.03)
+
+
 @pytest.mark.parametrize("geometry", GEOMETRIES)
 def test_rigs_of_every_geometry_slide_all_over_and_wear_their_volume(geometry):
     drawn = draw_rig(

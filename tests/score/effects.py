@@ -189,21 +189,21 @@ def index_at(base: Trace, share: float) -> float:
 
 
 def severe_wear_transition(rng: Generator, rig: Rig, base: Trace) -> Drawn:
-    """R. Lewis and U. Olofsson, Wear 257 (2004) 721: K jumps at a T gamma / A."""
+    """R. Lewis and U. Olofsson, Wear 257 (2004) 721: K of a strip jumps at its T gamma / A."""
     critical = index_at(base, rng.uniform(0.25, 0.7))
 
     def at(size: float) -> Hidden:
-        return Hidden(wear=lambda m: 1.0 + size if m.wear_index > critical else 1.0)
+        return Hidden(wear_locally=lambda index: np.where(index > critical, 1.0 + size, 1.0))
 
     return Drawn(at, 8.0)
 
 
 def wear_threshold(rng: Generator, rig: Rig, base: Trace) -> Drawn:
-    """Wear follows the excess of T gamma / A over a threshold (T. Pearce and N. Sherratt, Wear 144 (1991) 343)."""
+    """A strip wears by the excess of its T gamma / A over a threshold (T. Pearce, N. Sherratt, Wear 144 (1991) 343)."""
     reference = index_at(base, 0.6)
 
     def at(size: float) -> Hidden:
-        return Hidden(wear=lambda m: max(1.0 - size * reference / max(m.wear_index, 1e-9), 0.0))
+        return Hidden(wear_locally=lambda index: np.maximum(1.0 - size * reference / np.maximum(index, 1e-9), 0.0))
 
     return Drawn(at, 0.8)
 

@@ -179,6 +179,12 @@ def severe_smeared(rng: Generator, rig: Rig, base: Trace) -> Drawn:
     return Drawn(at, 8.0)
 
 
+def severe_of_the_whole(rng: Generator, rig: Rig, base: Trace) -> Drawn:
+    """All of the patch passes to severe wear at once, at a T gamma / A of the whole."""
+    critical = index_at(base, rng.uniform(0.25, 0.7))
+    return Drawn(lambda size: Hidden(wear=lambda m: 1.0 + size if m.wear_index > critical else 1.0), 8.0)
+
+
 def threshold_as_power(rng: Generator, rig: Rig, base: Trace) -> Drawn:
     """Wear grows with a power of T gamma / A instead of beyond a threshold."""
     reference = index_at(base, 0.6)
@@ -330,7 +336,10 @@ FORMS: dict[str, dict[str, Form]] = {
         "root": Form(drift_of_a_root, ("traction_ratio", "time")),
     },
     "lateral_wander": {"even": Form(even_wander, None)},
-    "severe_wear_transition": {"smeared": Form(severe_smeared, ("wear", "wear_index"))},
+    "severe_wear_transition": {
+        "smeared": Form(severe_smeared, ("wear", "wear_index")),
+        "whole": Form(severe_of_the_whole, ("wear", "wear_index")),
+    },
     "wear_threshold": {"power": Form(threshold_as_power, ("wear", "wear_index"))},
     "running_in_wear": {
         "power": Form(worn_in_power, ("wear", "cycles")), "twice": Form(worn_in_twice, ("wear", "cycles")),

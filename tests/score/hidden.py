@@ -58,6 +58,7 @@ class Hidden:
     friction: Callable[[Moment], float] | None = None  # factor of mu
     wear: Callable[[Moment], float] | None = None  # factor of K
     wear_across: Callable[[Floats], Floats] | None = None  # factor of K over y / edge of the track
+    wear_locally: Callable[[Floats], Floats] | None = None  # factor of K over the wear index of each strip [N/m2]
     wander: float = 0.0  # standard deviation of the lateral position of the contact [m]
     wanders_evenly: bool = False  # between two ends instead of normally
     other_disc: float = 0.0  # share of the wear that disc 1 takes [1]

@@ -308,7 +308,7 @@ class March:
             moment.energy += step * power
             moment.rise = self._heat[0]
             self._rows.append((ratio, *(getattr(moment, name) for name in _MOMENT)))
-        self._wear_off(worn, xi)
+        self._wear_off(worn, xi, slid / (count * step))
 
     def _warm(self, power: float, step: float) -> None:
         """Let the disc take `power` [W] for a `step` [s]."""
@@ -339,8 +339,8 @@ class March:
         power = rig.speed * force * (creepage * east + side * north)
         return force * east / rig.load, power, xi
 
-    def _wear_off(self, energy: float, xi: float) -> None:
-        """Wear by `energy` [J] dissipated at the normalised creepage `xi`."""
+    def _wear_off(self, energy: float, xi: float, power: float) -> None:
+        """Wear by `energy` [J] dissipated with a mean `power` [W] at the normalised creepage `xi`."""
         rig, patch = self._rig, self._patch
         if energy <= 0.0:
             return
@@ -352,5 +352,11 @@ class March:
         for h in self._hidden:
             if h.wear_across:
                 share = share * h.wear_across(patch.y / rig.edge)
-        removed = share * volume / (share @ patch.line_load * patch.dy)
-        patch.wear(removed, volume)
+        share = share / (share @ patch.line_load * patch.dy)
+        removed = share * volume
+        for h in self._hidden:
+            if h.wear_locally:
+                # an empty strip has the index of a vanishing one
+                length = np.maximum(2.0 * patch.half_length, 1e-12)
+                removed = removed * h.wear_locally(power * share * patch.line_load / (rig.speed * length))
+        patch.wear(removed, float(removed @ patch.line_load * patch.dy))
