@@ -480,6 +480,17 @@ def test_probabilities_told_are_compared_with_how_often_they_are_right():
     assert judge(ramp, given)["told"] == [(0.2, False), (0.8, True)]
 
 
+def test_what_cannot_be_told_apart_is_one_claim():
+    """A mechanism by its name and as a law, and quantities that show alike."""
+    near = BURST | {"truth": ["film_breakdown"], "law": {"quantities": ["mu", "slope"], "equivalent": ["creepage"]}}
+    given = answer(laws=[("mu_over_creepage", "slope_over_creepage", "mu_over_time")])
+    law = given["laws"][0]
+    law["alternatives"].append({"effect": "film_breakdown"})
+    for part, probability in zip([law, *law["alternatives"]], (0.5, 0.1, 0.15, 0.2), strict=True):
+        part["probability"] = probability
+    assert judge(near, given)["told"] == [(pytest.approx(0.8), True), (0.15, False)]
+
+
 def test_intervals_of_what_nothing_hidden_shows_in_are_held_against_the_truth():
     given = answer(("thermocouple_lag",))
     given["base"] = {

@@ -115,18 +115,30 @@ def _judge_unknown(hidden: Row, named: Sequence[Row], laws: Sequence[Row], lefto
 def _told(truth: Row, explanations: Sequence[Row]) -> Iterator[tuple[float, bool]]:
     """Every probability in an answer, and whether what it was told of is right.
 
-    Laws over covariates that are one on the history of the test are one claim, with the sum of their probabilities.
+    What the data of the test cannot tell apart is one claim, with the sum of the probabilities: laws over covariates
+    that are one on its history, quantities that show alike, and a hidden mechanism by its name or as its law.
     """
+    hidden = hidden_law(truth)
     for explanation in explanations:
         claims: dict[str | Pair, tuple[float, list[str | Pair]]] = {}
         for part in (explanation, *explanation.get("alternatives", [])):
             if isinstance(part, Mapping) and part.get("probability") is not None:
                 key = _key(dict(part))
-                what = key if isinstance(key, str) else (key[0], min(truth.get("same", {}).get(key[1], [key[1]])))
+                what = _claim(truth, hidden, key)
                 probability, members = claims.get(what, (0.0, []))
                 claims[what] = (probability + float(part["probability"]), [*members, key])
         for probability, members in claims.values():
             yield min(probability, 1.0), _is_meant(truth, members)
+
+
+def _claim(truth: Row, hidden: Row | None, member: str | Pair) -> str | Pair:
+    """One of all members that the data of the test cannot tell from this one."""
+    if hidden is not None and isinstance(truth["truth"], list) and member in truth["truth"]:
+        member = (hidden["quantities"][0], hidden["equivalent"][0])
+    if isinstance(member, str):
+        return member
+    alike = hidden["quantities"] if hidden is not None else []
+    return min(alike) if member[0] in alike else member[0], min(truth.get("same", {}).get(member[1], [member[1]]))
 
 
 def _covered(truth: Row, answer: Row) -> list[bool]:

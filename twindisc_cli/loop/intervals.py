@@ -5,7 +5,8 @@ Base parameters: a mixture of normals of their inner numbers, one for every expl
 
     sum over i of share_i N(theta_i, C_i + S S'),   S = C J' D
 
-    share_i   how often explanation i is chosen in the resamples
+    share_i   how often explanation i is chosen in the resamples, among those with the answer's laws of the parameter: a
+              law over creepage takes its mu where the creepage is least, another elsewhere
     C_i       covariance of its fit, under the longest correlation that the noise may have, widened by what it leaves
     D         what the tolerances of the inputs do to the samples, as far as base parameters can imitate it
 
@@ -20,11 +21,15 @@ from scipy.special import ndtri
 from twindisc_cli.loop.diagnosis import Estimate
 from twindisc_cli.loop.explain import Outcome
 from twindisc_cli.loop.fit import Fit
+from twindisc_cli.loop.search import Explanation
 from twindisc_cli.model.experiment import Floats
 
 INTERVAL = 2.706
 """Growth of chi2 at the ends of a 90 % interval."""
 LEVELS = (0.05, 0.95)
+QUANTITY = {"mu": "mu", "K": "wear", "convection_W_K": "convection"}
+"""What a law changes that says what a base parameter means."""
+TINY = 1e-300
 NORMAL = np.asarray(ndtri((np.arange(401) + 0.5) / 401))
 
 
@@ -56,15 +61,22 @@ def _spread(found: Outcome, name: str, case: int | None) -> Floats:
     shares = found.shares if np.isfinite(found.shares).all() else only
     draws, weights = [], []
     for member, share in zip(found.members, shares, strict=True):
+        if _laws_of(member, name) != _laws_of(found.answer, name):
+            continue
         fitted = member.fit
         own = _number(fitted, name, case)
         variance = fitted.covariance[own, own] * _wide(fitted) ** 2 + np.sum(systematic[number] ** 2)
         shift = fitted.theta[own] - answer.theta[number]
         draws.append(shift + np.sqrt(variance) * NORMAL)
-        weights.append(np.full(len(NORMAL), share))
+        weights.append(np.full(len(NORMAL), max(share, TINY)))
     every, weight = np.concatenate(draws), np.concatenate(weights)
     ends = np.quantile(every, LEVELS, weights=weight, method="inverted_cdf")
     return np.asarray(np.clip(ends, [-np.inf, 0.0], [0.0, np.inf]))
+
+
+def _laws_of(explanation: Explanation, name: str) -> list[str]:
+    """Covariates of an explanation's laws that say what a base parameter means."""
+    return sorted(law.covariate for law in explanation.laws.values() if law.quantity == QUANTITY.get(name))
 
 
 def _number(fitted: Fit, name: str, case: int | None) -> int:
