@@ -347,8 +347,20 @@ def local_wear() -> Iterator[Row]:
 
     base = {"mu": np.array([0.6]), "K": np.array([6e-5]), "convection_W_K": np.array([1.6])}
     threshold = {"wear_threshold": {"threshold_N_mm2": np.array([0.7])}}
-    severe = {"severe_wear_transition": {"ratio": np.array([4.0]), "critical_N_mm2": np.array([3.0])}}
-    none = {"severe_wear_transition": {"ratio": np.array([1.0 + 1e-9]), "critical_N_mm2": np.array([3.0])}}
+    severe = {
+        "severe_wear_transition": {
+            "ratio": np.array([4.0]),
+            "critical_N_mm2": np.array([3.0]),
+            "width": np.array([0.03]),
+        }
+    }
+    none = {
+        "severe_wear_transition": {
+            "ratio": np.array([1.0 + 1e-9]),
+            "critical_N_mm2": np.array([3.0]),
+            "width": np.array([0.03]),
+        }
+    }
 
     def end(contact: Any, effects: Any = None) -> tuple[Any, np.ndarray, float]:
         history = rigs.history([0.002, 0.005, 0.01, 0.02, 0.01, 0.005], 10)

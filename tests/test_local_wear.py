@@ -31,7 +31,7 @@ def predict(effects: dict[str, dict[str, float]], k: float, contact: Contact = "
 
 
 def severe(ratio: float, critical: float) -> dict[str, dict[str, float]]:
-    return {"severe_wear_transition": {"ratio": ratio, "critical_N_mm2": 1e-6 * critical}}
+    return {"severe_wear_transition": {"ratio": ratio, "critical_N_mm2": 1e-6 * critical, "width": 0.02}}
 
 
 def threshold(value: float) -> dict[str, dict[str, float]]:

@@ -1,11 +1,12 @@
 """Severe wear transition: K jumps where the wear index exceeds a critical value.
 
-    K(y) = K [1 + (r - 1) phi],   phi = 1 / (1 + (c / i)^(1 / 0.03))
+    K(y) = K [1 + (r - 1) phi],   phi = 1 / (1 + (c / i)^(1 / w))
 
     i    wear index of the strip at y: energy dissipated per length rolled and area of the strip, (set, strip); in the
          middle of an elliptic patch 3 pi / 8 times the T gamma / A of the whole
-    phi  0 below the transition, 1 above; it is passed gradually
+    phi  0 below the transition, 1 above; asperities pass it one after the other
     c    critical wear index of a strip (given in N/mm2)
+    w    width of the transition, in the logarithm of the wear index [1]
     r    K above over K below [1]; r = 1 switches the effect off
 
 Leaves behind, when it is missing: too little wear predicted in the severe part of the history, too much before; a track
@@ -16,18 +17,15 @@ Valid for: dry steels passing from mild to severe wear.
 from __future__ import annotations
 
 import numpy as np
+from scipy.special import expit
 
 from twindisc_cli.effects._effect import Effect, Param, seen
 from twindisc_cli.effects._state import Floats, State
 
-_WIDTH = 0.03
-_LARGEST = 40.0
 
-
-def apply(s: State, *, ratio: Floats, critical_N_mm2: Floats) -> State:
+def apply(s: State, *, ratio: Floats, critical_N_mm2: Floats, width: Floats) -> State:
     """Scale the wear coefficient of the strips above the transition."""
-    above = np.log(np.maximum(s.wear_index, 1e-30) / (1e6 * critical_N_mm2)) / _WIDTH
-    severe = 1.0 / (1.0 + np.exp(-np.clip(above, -_LARGEST, _LARGEST)))
+    severe = expit(np.log(np.maximum(s.wear_index, 1e-30) / (1e6 * critical_N_mm2)) / width)
     return s.replace(wear_factor=s.wear_factor * (1.0 + (ratio - 1.0) * severe))
 
 
@@ -54,6 +52,16 @@ EFFECT = Effect(
             lower=0.1,
             upper=60.0,
             meaning="critical wear index of a strip",
+            log=True,
+        ),
+        Param(
+            "width",
+            "1",
+            off=None,
+            start=0.1,
+            lower=0.02,
+            upper=0.6,
+            meaning="width of the transition in the logarithm of the wear index",
             log=True,
         ),
     ),

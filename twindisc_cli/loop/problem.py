@@ -26,6 +26,7 @@ from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.experiment import Experiment, Floats, Rig
 from twindisc_cli.model.forward import ForwardModel, Marched, Prediction
+from twindisc_cli.model.patch import Paths
 
 
 @dataclass(frozen=True)
@@ -133,13 +134,17 @@ class Nuisances:
 
 @dataclass(frozen=True)
 class Problem:
-    """Tests and channels to be explained together, by base parameters and terms: effects by name, and trial laws."""
+    """Tests and channels to be explained together, by base parameters and terms: effects by name, and trial laws.
+
+    tracks: for each test how its track is found where K differs from strip to strip; by a march where none are given.
+    """
 
     cases: Sequence[Case]
     channels: tuple[str, ...]
     terms: tuple[str, ...] = ()
     trial: Mapping[str, Effect] = field(default_factory=dict)
     nuisance: Nuisances | None = field(default=None, repr=False)
+    tracks: Sequence[Marched | Paths] | None = field(default=None, repr=False)
 
     def with_terms(self, *names: str, trial: Mapping[str, Effect] | None = None) -> Problem:
         """The same problem with other terms."""
@@ -149,6 +154,12 @@ class Problem:
     def effect(self, name: str) -> Effect:
         """A term as it acts: a law on trial, or an effect of the catalogue."""
         return self.trial[name] if name in self.trial else catalogue()[name]
+
+    @property
+    def is_local(self) -> bool:
+        """Whether K differs from strip to strip, by a term or by what a test declares."""
+        declared = (name for case in self.cases for name in case.test.effects)
+        return any(self.effect(name).local for name in (*self.terms, *declared))
 
     def shown_in(self, effect: Effect) -> str:
         """The channel an effect shows in first, or the measured one that stands for it; "" where none does."""
@@ -191,7 +202,7 @@ class Problem:
         """Which parameters have a unit normal prior (parameter,)."""
         return np.array([p.normal for p in self.parameters], dtype=bool)
 
-    def predict(self, theta: Floats, *, marched: Marched = "first") -> list[Prediction]:
+    def predict(self, theta: Floats, *, marched: Marched | None = None) -> list[Prediction]:
         """Predictions of every test for parameter sets theta (set, parameter), which are near the first of them."""
         return self.moved(theta, marched=marched)
 
@@ -203,15 +214,16 @@ class Problem:
         base: Mapping[str, Floats] | None = None,
         extra: Mapping[str, Mapping[str, Floats]] | None = None,
         trial: Mapping[str, Effect] | None = None,
-        marched: Marched = "first",
+        marched: Marched | None = None,
     ) -> list[Prediction]:
         """Predictions with base parameters of test `number` (all tests: None) replaced, and with extra effects."""
+        tracks = [marched] * len(self.cases) if marched else self.tracks or ["first"] * len(self.cases)
         return [
             case.model.predict(
                 {**self.base_of(i, theta), **((base or {}) if number in (None, i) else {})},
                 {**self.terms_of(theta), **(extra or {})},
                 {**self.trial, **(trial or {})},
-                marched=marched,
+                marched=tracks[i],
             )
             for i, case in enumerate(self.cases)
         ]

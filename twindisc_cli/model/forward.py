@@ -112,22 +112,23 @@ class ForwardModel:
         effects: Mapping[str, Parameters] | None = None,
         trial: Mapping[str, Effect] | None = None,
         *,
-        marched: Marched = "each",
+        marched: Marched | Paths = "each",
     ) -> Prediction:
         """Predict every channel.
 
         effects  parameters of each effect, (set,), beside those that the test declares
         trial    effects by name that are not in the catalogue
         marched  where K differs from strip to strip, the sets for which a march tells what it makes of profile and
-                 patch: each; the first, after which all of them go; none, and only what is taken off is counted
+                 patch: each; the first, after which all of them go; none, and only what is taken off is counted; or
+                 the paths of a prediction nearby, which all of them go
         """
         base = BaseParameters.of(base)
         sets = max([base.sets, *(len(np.atleast_1d(value)) for value in _values(effects))])
         known = {**catalogue(), **(trial or {})}
         acting = [(known[name], columns) for name, columns in self._all_effects(effects or {}, sets).items()]
-        chain = _Chain(self, base.columns(sets), acting, sets)
+        chain = _Chain(self, base.columns(sets), acting, sets, None if isinstance(marched, str) else marched)
         state = chain.settled(chain.start())
-        if marched != "none" and chain.is_local:
+        if marched in ("each", "first") and chain.is_local:
             chain = replace(chain, own=chain.marched(state, slice(1 if marched == "first" else None)))
             state = chain.settled(state)
         return chain.read(state)
