@@ -76,7 +76,7 @@ def diagnose(
         held_out_steps={test.name: steps_withheld(test) for test in tests},
         notes=[
             *_differences(found),
-            *_unfixed(found),
+            *_unfixed(effects),
             *(_warned(laws, told, validate) if validate else []),
             *_notes(found),
         ],
@@ -358,13 +358,12 @@ def _differences(found: Outcome) -> list[str]:
     return notes
 
 
-def _unfixed(found: Outcome) -> list[str]:
+def _unfixed(effects: Sequence[FoundEffect]) -> list[str]:
     """Parameters of the effects added that the data do not fix."""
     return [
-        f"{' and '.join(keys)} of {name}: at a bound, or not fixed by these data"
-        for name in found.answer.terms
-        if not isinstance(effect := found.answer.effect(name), Trial)
-        and (keys := unfixed(effect, term_parameters(found.sure, name)))
+        f"{' and '.join(keys)} of {found.name}: at a bound, or not fixed by these data"
+        for found in effects
+        if (keys := unfixed(catalogue()[found.name], found.parameters))
     ]
 
 

@@ -205,13 +205,14 @@ def plain_fit(problem: Problem, *known: Fit) -> Fit:
         cases = remembered(cases, alone)
         for p, inner in zip(alone.problem.parameters, alone.theta, strict=True):
             theta[names.index((p.name, p.case))] = inner
-    return at(replace(problem, nuisance=None), theta)
+    return at(replace(problem, nuisance=None, tracks=None), theta)
 
 
 def revised_fit(fitted: Fit, before: Fit) -> Fit:
     """The revised model: what was found is declared, as the revised definition will say, the base fitted anew."""
     cases = [revised_case(case, fitted) for case in before.problem.cases]
-    return plain_fit(replace(before.problem, cases=cases), fitted, before)
+    tracks = fitted.problem.followed(fitted.theta).tracks
+    return plain_fit(replace(before.problem, cases=cases, tracks=tracks), fitted, before)
 
 
 def revised_case(case: Case, fitted: Fit) -> Case:

@@ -23,7 +23,7 @@ from twindisc_cli.laws.covariates import COVARIATES
 from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.laws.trial import Trial, bins, curve, formula
 from twindisc_cli.loop.fit import Fit
-from twindisc_cli.loop.problem import Case
+from twindisc_cli.loop.problem import Case, Problem
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.experiment import Floats
@@ -251,7 +251,7 @@ def pairs(fitted: Fit, known: Sequence[Response] | None = None) -> list[Pair]:
 
 def responses(fitted: Fit) -> list[Response]:
     """The responses of the samples to every quantity over every covariate, where a fit is."""
-    problem = fitted.problem
+    problem = fitted.problem.followed(fitted.theta)
     predictions = problem.predict(fitted.theta[None])
     plain = problem.white(predictions)[0]
     found = []
@@ -263,17 +263,17 @@ def responses(fitted: Fit) -> list[Response]:
         for covariate in _distinct(predictions, of.covariates):
             edges = _edges(fitted, predictions, covariate)
             if edges is not None:
-                rows = _bin_rows(fitted, quantity, covariate, edges, level)
+                rows = _bin_rows(problem, fitted.theta, quantity, covariate, edges, level)
                 found.append(Response(quantity, covariate, edges, np.nan_to_num((rows - plain) / level).T, typical))
     return found
 
 
-def _bin_rows(fitted: Fit, quantity: str, covariate: str, edges: Floats, level: float) -> Floats:
+def _bin_rows(problem: Problem, theta: Floats, quantity: str, covariate: str, edges: Floats, level: float) -> Floats:
     """White predictions (bin, sample) with the quantity changed in one bin after the other."""
-    problem, count = fitted.problem, len(edges) - 1
+    count = len(edges) - 1
     trial = bins(quantity, covariate, edges)
     parameters = {"level": np.full(count, level), "bin": np.arange(count, dtype=float)}
-    sets = np.tile(fitted.theta, (count, 1))
+    sets = np.tile(theta, (count, 1))
     return problem.white(problem.moved(sets, extra={"a bin": parameters}, trial={"a bin": trial}))
 
 

@@ -217,16 +217,25 @@ class Problem:
         marched: Marched | None = None,
     ) -> list[Prediction]:
         """Predictions with base parameters of test `number` (all tests: None) replaced, and with extra effects."""
-        tracks = [marched] * len(self.cases) if marched else self.tracks or ["first"] * len(self.cases)
         return [
             case.model.predict(
                 {**self.base_of(i, theta), **((base or {}) if number in (None, i) else {})},
                 {**self.terms_of(theta), **(extra or {})},
                 {**self.trial, **(trial or {})},
-                marched=tracks[i],
+                marched=marched or self._tracks[i],
             )
             for i, case in enumerate(self.cases)
         ]
+
+    def followed(self, theta: Floats) -> Problem:
+        """The same problem on the tracks of inner parameters (parameter,) nearby, for which no march is needed."""
+        if not self.is_local:
+            return self
+        return replace(self, tracks=[prediction.paths for prediction in self.predict(np.tile(theta, (2, 1)))])
+
+    @property
+    def _tracks(self) -> Sequence[Marched | Paths]:
+        return self.tracks or ["first"] * len(self.cases)
 
     def own_base(self, number: int, theta: Floats) -> dict[str, Floats]:
         """The fitted base parameters of a test for theta (set, parameter)."""
@@ -293,9 +302,10 @@ class Problem:
         there, and a nuisance, which is only known for small changes, must not stand in for a large one.
         """
         span = span_of(slopes)
-        plain = self.white(self.predict(theta[None]))[0]
-        off = self._off_effects(theta)
-        rows = [*off.values(), *self._off_creepage(theta), *self._off_rig(theta)]
+        nearby = self.followed(theta)
+        plain = nearby.white(nearby.predict(theta[None]))[0]
+        off = nearby._off_effects(theta)
+        rows = [*off.values(), *nearby._off_creepage(theta), *nearby._off_rig(theta)]
         columns = np.nan_to_num(np.array(rows) - plain).T
         imitated = span @ (span.T @ columns)
         # mu is meant over the load as set, whatever the load was
@@ -317,6 +327,7 @@ class Problem:
                     self.base_of(i, theta[None]),
                     {**self.terms_of(theta), name: _slightly(case.test, name, key, size)},
                     self.trial,
+                    marched=self._tracks[i],
                 )
                 for i, case in enumerate(self.cases)
             ]
@@ -357,9 +368,8 @@ class Problem:
             )
             for case in self.cases
         ]
-        return replace(
-            self, cases=[replace(c, model=ForwardModel(test)) for c, test in zip(self.cases, tests, strict=True)]
-        )
+        cases = [replace(c, model=ForwardModel(test)) for c, test in zip(self.cases, tests, strict=True)]
+        return replace(self, cases=cases, tracks=None)
 
 
 def _off(rig: Rig, name: str, test: Experiment) -> Rig:

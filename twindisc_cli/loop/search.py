@@ -151,43 +151,36 @@ def extended(
         least = THRESHOLDS.hopeless if few else max(0.0, THRESHOLDS.hopeful * best)
         if proposal.promise < least or count[proposal.is_law] >= THRESHOLDS.tried:
             continue
-        more = _with(explanation, proposal, explanation.here + least)
-        if more is None:
-            continue
         count[proposal.is_law] += 1
-        found.append(more)
-        best = max(best, more.here - explanation.here)
+        found.append(_with(explanation, proposal))
+        best = max(best, found[-1].here - explanation.here)
     return sorted(found, key=lambda e: -e.evidence)
 
 
-def _with(explanation: Explanation, proposal: Proposal, least: float) -> Explanation | None:
+def _with(explanation: Explanation, proposal: Proposal) -> Explanation:
     """An explanation with one more term.
 
-    Where K differs from strip to strip, the term is fitted on the track as it is without it first, and the march for
-    its own comes after that; None where the first says less than `least`.
+    Where K differs from strip to strip, the term is fitted on the track as it is without it, and where it says anything
+    there, on its own.
     """
     fitted = explanation.fit
     problem = fitted.problem.with_terms(*fitted.terms, proposal.name, trial=_trial(proposal))
     twice = problem.is_local and proposal.effect.stage != "contact"
-    tracks = _tracks(fitted) if twice else None
+    first = replace(problem, tracks=_tracks(fitted)) if twice else problem
     steps = THRESHOLDS.curve_steps if isinstance(proposal.effect, Trial) and proposal.effect.is_curve else MOST_STEPS
     starts = [np.concatenate([fitted.theta, start]) for start in proposal.starts]
-    best = max((fit(replace(problem, tracks=tracks), start, steps) for start in starts), key=lambda f: f.evidence)
+    best = max((fit(first, start, steps) for start in starts), key=lambda f: f.evidence)
     if isinstance(proposal.effect, Trial) and proposal.effect.shape in ("step", "window"):
         best = edged(best, proposal.name, proposal.effect, proposal.pair)
     more = replace(explanation, fit=best, prices={**explanation.prices, proposal.name: proposal.price})
-    if not twice:
+    if not twice or more.here < explanation.here:
         return more
-    return replace(more, fit=fit(replace(best.problem, tracks=None), best.theta)) if more.here > least else None
+    return replace(more, fit=fit(replace(best.problem, tracks=None), best.theta))
 
 
-def _tracks(fitted: Fit) -> list[Marched | Paths]:
+def _tracks(fitted: Fit) -> Sequence[Marched | Paths]:
     """The tracks of a fit; where K is the same in all strips, it takes no march to follow what changes."""
-    problem = fitted.problem
-    if not problem.is_local:
-        return ["none"] * len(problem.cases)
-    shared = np.tile(fitted.theta, (2, 1))
-    return [prediction.paths for prediction in problem.predict(shared)]
+    return fitted.problem.followed(fitted.theta).tracks or ["none"] * len(fitted.problem.cases)
 
 
 def edged(fitted: Fit, name: str, trial: Trial, pair: Pair | None) -> Fit:
