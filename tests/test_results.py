@@ -13,13 +13,14 @@ import numpy as np
 import pytest
 import xarray
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from twindisc_cli.errors import OutputError, ValidityError
 from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 from twindisc_cli.results import files as files_module
 from twindisc_cli.results.files import write_all
 from twindisc_cli.results.recorded import up_to_date, why
-from twindisc_cli.results.store import Origin, images, plain, put, write
+from twindisc_cli.results.store import Origin, drawn_as, images, plain, put, write
 
 ORIGIN = Origin("small", ('schema = 1\nname = "µ"\n',), {"../data/t.csv": "ab" * 32}, "reconstructed", {})
 
@@ -346,3 +347,22 @@ def test_what_a_killed_process_left_behind_is_removed_by_the_next_that_writes(tm
         path.write_text("half")
     write_all({tmp_path / "a.h5": b"whole"})
     assert {path.name for path in tmp_path.iterdir()} == {"a.h5", in_use.name, other.name}
+
+
+@pytest.mark.parametrize("form", ["png", "svg"])
+def test_a_figure_stands_where_it_stood_however_the_layout_was_solved(monkeypatch, form):
+    rng, solve = np.random.default_rng(1), ConstrainedLayoutEngine.execute
+
+    def in_another_order(engine: ConstrainedLayoutEngine, of: Figure) -> None:
+        solve(engine, of)
+        for axes in of.axes:
+            box = axes.get_position().bounds
+            axes.set_position(tuple(box + rng.uniform(-1e-15, 1e-15, 4)))
+
+    monkeypatch.setattr(ConstrainedLayoutEngine, "execute", in_another_order)
+    one, other = (Figure(layout="constrained") for _ in range(2))
+    for drawn in (one, other):
+        drawn.suptitle("title")
+        drawn.add_subplot().plot([0.0, 1.0])
+    assert drawn_as(one, form, 100) == drawn_as(other, form, 100)
+    assert one.axes[0].get_position().bounds == other.axes[0].get_position().bounds

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 CONVENTIONS = "CF-1.11"
 _COMPRESSED_FROM = 8192
 _DPI = 150
+_PLACES = 7
+"""Decimals of a place on the page, as a share of its width or height."""
 _UNDATED: dict[str, dict[str, None]] = {
     "png": {"Software": None},
     "pdf": {"CreationDate": None, "Producer": None, "Creator": None},
@@ -115,11 +117,36 @@ def png(figure: Figure) -> bytes:
 def drawn_as(figure: Figure, form: str, dpi: int) -> bytes:
     """The figure in a format that matplotlib knows, the same bytes for the same figure."""
     import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     buffer = io.BytesIO()
+    figure.set_dpi(dpi)
+    canvas = FigureCanvasAgg(figure)
     with matplotlib.rc_context({"svg.hashsalt": "twindisc", "pdf.fonttype": 42}):
-        figure.savefig(buffer, format=form, dpi=dpi, metadata=_UNDATED[form])
+        _lay_out(figure)
+        if form == "png":
+            canvas.print_png(buffer, metadata=_UNDATED[form])
+        else:
+            figure.savefig(buffer, format=form, dpi=dpi, metadata=_UNDATED[form])
     return buffer.getvalue()
+
+
+def _lay_out(figure: Figure) -> None:
+    """Place the panels, once for all formats.
+
+    The solver of matplotlib's layout takes its unknowns in the order of their addresses: the last digits of the
+    places, and here and there a pixel, would be others in every process.
+    """
+    if (engine := figure.get_layout_engine()) is None:
+        return
+    engine.execute(figure)
+    figure.set_layout_engine("none")
+    for axes in figure.axes:
+        left, bottom, width, height = (round(float(v), _PLACES) for v in axes.get_position(original=True).bounds)
+        axes.set_position((left, bottom, width, height))
+    for text in figure.texts:
+        x, y = text.get_position()
+        text.set_position((round(float(x), _PLACES), round(float(y), _PLACES)))
 
 
 def plain(value: Any) -> Any:
