@@ -6,6 +6,7 @@ on. Workers leave at once when the process that started them is gone, however it
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import os
 import signal
@@ -146,6 +147,7 @@ def cause_of(exit_code: int) -> str:
 def _serve(pipe: Connection[Any, Any], work: Callable[[Any], Any]) -> None:
     """The life of a worker: say that it is ready, answer item after item, and leave when the other end is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    gc.freeze()  # what was imported stays: not to be looked through again, and its pages remain shared
     waiting: SimpleQueue[Any] = SimpleQueue()
     threading.Thread(target=_receive, args=(pipe, waiting), daemon=True).start()
     try:
