@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_found_steps import BALL, MU, rows_of, sweeps, timed_steps
+from test_found_steps import BALL, LEWIS, MU, rows_of, sweeps, timed_steps
 from test_rig_log import LOAD
 
 from twindisc_cli.cli import main
@@ -41,7 +41,7 @@ def test_from_a_vendors_text_to_mu(tmp_path: Path, capsys: pytest.CaptureFixture
     assert code == 0, err
     told = json.loads(out)
     assert told["definition"] == str(folder / "Versuch_17.toml")
-    (row,) = told["rows"]
+    row, _ = told["rows"]
     assert row["read"] == 271
     assert row["left_out"]["unloaded"] == 60
     assert row["left_out"]["summary at the end"] == 1
@@ -126,3 +126,74 @@ def test_a_curve_and_a_profile_go_together(tmp_path: Path, capsys: pytest.Captur
     assert measured.traction is not None
     assert measured.profile is not None
     assert len(measured.profile.y) == 61
+
+
+def warmed(time: np.ndarray) -> np.ndarray:
+    """A disc [degC] of 21 degC that is heated from 30 s on, of 50 s."""
+    return 21.0 + 8.0 * -np.expm1(-np.maximum(time - 30.0, 0.0) / 50.0)
+
+
+def with_temperatures(name: str) -> str:
+    """The vendor's text with such a disc in its last column, called so."""
+    above, below = vendor().replace("Temp. Scheibe", name).split("°C\r\n")
+    *rows, summary = below.split("\r\n")
+    cells = [row.split(";") for row in rows]
+    values = warmed(np.array([float(row[0].replace(",", ".")) for row in cells]))
+    told = [";".join([*row[:-1], f"{value:.6f}".replace(".", ",")]) for row, value in zip(cells, values, strict=True)]
+    return f"{above}°C\r\n" + "\r\n".join([*told, summary])
+
+
+@pytest.mark.parametrize("name", ["Temp. Scheibe", "TC 3"])
+def test_a_temperature_in_the_log_is_imported(tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
+    (tmp_path / "rig.txt").write_bytes(with_temperatures(name).encode("cp1252"))
+    code, out, err = command("import", tmp_path / "rig.txt", "-o", tmp_path / "mine", "--json", capsys=capsys)
+    assert code == 0, err
+    of_log, of_temperature = json.loads(out)["rows"]
+    assert of_temperature["left_out"] == {"summary at the end": 1, "before the history": 30, "after the history": 30}
+    assert of_log["read"] == of_temperature["read"] == 271
+    assert "measured.columns.temperature" in {guess["key"] for guess in json.loads(out)["guesses"]}
+    test = load(tmp_path / "mine" / "rig.toml").experiment
+    assert test.thermal is not None
+    assert test.thermal.environment_temperature == pytest.approx(273.15 + 21.0)
+    warm, traction = test.measured.temperature, test.measured.traction
+    assert warm is not None
+    assert traction is not None
+    np.testing.assert_allclose(warm.temperature, 273.15 + warmed(warm.time + 29.5), atol=1e-5)
+    assert warm.time[-1] == pytest.approx(test.history.end_time[-1], abs=1.0)
+    header, first = (tmp_path / "mine" / "temperature.csv").read_text().splitlines()[:2]
+    assert header == "time [s],temperature [degC]"
+    assert float(first.split(",")[1]) == pytest.approx(21.0)
+    code, out, err = command("thermal", tmp_path / "mine" / "rig.toml", "-o", tmp_path, "--json", capsys=capsys)
+    assert code == 0, err
+    assert json.loads(out)["convection_W_K"] > 0.0
+
+
+def test_a_temperature_file_runs_on_the_clock_of_the_log(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    time = np.arange(0.0, 272.0, 3.0)
+    rows = "\n".join(f"{t:g};{value:.6f}" for t, value in zip(time, warmed(time), strict=True))
+    (tmp_path / "disc.csv").write_text(f"time;temperature\ns;degC\n{rows}\n")
+    (tmp_path / "rig.txt").write_bytes(with_temperatures("Raumtemperatur").encode("cp1252"))
+    given = (tmp_path / "rig.txt", tmp_path / "disc.csv")
+    code, _, err = command("import", *given, "-o", tmp_path / "mine", capsys=capsys)
+    assert code == 0, err
+    warm = load(tmp_path / "mine" / "rig.toml").experiment.measured.temperature
+    assert warm is not None
+    np.testing.assert_allclose(warm.temperature, 273.15 + warmed(warm.time + 29.5), atol=1e-5)
+    assert np.all(np.diff(warm.time) == pytest.approx(3.0))
+
+
+def test_the_temperature_of_the_room_is_not_the_discs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "rig.txt").write_bytes(with_temperatures("Temp. Raum").encode("cp1252"))
+    code, _, err = command("import", tmp_path / "rig.txt", "-o", tmp_path / "mine", capsys=capsys)
+    assert code == 0, err
+    assert load(tmp_path / "mine" / "rig.toml").experiment.measured.temperature is None
+
+
+def test_a_curve_with_derived_columns_is_imported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "lewis.csv").write_text(LEWIS)
+    code, _, err = command("import", tmp_path / "lewis.csv", "-o", tmp_path / "mine", capsys=capsys)
+    assert code == 0, err
+    samples = load(tmp_path / "mine" / "lewis.toml").experiment.measured.traction
+    assert samples is not None
+    np.testing.assert_allclose(samples.ratio, [0.091, 0.258, 0.361, 0.480, 0.461, 0.460, 0.461, 0.512])
+    np.testing.assert_allclose(100.0 * samples.creepage, [0.2, 0.5, 1, 3, 7.5, 10, 15, 20])

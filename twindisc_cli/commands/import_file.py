@@ -16,7 +16,7 @@ import numpy as np
 
 from twindisc_cli.definition import Test, load_text
 from twindisc_cli.errors import DefinitionError, Problem
-from twindisc_cli.measurement.guess import Guess, guess, typical
+from twindisc_cli.measurement.guess import Guess, first_temperature, guess, typical
 from twindisc_cli.measurement.header import plain
 from twindisc_cli.measurement.table import read_bytes
 from twindisc_cli.model.experiment import Floats, Ints, Measured
@@ -97,16 +97,16 @@ def _draft(looks: Mapping[Path, Guess]) -> _Draft:
         kinds[kind] = file
     if "traction" not in kinds:
         raise DefinitionError("none of the files holds a traction; import a log or a curve of T/N with them")
+    if "temperature" not in kinds and "temperature" in looks[kinds["traction"]].columns:
+        kinds["temperature"] = kinds["traction"]
     draft = _Draft()
     draft.lines += ["schema = 1", 'history = "measured"']
     draft.lines += ["", "[test]", f'name = "{_name(next(iter(looks)))}"']
     _rig(draft, kinds["traction"], looks[kinds["traction"]])
     _material(draft, "mass" in kinds)
     if "temperature" in kinds:
-        draft.lines += ["", "[thermal]"]
-        draft.key("thermal", "environment_temperature_C", "20.0", "no file tells it")
-        draft.key("thermal", "heat_capacity_J_K", "100.0", "no file tells it; of the disc")
-    _measured(draft, looks)
+        _thermal(draft, kinds["temperature"], looks[kinds["temperature"]])
+    _measured(draft, looks, kinds.get("temperature"))
     return draft
 
 
@@ -140,20 +140,35 @@ def _material(draft: _Draft, weighed: bool) -> None:
         draft.key("material", "density_kg_m3", "7800.0", "steel")
 
 
-def _measured(draft: _Draft, looks: Mapping[Path, Guess]) -> None:
-    """The files where they are, with the columns that are not called as they are here."""
+def _thermal(draft: _Draft, file: Path, found: Guess) -> None:
+    """The room as warm as the disc before it has run."""
+    first = first_temperature(read_bytes(file), str(file), found.columns) - 273.15
+    draft.lines += ["", "[thermal]"]
+    why = "the first temperature recorded" if np.isfinite(first) else "no file tells it"
+    draft.key("thermal", "environment_temperature_C", _rounded(first, 20.0), why)
+    draft.key("thermal", "heat_capacity_J_K", "100.0", "no file tells it; of the disc")
+
+
+def _measured(draft: _Draft, looks: Mapping[Path, Guess], warm: Path | None) -> None:
+    """The files where they are, with the columns that are not called as they are here; warm: that of temperatures."""
     draft.lines += ["", "[measured]"]
     for file, found in looks.items():
         draft.key("measured", found.kind, _quoted(file))
+        if file == warm and found.kind == "log":
+            draft.key("measured", "temperature", _quoted(file))
     named: dict[str, str] = {}
     for file, found in looks.items():
         for name, column in found.columns.items():
+            if name == "temperature" and file != warm:
+                continue
             cell = str(column.column)
+            if name == plain(cell):
+                continue
             if named.setdefault(name, cell) != cell:
                 what = f"{name} is called {cell} here and {named[name]} in another file; import them one by one"
                 raise DefinitionError(Problem(what, str(file)))
             key = f"columns.{name.replace(' ', '_')}"
-            if name != plain(cell) and f"measured.{key}" not in draft.guesses:
+            if f"measured.{key}" not in draft.guesses:
                 why = "by its unit" if name in found.by_unit else "by its name"
                 unit = f', unit = "{column.unit}"' if column.unit else ""
                 draft.key("measured", key, f"{{ column = {json.dumps(cell, ensure_ascii=False)}{unit} }}", why)

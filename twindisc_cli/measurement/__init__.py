@@ -14,7 +14,7 @@ from twindisc_cli.measurement.channels import read_mass, read_temperature, read_
 from twindisc_cli.measurement.header import Named, Naming
 from twindisc_cli.measurement.log import read_log
 from twindisc_cli.measurement.profile import read_profile
-from twindisc_cli.measurement.rig_log import ZeroSetting, log_samples
+from twindisc_cli.measurement.rig_log import ZeroSetting, log_samples, log_temperature
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.table import read_bytes
 from twindisc_cli.model.experiment import History, Measured, Provenance, Rig
@@ -74,13 +74,14 @@ def read(sources: Sources, *, rig: Rig, history: History | None, provenance: Pro
         except MeasurementError as error:
             problems.extend(error.problems)
 
-    traction = profile = place = temperature = mass = zero = None
-    named = sources.columns
+    traction = profile = place = temperature = mass = zero = begin = None
+    named, found = sources.columns, history is None
     with gathered():
         if sources.log:
             recorded = read_log(*content(sources.log), rig=rig, torque_disc=sources.torque_disc, naming=named)
             log = log_samples(recorded, rig=rig, history=history, torque_zero=sources.torque_zero)
             traction, history, zero = log.samples, log.history, log.zero
+            begin = log.begin if found or sources.temperature == sources.log else None
             rows.append(replace(log.rows, file=sources.log))
         elif sources.traction:
             data = content(sources.traction)
@@ -100,7 +101,11 @@ def read(sources: Sources, *, rig: Rig, history: History | None, provenance: Pro
             rows.append(replace(count, file=sources.profile))
     with gathered():
         if sources.temperature:
-            temperature, count = read_temperature(*content(sources.temperature), history=history, naming=named)
+            data = content(sources.temperature)
+            if begin is None:
+                temperature, count = read_temperature(*data, history=history, naming=named)
+            else:
+                temperature, count = log_temperature(*data, history=history, begin=begin, naming=named)
             rows.append(replace(count, file=sources.temperature))
     with gathered():
         if sources.mass:

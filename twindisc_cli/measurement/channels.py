@@ -18,9 +18,9 @@ LARGEST_RATIO = 3.0
 HEAVIEST = 0.1
 """A mass loss [kg] that no test discs survive."""
 SLIP = ("slide-roll ratio", "slide roll ratio", "srr", "slip", "slip ratio")
-RATIOS = ("traction coefficient", "friction coefficient", "mu", "cof", "t/n")
+RATIOS = ("traction coefficient", "friction coefficient", "mu", "cof", "t/n", "t over n")
 """Other names of creepage and of T/N in the files of rigs."""
-_FEWEST = {"traction": 2, "temperature": 3}
+FEWEST = {"traction": 2, "temperature": 3}
 
 
 def read_traction(
@@ -36,7 +36,7 @@ def read_traction(
     )
     table = read_table(data, file, wanted, naming)
     columns = table.columns
-    _enough(table, _FEWEST["traction"])
+    _enough(table, FEWEST["traction"])
     if history is None:
         history = _found_history(table, rig)
     if "time" in columns:
@@ -84,12 +84,17 @@ def read_temperature(
 ) -> tuple[TemperatureSamples, RowCount]:
     """Disc temperature over time."""
     table = read_table(data, file, (Column("time", TIME), Column("temperature", TEMPERATURE)), naming)
-    _enough(table, _FEWEST["temperature"])
+    _enough(table, FEWEST["temperature"])
     _check_time(table, history, partner="temperature")
+    check_kelvin(table)
+    table.check()
+    return TemperatureSamples(time=table.columns["time"], temperature=table.columns["temperature"]), table.count()
+
+
+def check_kelvin(table: Table) -> None:
+    """No temperature lies below absolute zero."""
     kelvin = table.columns["temperature"]
     table.flag(kelvin < 0.0, "temperature", lambda row: f"{kelvin[row]:g} K is below absolute zero; check the unit")
-    table.check()
-    return TemperatureSamples(time=table.columns["time"], temperature=kelvin), table.count()
 
 
 def step_at(history: History, time: Floats) -> Ints:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -10,9 +11,10 @@ import numpy as np
 
 from twindisc_cli.errors import MeasurementError, Problem
 from twindisc_cli.measurement.channels import RATIOS, SLIP
-from twindisc_cli.measurement.header import Named, clock, parts, plain
+from twindisc_cli.measurement.header import Column, Named, clock, parts, plain
 from twindisc_cli.measurement.log import read_log
 from twindisc_cli.measurement.sheet import Sheet, sheets
+from twindisc_cli.measurement.table import read_table
 from twindisc_cli.measurement.units import (
     COUNT,
     FORCE,
@@ -47,7 +49,7 @@ _NAMES: Mapping[str, tuple[str, ...]] = {
     "y": ("y",),
     "height": ("height", "z"),
     "mass loss": ("mass loss", "weight loss", "masseverlust"),
-    "temperature": ("temperature", "temperatur", "température"),
+    "temperature": ("temperature", "temperatur", "température", "temp", "temp.", "disc temperature"),
 }
 _KEYS = {name: key for key, group in _NAMES.items() for name in group}
 _QUANTITY: Mapping[str, Quantity] = {
@@ -66,6 +68,10 @@ _BY_UNIT: tuple[tuple[Quantity, tuple[str, ...]], ...] = (
     (LENGTH, ("y", "height")),
     (MASS, ("mass loss",)),
 )
+_OTHER_PLACES = re.compile(
+    r"\b(ambient|room|air|environment|oil|bearing|raum|umgebung|luft|öl|lager|ambiante|huile|air)", re.IGNORECASE
+)
+"""Temperatures with such a word are not the disc's."""
 _FEWEST = 2
 _CARRYING = 0.1
 _RADIUS = 0.0235
@@ -118,6 +124,12 @@ def typical(data: bytes, file: str, found: Guess) -> tuple[float, float, float]:
     return float(np.median(log.load[carrying])), float(np.median(np.abs(log.speed[carrying]))), _RADIUS
 
 
+def first_temperature(data: bytes, file: str, columns: Mapping[str, Named]) -> float:
+    """The first temperature [K] of a file: of a disc that has not run yet."""
+    table = read_table(data, file, (Column("temperature", TEMPERATURE),), columns, gaps=True)
+    return float(table.columns["temperature"][0]) if len(table) else np.nan
+
+
 def _cells(sheet: Sheet) -> Iterator[tuple[str, str, str | None]]:
     """Name and unit of each cell of a header that may be one, and the unit that must be said; none of a row of numbers.
 
@@ -140,7 +152,10 @@ def _cells(sheet: Sheet) -> Iterator[tuple[str, str, str | None]]:
 
 
 def _columns(cells: Sequence[tuple[str, str, str | None]]) -> tuple[dict[str, Named], set[str]]:
-    """The columns of a header by what they are, and those told by their unit."""
+    """The columns of a header by what they are, and those told by their unit.
+
+    First those that are called so, then those whose name begins so, then those of a unit.
+    """
     found: dict[str, Named] = {}
     by_unit: set[str] = set()
     rest = []
@@ -151,11 +166,25 @@ def _columns(cells: Sequence[tuple[str, str, str | None]]) -> tuple[dict[str, Na
         else:
             rest.append((text, unit))
     for text, unit in rest:
+        key = _begun(plain(text))
+        if key and key not in found and (not unit or _knows(_QUANTITY[key], unit)):
+            found[key] = Named(text)
+    taken = {named.column for named in found.values()}
+    for text, unit in rest:
+        if text in taken or (_OTHER_PLACES.search(text) and unit and _knows(TEMPERATURE, unit)):
+            continue
         kinds = (k for quantity, keys in _BY_UNIT if unit and _knows(quantity, unit) for k in keys if k not in found)
         if key := next(kinds, None):
             found[key] = Named(text)
             by_unit.add(key)
     return found, by_unit
+
+
+def _begun(name: str) -> str | None:
+    """What a name with a further word behind it is: `t over n derived`, `temp. scheibe`; no single letter counts."""
+    known = (k for k in sorted(_KEYS, key=len, reverse=True) if len(k) > 1 and name.startswith(f"{k} "))
+    key = _KEYS.get(next(known, ""))
+    return None if key == "temperature" and _OTHER_PLACES.search(name) else key
 
 
 def _knows(quantity: Quantity, unit: str) -> bool:
@@ -197,6 +226,6 @@ def needed(kind: Kind, columns: Mapping[str, Named]) -> Iterator[str]:
         "temperature": ("time", "temperature"),
         "mass": ("iteration", "mass loss", "disc"),
         "log": ("time", "step", "speed 1", "speed 2", "creepage", "rolling speed", "torque", "traction ratio",
-                "traction force", "normal load"),
+                "traction force", "normal load", "temperature"),
     }  # fmt: skip
     return (name for name in of[kind] if name in columns)

@@ -15,6 +15,8 @@ from twindisc_cli.measurement.units import COUNT, TIME, Quantity
 _FORMS = tuple(
     re.compile(form) for form in (r"^(.*?)\s*\[([^\]]*)\]$", r"^(.*?)\s*\(([^)]*)\)$", r"^(.*?)\s*/\s*([^/\s].*)$")
 )
+_SHARED = ("time", "step", "disc", "iteration", "uncertainty")
+"""Columns that files of several kinds have."""
 _CLOCK = re.compile(r"^(?:(\d{4})-(\d\d)-(\d\d)[T ]|(\d\d)\.(\d\d)\.(\d{4})[T ])?(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)$")
 
 
@@ -83,7 +85,12 @@ def plain(name: str) -> str:
 
 
 def match(header: Sequence[str], wanted: Sequence[Column], naming: Naming) -> Match:
-    """Find the wanted columns in a header: by their own names, else by others that they go by."""
+    """Find the wanted columns in a header: by their own names, else by others that they go by.
+
+    A name that is declared for one file of a test says nothing of another's clock or count where it does not stand.
+    """
+    there = {plain(text) for cell in header for text in (cell, parts(cell)[0])}
+    naming = {name: n for name, n in naming.items() if name not in _SHARED or not n.column or plain(n.column) in there}
     declared = {plain(named.column): name for name, named in naming.items() if named.column}
     free = [column for column in wanted if column.name not in declared.values()]
     columns = {column.name: column for column in wanted}

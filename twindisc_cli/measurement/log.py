@@ -27,6 +27,11 @@ REASONS = (
     "running up", "running down", "at a change of step", "at the creepage of no step",
 )  # fmt: skip
 """Why a row says nothing of the traction; the first: it does."""
+CLOCK = (
+    Column("time", TIME, also=("t", "elapsed time", "test time")),
+    Column("step", COUNT, required=False, also=("sweep",)),
+)
+"""The columns that tell when a row was written."""
 UNLOADED = 0.1
 """Share of the least nominal load below which the discs are not pressed together."""
 LARGEST_RATIO = 3.0
@@ -73,7 +78,7 @@ def read_log(data: bytes, file: str, *, rig: Rig, torque_disc: int | None, namin
     """The rows of a log; MeasurementError says which columns or rows are wrong."""
     first, *others = _ways(rig)
     table = read_table(data, file, first, naming, gaps=True, instead=others)
-    _check_time(table)
+    check_time(table)
     table.check()
     columns = table.columns
     kind = next(name for name in _TOLD if name in columns)
@@ -112,11 +117,7 @@ def _ways(rig: Rig) -> list[Sequence[Column]]:
         (Column("traction ratio", RATIO, also=RATIOS), optional),
         (Column("traction force", FORCE, also=("friction force", "tangential force", "ft")), optional),
     )
-    time = (
-        Column("time", TIME, also=("t", "elapsed time", "test time")),
-        Column("step", COUNT, required=False, also=("sweep",)),
-    )
-    return [(*time, *motion, *signal) for signal in signals for motion in (speeds, slip)]
+    return [(*CLOCK, *motion, *signal) for signal in signals for motion in (speeds, slip)]
 
 
 def _arm(table: Table, rig: Rig, torque_disc: int | None) -> float:
@@ -130,7 +131,7 @@ def _arm(table: Table, rig: Rig, torque_disc: int | None) -> float:
     return min(radii) if torque_disc is None else radii[torque_disc - 1]
 
 
-def _check_time(table: Table) -> None:
+def check_time(table: Table) -> None:
     """Times rise; where a step is named, they may begin anew with it."""
     if table.problems:
         return

@@ -17,13 +17,16 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from twindisc_cli.measurement.channels import tolerance
+from twindisc_cli.measurement.channels import FEWEST, check_kelvin, tolerance
 from twindisc_cli.measurement.found_steps import MOST_AVERAGES, Seen, find_steps, told
-from twindisc_cli.measurement.log import REASONS, Codes, Log, idle_rows, outliers
+from twindisc_cli.measurement.header import Column, Naming
+from twindisc_cli.measurement.log import CLOCK, REASONS, Codes, Log, check_time, idle_rows, outliers
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
+from twindisc_cli.measurement.table import read_table
 from twindisc_cli.measurement.torque_zero import Zero, find_zero, zero_of_both_ways
-from twindisc_cli.model.experiment import History, Rig, TorqueZero, TractionSamples
+from twindisc_cli.measurement.units import TEMPERATURE
+from twindisc_cli.model.experiment import History, Rig, TemperatureSamples, TorqueZero, TractionSamples
 
 Bools = NDArray[np.bool_]
 ZeroSetting = Literal["unloaded", "as recorded"] | float | None
@@ -38,10 +41,14 @@ _CHANGING, _OTHER = REASONS.index("at a change of step"), REASONS.index("at the 
 
 @dataclass(frozen=True)
 class RigLog:
-    """T/N samples of a log on a history, the zero of its signal where it is known, and what became of its rows."""
+    """T/N samples of a log on a history, the zero of its signal where it is known, and what became of its rows.
+
+    begin: the time [s] of the log's clock at which the history begins.
+    """
 
     samples: TractionSamples
     history: History
+    begin: float
     zero: TorqueZero | None
     rows: RowCount
 
@@ -108,7 +115,33 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
     )
     table.left_out |= _counts(reason)
     table.notes += _notes(log, told_zero, found, mean.time, history)
-    return RigLog(samples, history, zero, table.count(int(np.sum(reason == 0))))
+    begin = float(mean.time[kept][0] - time[kept][0]) if np.any(kept) else 0.0
+    return RigLog(samples, history, begin, zero, table.count(int(np.sum(reason == 0))))
+
+
+def log_temperature(
+    data: bytes, file: str, *, history: History, begin: float, naming: Naming | None = None
+) -> tuple[TemperatureSamples, RowCount]:
+    """Disc temperature on the clock of a log, means of short stretches of time; begin: as of RigLog.
+
+    What lies before and after the history is left out, and so are rows without a temperature.
+    """
+    table = read_table(data, file, (*CLOCK, Column("temperature", TEMPERATURE)), naming, gaps=True)
+    check_time(table)
+    check_kelvin(table)
+    table.check()
+    time, kelvin, end = table.columns["time"] - begin, table.columns["temperature"], float(history.end_time[-1])
+    inside = (time >= 0.0) & (time <= end)
+    for reason, outside in (("before the history", time < 0.0), ("after the history", time > end)):
+        if np.any(outside):
+            table.left_out[reason] = int(outside.sum())
+    table.notes.append(f"temperatures on the clock of the log; the history begins at its {begin:.4g} s")
+    if inside.sum() < FEWEST["temperature"]:
+        table.note(f"{inside.sum()} temperatures lie in the history, 0 to {end:g} s after its begin", "temperature")
+        table.check()
+    block = _blocks(time[inside], _length(time[inside], None))
+    samples = TemperatureSamples(*(_means(values[inside], block) for values in (time, kelvin)))
+    return samples, table.count(int(inside.sum()))
 
 
 def _offset(time: Floats, found: Zero | None, setting: ZeroSetting) -> Floats | float:
@@ -139,25 +172,30 @@ def _length(time: Floats, history: History | None) -> float:
 def _averages(log: Log, driven: Bools, ratio: Floats, length: float) -> _Averages:
     """Means of the driven rows over stretches of time of a length [s]."""
     time = log.time[driven]
-    block = np.floor((time - time[0]) / length * (1.0 + 1e-9)).astype(np.int64)
-    block = np.cumsum(np.diff(block, prepend=block[:1]) != 0)
-    count = np.bincount(block)
-
-    def mean(values: Floats) -> Floats:
-        return np.asarray(np.bincount(block, weights=values) / count)
-
-    label = np.zeros(len(count), dtype=np.int64)
+    block = _blocks(time, length)
+    label = np.zeros(int(block[-1]) + 1, dtype=np.int64)
     if log.label is not None:
         label[block] = log.label[driven]
     return _Averages(
-        time=mean(time),
-        creepage=mean(log.creepage[driven]),
-        speed=mean(log.speed[driven]),
-        load=mean(log.load[driven]),
-        ratio=mean(ratio[driven]),
+        time=_means(time, block),
+        creepage=_means(log.creepage[driven], block),
+        speed=_means(log.speed[driven], block),
+        load=_means(log.load[driven], block),
+        ratio=_means(ratio[driven], block),
         label=label,
         block=block,
     )
+
+
+def _blocks(time: Floats, length: float) -> Ints:
+    """The stretch of a length [s] in which each time is, numbered from 0 without gaps."""
+    block = np.floor((time - time[0]) / length * (1.0 + 1e-9)).astype(np.int64)
+    return np.asarray(np.cumsum(np.diff(block, prepend=block[:1]) != 0))
+
+
+def _means(values: Floats, block: Ints) -> Floats:
+    """The mean of each stretch."""
+    return np.asarray(np.bincount(block, weights=values) / np.bincount(block))
 
 
 def _left(step: Ints, kept: Bools) -> Codes:
