@@ -125,7 +125,7 @@ def drawn_as(figure: Figure, form: str, dpi: int) -> bytes:
     with matplotlib.rc_context({"svg.hashsalt": "twindisc", "pdf.fonttype": 42}):
         _lay_out(figure)
         if form == "png":
-            canvas.print_png(buffer, metadata=_UNDATED[form])
+            canvas.print_png(buffer, metadata=_UNDATED[form])  # type: ignore[no-untyped-call]
         else:
             figure.savefig(buffer, format=form, dpi=dpi, metadata=_UNDATED[form])
     return buffer.getvalue()
