@@ -590,6 +590,67 @@ def worn_traction(fineness: int) -> float:
     return rolling.solve(x=x, y=y, pressure=pressed.pressure, **given).force_x / LOAD
 
 
+def worn_law() -> Iterator[Row]:
+    """The forward model's T/N at mu = 0.6 in partial slip against the solver, on tracks of either contact model."""
+    from test_worn import rolled
+
+    shallow, deep = [(0.03, 2e-5), (0.03, 6e-5), (0.008, 1e-4)], [(0.03, 1e-3), (0.008, 2e-3), (0.1, 5e-3)]
+    for contact, truth in (("hertz", worn_ellipse), ("half_space", worn_track)):
+        for name, cases in (("shallow", shallow), ("deep", deep)):
+            off = [np.abs(np.subtract(*truth(*rolled(*case, contact=contact)))).max() for case in cases]
+            yield at_most(f"forward law, exact, on three {name} worn tracks, {contact}: T/N", max(off), 0.003)
+    wander = {"lateral_wander": {"std_mm": np.array([0.15])}}
+    off = [np.abs(np.subtract(*worn_track(*rolled(*case, effects=wander)))).max() for case in (shallow[1], deep[0])]
+    yield at_most("  with a lateral wander of 0.15 mm", max(off), 0.003)
+
+
+def worn_ellipse(model: Any, found: Any) -> tuple[np.ndarray, np.ndarray]:
+    """T/N of the model at the creepages in the end, and of the solver on the ellipse, from 60 and 120 elements."""
+    from test_worn import CREEPAGE, at_the_end
+
+    from twindisc_cli.physics.half_space import rolling
+
+    rig, known, patch = model.experiment.rig, *at_the_end(model, found)
+    a, b, forces = float(patch.a.item()), float(patch.b.item()), []
+    for n in (60, 120):
+        x, y = a * centres(n), b * centres(n)
+        pressure = np.sqrt(np.maximum(0.0, 1.0 - (x / a) ** 2 - (y[:, None] / b) ** 2))
+        pressure *= rig.normal_load / (pressure.sum() * (x[1] - x[0]) * (y[1] - y[0]))
+        given = {"mu": MU, "shear_modulus": rig.shear_modulus, "poisson": rig.poisson_ratio}
+        forces.append(
+            [rolling.solve(x=x, y=y, pressure=pressure, creepage_x=v, **given).force_x / LOAD for v in CREEPAGE]
+        )
+    return known, rolling.limit(*forces)[0]
+
+
+def worn_track(model: Any, found: Any) -> tuple[np.ndarray, np.ndarray]:
+    """The same on the worn profile. It and an ellipse go through the solvers on grids of as many elements: their
+    difference and the law of the ellipse, 2e-4 from the solver, are free of most of the grids' errors."""
+    from scipy.interpolate import CubicSpline
+    from test_worn import CREEPAGE, at_the_end
+
+    from twindisc_cli.model import make_worn, worn
+    from twindisc_cli.physics import exact, kalker
+    from twindisc_cli.physics.half_space.strips import equivalent_ellipse, solve_strips
+
+    rig, known, path = model.experiment.rig, at_the_end(model, found)[0], found.paths.paths[0]
+    y, depth = path.y, found.paths.at(lambda other: np.array([np.interp(path.y, other.y, d) for d in other.depth]),
+                                      found.section[:, -1:])[0, 0]  # fmt: skip
+    half = min(1.3 * np.abs(y[depth > 0.02 * depth.max()]).max() + 0.5 * float(rig.patch.b), y[-1])
+    fine = np.linspace(-half, half, 321)
+    gap = CubicSpline(y, 0.5 * rig.curvature_y * y**2 + depth)(fine)
+    strips = solve_strips(
+        y=fine, gap=gap, curvature_x=rig.curvature_x, normal_load=rig.normal_load,
+        effective_modulus=rig.effective_modulus, relative_accuracy=1e-4,
+    )  # fmt: skip
+    a, b = (float(axis) for axis in equivalent_ellipse(strips))
+    stiffer, *departs = make_worn.against_ellipse(rig, strips, gap)
+    stiffness = stiffer * rig.shear_modulus * a * b * float(kalker.coefficients(a / b, rig.poisson_ratio).c11)
+    xi = stiffness * np.array(CREEPAGE) / (MU * rig.normal_load)
+    law = exact.saturation(xi, a / b, rig.poisson_ratio) + np.interp(xi, worn.CREEPAGES, np.append(0.0, departs))
+    return known, MU * law
+
+
 def contact_speed() -> Iterator[Row]:
     from test_strips import RIG, worn_gap
 
@@ -740,6 +801,7 @@ SECTIONS = {
     "figure 4": figure_4,
     "closed forms": closed_forms,
     "worn profile": worn_profile,
+    "worn law": worn_law,
     "contact speed": contact_speed,
     "commands": commands,
     "campaigns: workers": campaigns(bench_campaigns.workers),

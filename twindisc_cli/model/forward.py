@@ -25,6 +25,7 @@ import numpy as np
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Effect, Stage
 from twindisc_cli.effects._state import State
+from twindisc_cli.model import worn
 from twindisc_cli.model.base import BaseParameters, column
 from twindisc_cli.model.experiment import Contact, Experiment, Floats
 from twindisc_cli.model.patch import OwnPaths, Patch, Paths, WeightedPaths, weighted_paths
@@ -329,12 +330,12 @@ class _Chain:
         drive = state.slope / capacity
         x = patch.stiffness * drive * state.creepage
         if not (np.any(state.lateral_creepage) or np.any(state.spin)):
-            force = capacity * self._law(state, np.maximum(np.abs(x), 1e-30), patch.ratio) * np.sign(x)
+            force = capacity * self._law(state, np.maximum(np.abs(x), 1e-30), patch) * np.sign(x)
             return force, force * state.creepage
         y = patch.stiffness_y * drive * state.lateral_creepage
         z = spin.stiffness(patch.stiffness, patch.stiffness_y, patch.a, patch.b) * drive * state.spin
         size = np.maximum(np.sqrt(x**2 + y**2 + z**2), 1e-30)
-        level = capacity * self._law(state, size, patch.ratio)
+        level = capacity * self._law(state, size, patch)
         along, across, turn = spin.quotients(x, y, z, patch.ratio, self.model.experiment.rig.poisson_ratio)
         sideways = across * state.lateral_creepage + turn * spin.arm(patch.a, patch.b) * state.spin
         return level * along, level * (along * state.creepage + sideways)
@@ -345,23 +346,30 @@ class _Chain:
         sideways = np.hypot(state.lateral_creepage, state.spin * patch.a * SPIN_ARM_OF_A_LINE)
         along, across = patch.stiffness * drive * state.creepage, patch.stiffness_y * drive * sideways
         size = np.maximum(np.hypot(along, across), 1e-30)
-        traction = state.mu * state.normal_load * self._law(state, size, patch.ratio)
+        traction = state.mu * state.normal_load * self._law(state, size, patch)
         east, north = combined.direction(along, across, state.creepage, sideways)
         return traction * east, traction * (east * state.creepage + north * sideways)
 
-    def _law(self, state: State, xi: Floats, ratio: Floats) -> Floats:
+    def _law(self, state: State, xi: Floats, patch: Patch) -> Floats:
         """T/(mu N) of the declared traction law, moved towards the exact theory where an effect says so.
 
         With another slope in the area of slip, the curve is corrected as Polach has it.
         """
         if np.any(state.slip_slope != 1.0):
-            plain = self._law(state.replace(slip_slope=np.ones((1, 1))), xi, ratio)
+            plain = self._law(state.replace(slip_slope=np.ones((1, 1))), xi, patch)
             return plain * polach.correction(xi, state.slip_slope)
         rig, declared = self.model.experiment.rig, self.model.experiment.options.traction
-        plain = traction_law(rig, declared).saturation(xi, ratio)
-        if declared == "exact" or not np.any(state.exactness):
+        if declared == "exact":
+            return self._exact(xi, patch)
+        plain = traction_law(rig, declared).saturation(xi, patch.ratio)
+        if not np.any(state.exactness):
             return plain
-        return (1.0 - state.exactness) * plain + state.exactness * traction_law(rig, "exact").saturation(xi, ratio)
+        return (1.0 - state.exactness) * plain + state.exactness * self._exact(xi, patch)
+
+    def _exact(self, xi: Floats, patch: Patch) -> Floats:
+        """T/(mu N) of the exact theory on the patch as worn."""
+        plain = traction_law(self.model.experiment.rig, "exact").saturation(xi, patch.ratio)
+        return plain + worn.departure(xi, patch.ratio, patch.square) if np.any(patch.square) else plain
 
     def section(self, state: State) -> Floats:
         """Worn section at every point [m2], of both discs together."""

@@ -18,6 +18,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
+from twindisc_cli.model import worn
 from twindisc_cli.model.experiment import Contact, Floats, Rig
 from twindisc_cli.physics import hertz
 from twindisc_cli.physics.half_space import NoConvergenceError
@@ -45,13 +46,16 @@ class Loaded:
 class Pressed(Loaded):
     """The contact at the nodes of a march: strips (case, node, strip), the others (case, node).
 
-    a, b semi-axes [m], in half-space contact those of `equivalent_ellipse`; p0 peak pressure [Pa]; area [m2].
+    a, b semi-axes [m], in half-space contact those of `equivalent_ellipse`; p0 peak pressure [Pa]; area [m2];
+    square, stiffening [1]: squareness of the patch, and its stiffness over that of the ellipse (`worn`).
     """
 
     a: Floats
     b: Floats
     p0: Floats
     area: Floats
+    square: Floats
+    stiffening: Floats
 
 
 Weights = Callable[[int, Floats, Loaded], Floats]
@@ -171,7 +175,17 @@ def _pressed(contact: StripContact, normal_load: float, mirrored: bool) -> Press
     strips, (a, b) = _loaded(contact, normal_load), equivalent_ellipse(contact)
     load, length = (values.reshape(-1, len(contact.y)) for values in (contact.line_load, contact.half_length))
     p0 = [_peak_pressure(q, a_of_y, contact.y) for q, a_of_y in zip(load, length, strict=True)]
-    return Pressed(strips.line_load, strips.intensity, a, b, np.reshape(p0, a.shape), contact.area)
+    uneven = worn.unevenness(contact.half_length, contact.line_load)
+    return Pressed(
+        line_load=strips.line_load,
+        intensity=strips.intensity,
+        a=a,
+        b=b,
+        p0=np.reshape(p0, a.shape),
+        area=contact.area,
+        square=worn.squareness(contact.half_length),
+        stiffening=worn.stiffening(a / b, uneven),
+    )
 
 
 def _peak_pressure(line_load: Floats, half_length: Floats, y: Floats) -> float:
@@ -287,7 +301,7 @@ class _BestCircle:
         # g / (2 a(y) N) with a(y) = a sqrt(1 - y^2 / b^2), and the root is that of g over its largest
         intensity = 0.375 / (a * b)[..., None] * np.sqrt(line_load * b[..., None] / (0.75 * load))
         area = np.pi * a * b
-        return Pressed(line_load, intensity, a, b, 1.5 * load / area, area)
+        return Pressed(line_load, intensity, a, b, 1.5 * load / area, area, np.zeros_like(a), np.ones_like(a))
 
 
 def _between(ends: Floats) -> Floats:

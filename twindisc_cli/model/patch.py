@@ -20,13 +20,14 @@ WANDERS = np.array([0.0, 0.15, 0.3, 0.5, 0.75, 1.0, 1.5, 2.2])
 
 @dataclass(frozen=True)
 class Patch:
-    """Contact at every point, (set, point): stiffness G a b C11, stiffness_y G a b C22 [N], area [m2], a, b [m]."""
+    """Contact at every point, (set, point): stiffness, stiffness_y [N], area [m2], a, b [m], squareness [1]."""
 
     stiffness: Floats
     stiffness_y: Floats
     area: Floats
     a: Floats
     b: Floats
+    square: Floats
 
     @property
     def ratio(self) -> Floats:
@@ -56,6 +57,7 @@ class Paths(ABC):
             area=self.at(lambda path: path.area, own) * area,
             a=self.at(lambda path: path.a, own) * scaled.along,
             b=self.at(lambda path: path.b, own) * scaled.across,
+            square=self.at(lambda path: path.square, own),
         )
 
     @property

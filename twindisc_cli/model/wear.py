@@ -81,9 +81,10 @@ class WearPath:
     """Profile and contact at every node of the path.
 
     section S [m2], a, b [m] semi-axes (in half-space contact those of `equivalent_ellipse`), p0 [Pa] peak
-    pressure, area of the patch [m2], stiffness G a b C11 and stiffness_y G a b C22 [N], edge [m] half-width of the
-    worn zone: each (node,); y [m] (strip,); depth [m], line_load [N/m]: (node, strip); spread: wear index of a strip
-    over the mean of the patch, at PLACES (node, place); error: relative error of the greatest depth; pressure_error: of
+    pressure, area of the patch [m2], stiffness and stiffness_y [N], force per creepage along and across rolling of a
+    patch that sticks all over, square [1] its squareness (`worn`), edge [m] half-width of the worn zone: each (node,);
+    y [m] (strip,); depth [m], line_load [N/m]: (node, strip); spread: wear index of a strip over the mean of the patch,
+    at PLACES (node, place); error: relative error of the greatest depth; pressure_error: of
     p0, at the node where it is largest. contact and wander [m] are those of the march.
     """
 
@@ -97,6 +98,7 @@ class WearPath:
     area: Floats
     stiffness: Floats
     stiffness_y: Floats
+    square: Floats
     edge: Floats
     error: float
     pressure_error: float
@@ -217,8 +219,9 @@ def _read(
             b=found.b[i],
             p0=found.p0[i],
             area=found.area[i],
-            stiffness=stiffness[i],
-            stiffness_y=stiffness_y[i],
+            stiffness=stiffness[i] * found.stiffening[i],
+            stiffness_y=stiffness_y[i] * found.stiffening[i],
+            square=found.square[i],
             edge=_edges(y, depth, found.b[i]),
             spread=_spread(found.line_load[i], found.intensity[i], found.area[i]),
             error=errors[0],
@@ -268,6 +271,7 @@ def _worn_strip(rig: Rig, section: float, wander: float) -> WearPath:
         area=patch.area,
         stiffness=stiffness,
         stiffness_y=stiffness_y,
+        square=np.zeros_like(nodes),
         edge=np.full_like(nodes, half + 2.0 * wander),
         error=0.0,
         pressure_error=0.0,
