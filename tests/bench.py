@@ -306,27 +306,37 @@ def wear_speed() -> Iterator[Row]:
 
 
 def worn_peak_pressure() -> Iterator[Row]:
-    """Of a half-space track as wide as three patches, over strips and steps, and by the full solver."""
+    """Of half-space tracks up to three patches wide, over strips and steps, and by the full solver."""
     import rigs
 
     from twindisc_cli.model import wear
     from twindisc_cli.physics.half_space.normal import solve_profile
 
-    rig = rigs.rig()
+    rig, sections = rigs.rig(), np.array([3e-10, 1e-9, 1.8e-9])
     usual = wear.STRIPS, wear.GROWTH
-    found = {}
+    found, peaks = {}, {}
+    steps = [(121, growth) for growth in (0.24, 0.12, 0.06, 0.03, 0.015)]
+    strips = [(count, 0.06) for count in (61, 121, 241, 481)]
     try:
-        for strips, growth in ((61, 0.06), (121, 0.06), (241, 0.06), (121, 0.03)):
-            wear.STRIPS, wear.GROWTH = strips, growth
+        for wear.STRIPS, wear.GROWTH in {*steps, *strips}:
             wear._path.cache_clear()
-            found[strips, growth] = wear.wear_path(rig, contact="half_space", section=1e-9)
+            path = wear.wear_path(rig, contact="half_space", section=1e-9)
+            found[wear.STRIPS, wear.GROWTH] = path
+            peaks[wear.STRIPS, wear.GROWTH] = np.interp(sections, path.section, path.p0)
     finally:
         wear.STRIPS, wear.GROWTH = usual
         wear._path.cache_clear()
     path = found[121, 0.06]
     node = int(np.searchsorted(path.section, 1e-9))
-    off = max(abs(np.interp(path.section[node], f.section, f.p0) / path.p0[node] - 1.0) for f in found.values())
+    near = [found[key] for key in ((61, 0.06), (241, 0.06), (121, 0.03))]
+    off = max(abs(np.interp(path.section[node], f.section, f.p0) / path.p0[node] - 1.0) for f in near)
     yield at_most("peak pressure of a worn track: half and twice the strips, half the step", off * 100.0, 0.5, "%")
+    for name, row in (("steps", steps), ("strips", strips)):
+        finest = peaks[row[-1]]
+        off = [np.sqrt(np.mean((peaks[key] / finest - 1.0) ** 2)) for key in row[:3]]
+        order = float(np.log2(off[0] / off[2]) / 2.0)
+        told = f"{order:.2f} ({', '.join(f'{100.0 * o:.2g}' for o in off)} %)"
+        yield Row(f"  its order over {name}, three sections, two halvings", told, ">= 1", order >= 1.0)
     full = solve_profile(
         y=path.y,
         gap=0.5 * rig.curvature_y * path.y**2 + path.depth[node],

@@ -129,21 +129,37 @@ def _march_half_space(
         mirrored=mirrored,
     )
     found = press(gap=gap)
-    worn = np.zeros_like(gap)
-    depths, contacts = [worn], [found]
+    loss = np.zeros_like(gap)
+    depths, contacts = [loss], [found]
+    last, place, before = found, 0.0, -1.0
     for number, step in enumerate(np.diff(nodes)):
-        for share in (1.0 - GAMMA, GAMMA):
+        for share, at in ((1.0 - GAMMA, GAMMA), (GAMMA, 1.0)):
+            here = float(nodes[number] + at * step)
+            guess = _ahead(last, found, (here - place) / (place - before))
             favoured = weights(number, y, _loaded(found, rig.normal_load))
             compliance = GAMMA * step * spread * favoured[:, None, :]
-            found = press(gap=gap + worn, compliance=compliance, start=found, relative_accuracy=SETTLED)
-            worn = worn + share * step * _worn(spread, favoured, found.line_load, mirrored=mirrored)
-        depths.append(worn)
+            last, before, place = found, place, here
+            found = press(gap=gap + loss, compliance=compliance, start=guess, relative_accuracy=SETTLED)
+            loss = loss + share * step * _worn(spread, favoured, found.line_load, mirrored=mirrored)
+        depths.append(loss)
         contacts.append(found)
     load, length, approach = (
         np.stack([getattr(contact, name) for contact in contacts], axis=1)
         for name in ("line_load", "half_length", "approach")
     )
     return March(np.stack(depths, axis=1), _pressed(StripContact(y, length, load, approach), rig.normal_load, mirrored))
+
+
+def _ahead(last: StripContact, found: StripContact, part: float) -> StripContact:
+    """The contact on the line through two, so many times their distance further on; strips that come to an end stay."""
+    load = found.line_load + part * (found.line_load - last.line_load)
+    square = found.half_length**2 + part * (found.half_length**2 - last.half_length**2)
+    held = (load <= 0.5 * found.line_load) | (square <= 0.5 * found.half_length**2) | (last.line_load == 0.0)
+    return replace(
+        found,
+        line_load=np.where(held, found.line_load, load),
+        half_length=np.where(held, found.half_length, np.sqrt(np.maximum(square, 0.0))),
+    )
 
 
 def _worn(spread: Floats, weights: Floats, line_load: Floats, *, mirrored: bool) -> Floats:
@@ -235,14 +251,15 @@ class _BestCircle:
     A wider patch sees more of the unworn flanks and a sharper circle, so that the half-width is unique. Sums over the
     strips inside, of which the outermost counts by the part of it that is inside, are linear from border to border.
 
-    borders [m] of the strips outwards from y = 0, (strip,); sums of 1, y^2, y^4 up to each, (3, strip);
-    table: logarithms of the relative transverse curvature [1/m] and of the semi-axes a and b [m], (3, curvature).
+    sums of 1, y^2, y^4 up to the outer border of each strip outwards from y = 0, (3, strip); wanted: the curvature
+    [1/m] that makes a half-width at FINE from each border but the FEWEST innermost to the next, (border, fine); table:
+    logarithms of the relative transverse curvature [1/m] and of the semi-axes a and b [m], (3, curvature).
     """
 
     rig: Rig
     y: Floats
-    borders: Floats
     sums: Floats
+    wanted: Floats
     table: Floats
 
     @classmethod
@@ -251,7 +268,10 @@ class _BestCircle:
         outward = y[len(y) // 2 :]
         both = np.where(outward > 0.0, 2.0, 1.0)
         sums = np.cumsum(both * np.stack([np.ones_like(outward), outward**2, outward**4]), axis=1)
-        return cls(rig, y, outward + 0.5 * (y[1] - y[0]), sums, _table(rig))
+        borders, table = outward[FEWEST:] + 0.5 * (y[1] - y[0]), _table(rig)
+        half_width = _between(np.stack([borders[:-1], borders[1:]], axis=-1))
+        known, _, log_b = table[:, ::-1]
+        return cls(rig, y, sums, np.exp(np.interp(np.log(half_width), log_b, known)), table)
 
     def curvature(self, worn: Floats) -> Floats:
         """Relative transverse curvature [1/m], (case,), of the best circle through a worn gap (case, strip)."""
@@ -261,20 +281,15 @@ class _BestCircle:
         powers = np.broadcast_to(self.sums[:, None], (3, *folded.shape))
         moments = np.cumsum(np.stack([folded, folded * outward**2]), axis=-1)
         sums = np.concatenate([powers, moments])
-        sums, borders = sums[..., FEWEST:], self.borders[FEWEST:]
-        beyond = self._excess(sums, borders) > 0.0
+        sums = sums[..., FEWEST:]
+        beyond = self._fitted(sums) > np.append(self.wanted[:, 0], self.wanted[-1, -1])
         if not beyond[:, -1].all() or beyond.all(axis=-1).any():
             raise NoConvergenceError("no ellipse fits the worn track")
-        last = len(borders) - 1 - np.argmin(beyond[:, ::-1], axis=-1)
-        index = np.stack([last, last + 1], axis=-1)
-        ends = np.take_along_axis(sums, index[None], axis=-1)
-        part = _crossing(self._excess(_between(ends), _between(borders[index])))
+        last = beyond.shape[-1] - 1 - np.argmin(beyond[:, ::-1], axis=-1)
+        row = np.arange(len(last))
+        ends = np.stack([sums[:, row, last], sums[:, row, last + 1]], axis=-1)
+        part = _crossing(self._fitted(_between(ends)) - self.wanted[last])
         return np.maximum(self._fitted(ends[..., 0] + part * (ends[..., 1] - ends[..., 0])), self._flattest)
-
-    def _excess(self, sums: Floats, half_width: Floats) -> Floats:
-        """Transverse curvature [1/m] of the best circle within a half-width over that which makes this half-width."""
-        known, _, log_b = self.table[:, ::-1]
-        return np.asarray(self._fitted(sums) - np.exp(np.interp(np.log(half_width), log_b, known)))
 
     @property
     def _flattest(self) -> float:
@@ -312,7 +327,8 @@ def _between(ends: Floats) -> Floats:
 def _crossing(excess: Floats) -> Floats:
     """Where along FINE a rising excess (case, fine) is zero."""
     right = np.clip(np.argmax(excess > 0.0, axis=-1), 1, len(FINE) - 1)
-    low, high = (np.take_along_axis(excess, k[:, None], axis=-1)[:, 0] for k in (right - 1, right))
+    row = np.arange(len(right))
+    low, high = excess[row, right - 1], excess[row, right]
     return np.asarray(FINE[right - 1] - low / (high - low) * (FINE[right] - FINE[right - 1]))
 
 

@@ -108,15 +108,13 @@ def weighted_paths(
     """The paths needed for a declared contact, a share of half-space contact (set, 1) and a wander (set, 1) [m]."""
     share = np.ones_like(half_space) if declared == "half_space" else half_space
     blend: list[tuple[Contact, Floats]] = [("hertz", 1.0 - share), ("half_space", share)]
-    unit = path(declared, 0.0).wander_unit
-    spread = _lagrange(np.clip(wander / unit, 0.0, WANDERS[-1]))
-    chosen = [
-        (path(contact, float(node * unit)), part * spread[..., i])
-        for contact, part in blend
-        if np.any(part)
-        for i, node in enumerate(WANDERS)
-        if np.any(spread[..., i])
-    ]
+    if np.any(wander):
+        unit = path(declared, 0.0).wander_unit
+        spread = _lagrange(np.clip(wander / unit, 0.0, WANDERS[-1]))
+        nodes = [(float(node * unit), spread[..., i]) for i, node in enumerate(WANDERS) if np.any(spread[..., i])]
+    else:
+        nodes = [(0.0, np.ones_like(wander))]
+    chosen = [(path(contact, node), part * weight) for contact, part in blend if np.any(part) for node, weight in nodes]
     return WeightedPaths([p for p, _ in chosen], [w for _, w in chosen])
 
 
