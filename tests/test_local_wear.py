@@ -149,3 +149,16 @@ def test_without_heat_a_local_law_acts_as_well() -> None:
     base = {"mu": np.array([0.3]), "K": np.array([USUAL])}
     found = ForwardModel(test).predict(base, {"wear_threshold": {"threshold_N_mm2": np.array([0.5])}})
     assert 0.0 < found.section[0, -1] < ForwardModel(test).predict(base).section[0, -1]
+
+
+@both
+def test_the_track_of_a_prediction_serves_any_number_of_sets_nearby(contact: Contact) -> None:
+    test = experiment(history(CREEPAGE, 3), options=Options(contact=contact, wear_coefficient=USUAL))
+    base = {"mu": np.array([0.3]), "K": np.array([USUAL]), "convection_W_K": np.array([1.6])}
+    effects = severe(5.0, 0.8 * middle(predict({}, SOFT))) | {"half_space_contact": {"share": 0.5}}
+    given = {name: {key: np.array([value]) for key, value in own.items()} for name, own in effects.items()}
+    once = ForwardModel(test).predict(base, given)
+    three = {key: np.repeat(value, 3) for key, value in base.items()}
+    again = ForwardModel(test).predict(three, given, marched=once.paths.first)
+    np.testing.assert_allclose(again.section, np.tile(once.section, (3, 1)), rtol=1e-6)
+    np.testing.assert_allclose(again.traction, np.tile(once.traction, (3, 1)), rtol=1e-6)

@@ -128,3 +128,39 @@ def test_a_profile_without_flanks_stays_as_it_is(tmp_path: Path) -> None:
     assert test.experiment.measured.profile_place is None
     assert any("taken as recorded" in note for note in test.rows[0].notes)
     np.testing.assert_allclose(test.experiment.measured.profile.height * 1e6, track(y), atol=1e-4)  # type: ignore[union-attr]
+
+
+def stops(folder: Path, *records: np.ndarray) -> Test:
+    """A test with a record after each of its first iterations."""
+    rows = "".join(
+        f"{a:.4f},{b:.5f},{number}\n"
+        for number, record in enumerate(records, 1)
+        for a, b in zip(Y, record, strict=True)
+    )
+    (folder / "profile.csv").write_text(f"y [mm],height [um],iteration\n{rows}")
+    return load(write(folder, f'{VALID}\n[measured]\nprofile = "profile.csv"\n'))
+
+
+def test_a_stop_before_wear_can_be_seen_is_levelled_beside_the_later_track(tmp_path: Path) -> None:
+    """A shallow track that noise hides is not taken for flank."""
+    noise = np.random.default_rng(4).standard_normal(len(Y))
+    hidden = 0.01 * track(Y, centre=0.4) + 0.1 * noise + 2.0 * Y + 30.0
+    test = stops(tmp_path, hidden, track(Y, centre=0.4, slope=-1.0, noise=0.1)).experiment
+    profile = test.measured.profile
+    assert profile is not None
+    assert test.measured.profile_place is not None
+    first = profile.iteration == profile.iteration.min()
+    left = profile.height[first] * 1e6 - 0.01 * track(profile.y[first] * 1e3)
+    assert np.abs(np.polyfit(profile.y[first] * 1e3, left, 1)) == pytest.approx(0.0, abs=0.03)
+    np.testing.assert_allclose(profile.y[first], (Y - 0.4) * 1e-3, atol=2e-5)
+
+
+def test_nothing_worn_is_levelled_on_its_outer_ends(tmp_path: Path) -> None:
+    noise = 0.1 * np.random.default_rng(5).standard_normal(len(Y))
+    test = read(tmp_path, noise + 2.0 * Y + 30.0)
+    profile, place = test.experiment.measured.profile, test.experiment.measured.profile_place
+    assert profile is not None
+    assert place is not None
+    np.testing.assert_allclose(profile.height * 1e6, noise, atol=0.08)
+    assert place.centre == pytest.approx(test.experiment.rig.patch.b)
+    assert any("no track seen yet" in note for note in test.rows[0].notes)

@@ -231,7 +231,7 @@ class Problem:
         """The same problem on the tracks of inner parameters (parameter,) nearby, for which no march is needed."""
         if not self.is_local:
             return self
-        return replace(self, tracks=[prediction.paths for prediction in self.predict(np.tile(theta, (2, 1)))])
+        return replace(self, tracks=[prediction.paths.first for prediction in self.predict(theta[None])])
 
     @property
     def _tracks(self) -> Sequence[Marched | Paths]:

@@ -5,7 +5,8 @@
     m, h_0  slope and offset of the line through the unworn flanks, beside the worn zone and a margin
     y_0     centroid of what is missing above the line, inside the worn zone
 
-Each record is levelled by m and h_0 and centred by y_0 unless the definition says otherwise. The standard errors count
+Each record is levelled by m and h_0 and centred by y_0 unless the definition says otherwise; one on which nothing worn
+can be seen yet, beside where later records of its disc are worn, and centred as they are. The standard errors count
 neighbours whose roughness is alike as fewer points. Traces of one record are levelled and centred one by one, and
 averaged.
 """
@@ -13,7 +14,7 @@ averaged.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,7 +42,7 @@ _PASSES = 4
 class Placed:
     """A trace levelled and centred: y and height (point,) [m], what was taken off, and the standard errors of it.
 
-    slope [1], offset [m] of the line, centre [m] of the worn zone.
+    slope [1], offset [m] of the line; centre [m] and edges [m] of the worn zone as recorded.
     """
 
     y: Floats
@@ -52,22 +53,21 @@ class Placed:
     slope_std: float
     offset_std: float
     centre_std: float
+    edges: tuple[float, float]
 
 
 def placed(y: Floats, height: Floats) -> Placed | None:
     """Level a trace on its flanks and centre it on what is worn; None where it has no flanks or nothing is worn."""
-    flank = np.abs(y - 0.5 * (y[0] + y[-1])) > _OUTER * 0.5 * np.ptp(y)
+    flank = _outer(y)
     zone = None
     for _ in range(_PASSES):
-        if min(np.sum(flank & (y < np.mean(y))), np.sum(flank & (y > np.mean(y)))) < _FEWEST_IN_FLANK:
+        if _one_sided(y, flank):
             return None
-        line = np.polyfit(y[flank], height[flank], 1)
-        left = height - np.polyval(line, y)
+        left = height - np.polyval(np.polyfit(y[flank], height[flank], 1), y)
         zone = _worn_zone(y, left, flank)
         if zone is None:
             return None
-        margin = _MARGIN * (zone[1] - zone[0])
-        flank = (y < zone[0] - margin) | (y > zone[1] + margin)
+        flank = _beside(y, zone)
     assert zone is not None  # the passes are more than none
     inside = (y >= zone[0]) & (y <= zone[1])
     missing, weight = -left[inside], _widths(y)[inside]
@@ -75,6 +75,51 @@ def placed(y: Floats, height: Floats) -> Placed | None:
     if not area > 0.0:
         return None
     centre = float(np.sum(missing * weight * y[inside])) / area
+    error = float(np.sqrt(np.sum((weight * (y[inside] - centre)) ** 2))) / area
+    return _levelled(y, height, flank, centre, error, zone)
+
+
+def unworn(y: Floats, height: Floats, others: Sequence[Placed], reach: float) -> Placed | None:
+    """Level and centre a trace on which nothing worn can be seen; None where something is.
+
+    It is levelled beside where others are worn and centred as they are; without others on its outer ends, its centre
+    known to `reach` [m].
+    """
+    flank = _outer(y)
+    if others:
+        flank = _beside(y, (min(other.edges[0] for other in others), max(other.edges[1] for other in others)))
+    if _one_sided(y, flank):
+        return None
+    left = height - np.polyval(np.polyfit(y[flank], height[flank], 1), y)
+    if _stands_out(y, left, flank):
+        return None
+    centre = float(np.mean([other.centre for other in others])) if others else 0.0
+    found = _levelled(y, height, flank, centre, 0.0, (centre, centre))
+    return replace(found, centre_std=max((other.centre_std for other in others), default=reach))
+
+
+def _outer(y: Floats) -> Bools:
+    """The outer ends of a trace."""
+    return np.asarray(np.abs(y - 0.5 * (y[0] + y[-1])) > _OUTER * 0.5 * np.ptp(y))
+
+
+def _beside(y: Floats, zone: tuple[float, float]) -> Bools:
+    """Beside a worn zone and a margin."""
+    margin = _MARGIN * (zone[1] - zone[0])
+    return np.asarray((y < zone[0] - margin) | (y > zone[1] + margin))
+
+
+def _one_sided(y: Floats, flank: Bools) -> bool:
+    """Whether there are too few points on one side to level a trace."""
+    return bool(min(np.sum(flank & (y < np.mean(y))), np.sum(flank & (y > np.mean(y)))) < _FEWEST_IN_FLANK)
+
+
+def _levelled(
+    y: Floats, height: Floats, flank: Bools, centre: float, error: float, edges: tuple[float, float]
+) -> Placed:
+    """A trace without the line through its flanks, about its centre; error: of the centre over the roughness [1]."""
+    line = np.polyfit(y[flank], height[flank], 1)
+    left = height - np.polyval(line, y)
     rough = float(np.std(left[flank], ddof=2)) * np.sqrt(_alike(left[flank]))
     return Placed(
         y=y - centre,
@@ -84,24 +129,34 @@ def placed(y: Floats, height: Floats) -> Placed | None:
         centre=centre,
         slope_std=rough / float(np.sqrt(np.sum((y[flank] - y[flank].mean()) ** 2))),
         offset_std=rough / float(np.sqrt(flank.sum())),
-        centre_std=rough * float(np.sqrt(np.sum((weight * (y[inside] - centre)) ** 2))) / area,
+        centre_std=rough * error,
+        edges=edges,
     )
 
 
 def _worn_zone(y: Floats, left: Floats, flank: Bools) -> tuple[float, float] | None:
     """The edges of the stretch around the deepest point that is deeper than the flanks' roughness explains."""
+    smooth, limit = _smoothed(y, left, flank)
+    deepest = int(np.argmin(smooth))
+    shallow = np.flatnonzero(smooth >= limit)
+    before, after = shallow[shallow < deepest], shallow[shallow > deepest]
+    if not smooth[deepest] < limit or not len(before) or not len(after):
+        return None
+    return float(y[before[-1]]), float(y[after[0]])
+
+
+def _stands_out(y: Floats, left: Floats, flank: Bools) -> bool:
+    """Whether anything is deeper than the flanks' roughness explains."""
+    smooth, limit = _smoothed(y, left, flank)
+    return bool(np.min(smooth) < limit)
+
+
+def _smoothed(y: Floats, left: Floats, flank: Bools) -> tuple[Floats, float]:
+    """A levelled trace over a sixtieth of its width, and the height below which it is worn."""
     width = max(1, len(y) // 60)
     smooth = np.convolve(np.pad(left, width // 2, mode="edge"), np.full(width, 1.0 / width), mode="valid")[: len(y)]
     spread = 1.4826 * float(np.median(np.abs(left[flank] - np.median(left[flank])))) / np.sqrt(width)
-    deepest = int(np.argmin(smooth))
-    limit = -max(_SPREADS * spread, 0.01 * abs(float(smooth[deepest])))
-    if not smooth[deepest] < limit:
-        return None
-    shallow = np.flatnonzero(smooth >= limit)
-    before, after = shallow[shallow < deepest], shallow[shallow > deepest]
-    if not len(before) or not len(after):
-        return None
-    return float(y[before[-1]]), float(y[after[0]])
+    return smooth, -max(_SPREADS * spread, 0.01 * abs(float(smooth.min())))
 
 
 def _widths(y: Floats) -> Floats:
@@ -135,10 +190,15 @@ def read_profile(
     disc = columns.get("disc", np.full(len(table), 2.0)).astype(np.int64)
     iteration = columns.get("iteration", np.full(len(table), float(last))).astype(np.int64)
     check_place(table, disc, iteration, last)
-    records = []
-    for which in np.unique(np.stack([disc, iteration]), axis=1).T:
-        rows = np.flatnonzero((disc == which[0]) & (iteration == which[1]))
-        records.append((which, _record(table, rows, rig, as_recorded=as_recorded)))
+    stops = [
+        (which, np.flatnonzero((disc == which[0]) & (iteration == which[1])))
+        for which in np.unique(np.stack([disc, iteration]), axis=1).T
+    ]
+    worn = {
+        which: [one for (own, _), rows in stops if own == which for one in _worn(table, rows)]
+        for which in np.unique(disc)
+    }
+    records = [(which, _record(table, rows, rig, worn[which[0]], as_recorded=as_recorded)) for which, rows in stops]
     if not any(len(y) for _, (y, _, _) in records):
         table.note("no row holds both a place and a height", line=1)
     table.check()
@@ -160,8 +220,20 @@ def _place(found: Sequence[Sequence[Placed]]) -> ProfilePlace | None:
     return ProfilePlace(*(float(max(stds)) for stds in worst))
 
 
-def _record(table: Table, rows: Ints, rig: Rig, *, as_recorded: bool) -> tuple[Floats, Floats, list[Placed]]:
-    """One record: its traces checked, put in place and averaged, y and height [m]; none placed where one cannot be."""
+def _worn(table: Table, rows: Ints) -> list[Placed]:
+    """The traces of a record on which a track can be seen, put in place."""
+    y, height = table.columns["y"], table.columns["height"]
+    ordered = [trace[np.argsort(y[trace])] for trace in _traces(table, rows)]
+    return [one for order in ordered if (one := placed(y[order], height[order]))]
+
+
+def _record(
+    table: Table, rows: Ints, rig: Rig, worn: Sequence[Placed], *, as_recorded: bool
+) -> tuple[Floats, Floats, list[Placed]]:
+    """One record: its traces checked, put in place and averaged, y and height [m]; none placed where one cannot be.
+
+    worn: the traces of the same disc on which a track can be seen.
+    """
     y, height = table.columns["y"], table.columns["height"]
     traces = _traces(table, rows)
     if not all(_check_trace(table, trace, rig) for trace in traces):
@@ -169,7 +241,7 @@ def _record(table: Table, rows: Ints, rig: Rig, *, as_recorded: bool) -> tuple[F
     found: list[Placed] = []
     for trace in [] if as_recorded else traces:
         order = trace[np.argsort(y[trace])]
-        if one := placed(y[order], height[order]):
+        if one := placed(y[order], height[order]) or unworn(y[order], height[order], worn, float(rig.patch.b)):
             found.append(one)
     if len(found) < len(traces):
         _check_depth(table, rows, height[rows], rig)
@@ -196,7 +268,9 @@ def _told(found: Sequence[Placed]) -> str:
         ("centre", [p.centre * 1e3 for p in found], [p.centre_std * 1e3 for p in found], "mm"),
     ]
     parts = [f"{name} {np.round(np.mean(v), 9) + 0.0:.3g} ± {np.max(e):.2g} {unit}" for name, v, e, unit in shifts]
-    return f"levelled on the flanks and centred on the track, taken off (± one standard deviation): {', '.join(parts)}"
+    seen = all(p.edges[0] < p.edges[1] for p in found)
+    how = "levelled on the flanks and centred on the track" if seen else "no track seen yet, levelled beside its place"
+    return f"{how}, taken off (± one standard deviation): {', '.join(parts)}"
 
 
 def _mean_of(table: Table, curves: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:

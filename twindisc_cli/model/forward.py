@@ -10,7 +10,7 @@
 Load, speed and yaw are those of each step; in a pause nothing rolls, and the disc cools. Under a load that changes, the
 worn profile is taken for the one that the present load makes with the same section.
 The stages feed each other (a worn patch is stiffer, a warm disc may slide more easily), so the chain is passed until
-energy and temperature stand still. Everything is vectorised over parameter sets: arrays are (set, point).
+energy, temperature and wear stand still. Everything is vectorised over parameter sets: arrays are (set, point).
 """
 
 from __future__ import annotations
@@ -152,10 +152,11 @@ def _columns(parameters: Parameters, sets: int) -> dict[str, Floats]:
 
 
 def _standing(last: State, state: State) -> bool:
-    """Whether energy and temperature no longer change."""
+    """Whether energy, temperature and wear no longer change."""
     energy = float(np.max(np.abs(state.energy[:, -1] - last.energy[:, -1]) / np.maximum(state.energy[:, -1], 1e-30)))
     warmth = float(np.max(np.nan_to_num(np.abs(state.temperature - last.temperature))))
-    return energy < SETTLED and warmth < 1e-5
+    wear = float(np.max(np.abs(state.wear_factor - last.wear_factor)))
+    return energy < SETTLED and warmth < 1e-5 and wear < 1e-5
 
 
 @dataclass(frozen=True)
@@ -169,7 +170,7 @@ class _Chain:
     own: Paths | None = None
 
     def settled(self, state: State) -> State:
-        """Pass through the stages until energy and temperature stand still."""
+        """Pass through the stages until energy, temperature and wear stand still."""
         for _ in range(MOST_PASSES):
             last, state = state, self.run(state)
             if _standing(last, state):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,6 +37,11 @@ class Patch:
 
 class Paths(ABC):
     """What contact and profile are on the way of each parameter set."""
+
+    @property
+    @abstractmethod
+    def first(self) -> Paths:
+        """The path of the first set, for any number of them."""
 
     @property
     @abstractmethod
@@ -78,6 +83,10 @@ class WeightedPaths(Paths):
         """The wear paths that are added up."""
         return self.parts
 
+    @property
+    def first(self) -> Paths:  # noqa: D102
+        return replace(self, weights=[weight[:1] for weight in self.weights])
+
     def at(self, values: Callable[[WearPath], Floats], section: Floats) -> Floats:
         """A quantity (node, ...) of the paths at worn sections (set, point) [m2]: (set, point, ...)."""
         found = [path.at(values(path), section) for path in self.parts]
@@ -96,6 +105,10 @@ class OwnPaths(Paths):
     def paths(self) -> Sequence[WearPath]:
         """The wear paths that are added up, of the first set."""
         return self.sets[0].parts
+
+    @property
+    def first(self) -> Paths:  # noqa: D102
+        return self.sets[0].first
 
     def at(self, values: Callable[[WearPath], Floats], section: Floats) -> Floats:
         """A quantity (node, ...) of the paths at worn sections (set, point) [m2]: (set, point, ...)."""

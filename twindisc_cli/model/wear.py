@@ -42,6 +42,8 @@ SHARES = np.diff(0.5 * _EDGES * (3.0 - _EDGES**2))
 """Share of the energy that each of the PLACES stands for."""
 SAMPLES = 4
 """How often in a step of a march the history is asked."""
+BEYOND = 1.2
+"""How far beyond the sections that are counted a march of local wear goes."""
 LINE_STRIPS, LINE_NODES = 401, 9
 """Strips over the width of straight discs, and nodes of their path, along which all is linear but the radius."""
 
@@ -170,10 +172,11 @@ def local_paths(
     factors   K over its base value for wear indices [N/m2] (case, any)
 
     Where K is the same in all strips, it is the path itself; along a line it is so anyway, for the pressure is even.
+    The sections are those before anything is known of the own paths, on which more may be worn.
     """
     if path.scaling is STRAIGHT:
         return [path] * len(section)
-    last = int(np.searchsorted(path.section, section.max(), side="right"))
+    last = int(np.searchsorted(path.section, BEYOND * section.max(), side="right"))
     nodes = path.section[: max(2, last + 1)]
     along = nodes[:-1, None] + (np.arange(SAMPLES) + 0.5) / SAMPLES * np.diff(nodes)[:, None]
     piece = np.minimum([np.searchsorted(own, along) for own in section], section.shape[1] - 1)
