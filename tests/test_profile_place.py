@@ -163,4 +163,4 @@ def test_nothing_worn_is_levelled_on_its_outer_ends(tmp_path: Path) -> None:
     assert place is not None
     np.testing.assert_allclose(profile.height * 1e6, noise, atol=0.08)
     assert place.centre == pytest.approx(test.experiment.rig.patch.b)
-    assert any("no track seen yet" in note for note in test.rows[0].notes)
+    assert any("no clear track" in note for note in test.rows[0].notes)

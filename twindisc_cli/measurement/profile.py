@@ -5,8 +5,8 @@
     m, h_0  slope and offset of the line through the unworn flanks, beside the worn zone and a margin
     y_0     centroid of what is missing above the line, inside the worn zone
 
-Each record is levelled by m and h_0 and centred by y_0 unless the definition says otherwise; one on which nothing worn
-can be seen yet, beside where later records of its disc are worn, and centred as they are. The standard errors count
+Each record is levelled by m and h_0 and centred by y_0 unless the definition says otherwise; one on which no track is
+clear yet, beside where later records of its disc are worn, and centred as they are. The standard errors count
 neighbours whose roughness is alike as fewer points. Traces of one record are levelled and centred one by one, and
 averaged.
 """
@@ -36,13 +36,16 @@ _MARGIN = 0.15
 _FEWEST_IN_FLANK = 5
 _SPREADS = 4.0
 _PASSES = 4
+_WIDER = 3.0
+_CLEAR = 3.0
 
 
 @dataclass(frozen=True)
 class Placed:
     """A trace levelled and centred: y and height (point,) [m], what was taken off, and the standard errors of it.
 
-    slope [1], offset [m] of the line; centre [m] and edges [m] of the worn zone as recorded.
+    slope [1], offset [m] of the line; centre [m] and edges [m] of the worn zone as recorded; clear: how many times
+    deeper the track is than what the flanks' roughness could be taken for.
     """
 
     y: Floats
@@ -54,6 +57,7 @@ class Placed:
     offset_std: float
     centre_std: float
     edges: tuple[float, float]
+    clear: float = 0.0
 
 
 def placed(y: Floats, height: Floats) -> Placed | None:
@@ -76,14 +80,15 @@ def placed(y: Floats, height: Floats) -> Placed | None:
         return None
     centre = float(np.sum(missing * weight * y[inside])) / area
     error = float(np.sqrt(np.sum((weight * (y[inside] - centre)) ** 2))) / area
-    return _levelled(y, height, flank, centre, error, zone)
+    smooth, limit = _smoothed(y, left, flank)
+    return replace(_levelled(y, height, flank, centre, error, zone), clear=float(np.min(smooth)) / limit)
 
 
-def unworn(y: Floats, height: Floats, others: Sequence[Placed], reach: float) -> Placed | None:
-    """Level and centre a trace on which nothing worn can be seen; None where something is.
+def hardly_worn(y: Floats, height: Floats, others: Sequence[Placed], reach: float) -> Placed | None:
+    """Level and centre a trace on which a track cannot be made out.
 
-    It is levelled beside where others are worn and centred as they are; without others on its outer ends, its centre
-    known to `reach` [m].
+    It is levelled beside where others are worn and centred as they are. Without others it is on its outer ends, its
+    centre known to `reach` [m]; None where something stands out from them.
     """
     flank = _outer(y)
     if others:
@@ -91,7 +96,7 @@ def unworn(y: Floats, height: Floats, others: Sequence[Placed], reach: float) ->
     if _one_sided(y, flank):
         return None
     left = height - np.polyval(np.polyfit(y[flank], height[flank], 1), y)
-    if _stands_out(y, left, flank):
+    if not others and _stands_out(y, left, flank):
         return None
     centre = float(np.mean([other.centre for other in others])) if others else 0.0
     found = _levelled(y, height, flank, centre, 0.0, (centre, centre))
@@ -135,14 +140,20 @@ def _levelled(
 
 
 def _worn_zone(y: Floats, left: Floats, flank: Bools) -> tuple[float, float] | None:
-    """The edges of the stretch around the deepest point that is deeper than the flanks' roughness explains."""
+    """The edges of the stretch around the deepest point that is deeper than the flanks' roughness explains.
+
+    A parabola that is seen where it is deeper than a limit ends (1 - limit / depth)^(-1/2) times as far out.
+    """
     smooth, limit = _smoothed(y, left, flank)
     deepest = int(np.argmin(smooth))
     shallow = np.flatnonzero(smooth >= limit)
     before, after = shallow[shallow < deepest], shallow[shallow > deepest]
     if not smooth[deepest] < limit or not len(before) or not len(after):
         return None
-    return float(y[before[-1]]), float(y[after[0]])
+    low, high = float(y[before[-1]]), float(y[after[0]])
+    wider = min((1.0 - limit / float(smooth[deepest])) ** -0.5, _WIDER)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    return middle - wider * half, middle + wider * half
 
 
 def _stands_out(y: Floats, left: Floats, flank: Bools) -> bool:
@@ -155,7 +166,10 @@ def _smoothed(y: Floats, left: Floats, flank: Bools) -> tuple[Floats, float]:
     """A levelled trace over a sixtieth of its width, and the height below which it is worn."""
     width = max(1, len(y) // 60)
     smooth = np.convolve(np.pad(left, width // 2, mode="edge"), np.full(width, 1.0 / width), mode="valid")[: len(y)]
-    spread = 1.4826 * float(np.median(np.abs(left[flank] - np.median(left[flank])))) / np.sqrt(width)
+    sides = [flank & (y < np.mean(y)), flank & (y > np.mean(y))]
+    rough = np.concatenate([left[side] - np.polyval(np.polyfit(y[side], left[side], 2), y[side]) for side in sides])
+    off = np.abs(left[flank] - np.median(left[flank]))
+    spread = 1.4826 * float(np.median(off)) * np.sqrt(_alike(rough) / width)
     return smooth, -max(_SPREADS * spread, 0.01 * abs(float(smooth.min())))
 
 
@@ -221,10 +235,11 @@ def _place(found: Sequence[Sequence[Placed]]) -> ProfilePlace | None:
 
 
 def _worn(table: Table, rows: Ints) -> list[Placed]:
-    """The traces of a record on which a track can be seen, put in place."""
+    """The traces of a record on which a track is clear, put in place."""
     y, height = table.columns["y"], table.columns["height"]
     ordered = [trace[np.argsort(y[trace])] for trace in _traces(table, rows)]
-    return [one for order in ordered if (one := placed(y[order], height[order]))]
+    found = (placed(y[order], height[order]) for order in ordered)
+    return [one for one in found if one and one.clear >= _CLEAR]
 
 
 def _record(
@@ -232,7 +247,7 @@ def _record(
 ) -> tuple[Floats, Floats, list[Placed]]:
     """One record: its traces checked, put in place and averaged, y and height [m]; none placed where one cannot be.
 
-    worn: the traces of the same disc on which a track can be seen.
+    worn: the traces of the same disc on which a track is clear.
     """
     y, height = table.columns["y"], table.columns["height"]
     traces = _traces(table, rows)
@@ -241,7 +256,10 @@ def _record(
     found: list[Placed] = []
     for trace in [] if as_recorded else traces:
         order = trace[np.argsort(y[trace])]
-        if one := placed(y[order], height[order]) or unworn(y[order], height[order], worn, float(rig.patch.b)):
+        one = placed(y[order], height[order])
+        if one is None or (one.clear < _CLEAR and worn):
+            one = hardly_worn(y[order], height[order], worn, float(rig.patch.b))
+        if one:
             found.append(one)
     if len(found) < len(traces):
         _check_depth(table, rows, height[rows], rig)
@@ -269,7 +287,7 @@ def _told(found: Sequence[Placed]) -> str:
     ]
     parts = [f"{name} {np.round(np.mean(v), 9) + 0.0:.3g} ± {np.max(e):.2g} {unit}" for name, v, e, unit in shifts]
     seen = all(p.edges[0] < p.edges[1] for p in found)
-    how = "levelled on the flanks and centred on the track" if seen else "no track seen yet, levelled beside its place"
+    how = "levelled on the flanks and centred on the track" if seen else "no clear track, levelled beside its place"
     return f"{how}, taken off (± one standard deviation): {', '.join(parts)}"
 
 
