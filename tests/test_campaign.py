@@ -20,12 +20,11 @@ from definitions import TRACTION, VALID, changed, write
 
 from twindisc_cli.campaign import pool
 from twindisc_cli.campaign.outcome import figure_of, outcome_of
-from twindisc_cli.campaign.plan import plan
+from twindisc_cli.campaign.plan import plan, read
 from twindisc_cli.campaign.shared import common_of
 from twindisc_cli.campaign.table import Row, columns_of, csv_text, header, parquet_bytes, table_of
 from twindisc_cli.cli import main
 from twindisc_cli.commands._campaign_work import PRELOAD
-from twindisc_cli.definition import load_text
 from twindisc_cli.errors import DefinitionError
 
 TWINDISC = (sys.executable, "-m", "twindisc_cli")
@@ -80,7 +79,7 @@ def test_ranges_and_lists_multiply_and_rows_are_added(folder: Path) -> None:
         '[[variations]]\nname = "soft"\nmaterial.hardness_HV = 300\n"history.steps[*].iterations" = 7\n'
     )
     jobs = plan(["map.toml"])
-    found = [load_text(job.text or "", job.path).experiment for job in jobs]
+    found = [read(job).experiment for job in jobs]
     loads = [test.rig.normal_load for test in found]
     assert loads == pytest.approx([10.0] * 3 + [100.0] * 3 + [1000.0] * 3 + [72.0])
     creepage = [test.history.step_creepage[1] for test in found]
@@ -89,6 +88,20 @@ def test_ranges_and_lists_multiply_and_rows_are_added(folder: Path) -> None:
     assert found[-1].rig.disc1.hardness == pytest.approx(300 * 9.80665e6)
     assert len(found[-1].history.step) == 21
     assert jobs[1].name == "map-normal_load_N-10-creepage_percent-0.2"
+
+
+def test_no_definition_is_written_before_its_test_begins(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write(folder, VALID, "a.toml")
+    text = "rig.normal_load_N = { from = 10.0, to = 20.0, count = 100 }"
+    (folder / "map.toml").write_text(f'base = "a.toml"\n[vary]\n{text}\n')
+    written: list[str] = []
+    dumps = tomli_w.dumps
+    monkeypatch.setattr(tomli_w, "dumps", lambda document: written.append("") or dumps(document))
+    jobs = plan(["map.toml"])
+    assert len(jobs) == 100
+    assert not written
+    assert [read(job).experiment.rig.normal_load for job in jobs[:2]] == pytest.approx([10.0, 10.0 + 10.0 / 99.0])
+    assert len(written) == 2
 
 
 @pytest.mark.parametrize(

@@ -36,17 +36,24 @@ _LARGEST = 1e300
 
 @dataclass(frozen=True)
 class Job:
-    """One test of a campaign: its name, its file, and, where it was varied, its definition and the changed values."""
+    """One test of a campaign: its name, its file, and, where it is varied, the base in that file and what changes.
+
+    The definition of a variation is written when it is read: a hundred thousand of them are planned in a few seconds.
+    """
 
     name: str
     path: Path
-    text: str | None = None
+    base: Mapping[str, Any] | None = None
     varied: Mapping[str, Value] = field(default_factory=dict)
 
 
 def read(job: Job) -> Test:
     """The test of a job, from its file or from its variation."""
-    return load(job.path) if job.text is None else load_text(job.text, job.path)
+    if job.base is None:
+        return load(job.path)
+    import tomli_w
+
+    return load_text(tomli_w.dumps(_varied(job.base, {**job.varied, "test.name": job.name}, job.path)), job.path)
 
 
 def plan(given: Sequence[str]) -> list[Job]:
@@ -134,8 +141,15 @@ def _variations(path: Path, document: Mapping[str, Any]) -> Iterator[Job]:
         raise DefinitionError(Problem("nothing is varied: give [vary] or [[variations]]", str(path)))
     keys = dict.fromkeys(key for table in tables for key in table if key != "name")
     differing = {key for key in keys if len({str(table.get(key)) for table in tables}) > 1}
+    seen: set[tuple[str, ...]] = set()
     for table in tables:
-        yield _varied(path, base_path, base, table, [key for key in table if key in differing])
+        values = {key: value for key, value in table.items() if key != "name"}
+        if tuple(values) not in seen:
+            seen.add(tuple(values))
+            _varied(base, values, path)
+        naming = {key: value for key, value in values.items() if key in differing} or values
+        name = str(table["name"]) if "name" in table else f"{path.stem}-{_label(naming)}"
+        yield Job(name, base_path, base, values)
 
 
 def _checked_tables(path: Path, document: Mapping[str, Any]) -> list[dict[str, Value]]:
@@ -195,21 +209,15 @@ def _tidy(value: float) -> float:
     return float(f"{value:.12g}")
 
 
-def _varied(
-    path: Path, base_path: Path, base: Mapping[str, Any], table: Mapping[str, Value], naming: Sequence[str]
-) -> Job:
-    """The base definition with the values of one variation; `naming`, the keys that tell it from the others."""
-    import tomli_w
-
+def _varied(base: Mapping[str, Any], values: Mapping[str, Value], path: Path) -> dict[str, Any]:
+    """The base definition with the values of one variation; path: the file that a mistake in their keys is of."""
     document = copy.deepcopy(dict(base))
-    values = {key: value for key, value in table.items() if key != "name"}
-    name = str(table["name"]) if "name" in table else f"{path.stem}-{_label({k: values[k] for k in naming} or values)}"
-    for key, value in {**values, "test.name": name}.items():
+    for key, value in values.items():
         try:
             _set(document, _parts(key), value)
         except LookupError as error:
             raise DefinitionError(Problem(f"the base has no {error.args[0]}", str(path), key=key)) from None
-    return Job(name, base_path, tomli_w.dumps(document), values)
+    return document
 
 
 def _parts(key: str) -> list[str | int]:

@@ -81,7 +81,7 @@ def _shared(jobs: Sequence[Job], rows: Sequence[Row], folder: Path) -> list[Comm
 
 def _stem(given: Sequence[str], jobs: Sequence[Job]) -> str:
     """What the table is called: a single campaign file's name, else `campaign`."""
-    return Path(given[0]).stem if len(given) == 1 and jobs[0].text is not None else "campaign"
+    return Path(given[0]).stem if len(given) == 1 and jobs[0].base is not None else "campaign"
 
 
 def _rows(jobs: Sequence[Job], order: Order, means: Means) -> list[Row]:
