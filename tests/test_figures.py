@@ -22,8 +22,9 @@ from test_mass import test as weighed_test
 from twindisc_cli.campaign.outcome import figure_of, outcome_of
 from twindisc_cli.campaign.table import Row, table_of
 from twindisc_cli.commands import fit_k
+from twindisc_cli.figures.campaign import map_of
 from twindisc_cli.figures.close_loop import figure as loop_figure
-from twindisc_cli.figures.style import WIDTH, logarithmic, page
+from twindisc_cli.figures.style import WIDTH, from_zero, house_style, logarithmic, page
 from twindisc_cli.report import told
 
 SLACK = 0.8
@@ -169,3 +170,30 @@ def test_a_logarithmic_axis_has_a_few_numbers_that_do_not_meet(low: float, high:
                  if begin <= place <= end and label.get_text()]  # fmt: skip
         assert 2 <= len(shown) <= 9
         assert np.isfinite(axis.get_majorticklocs()).all()
+
+
+def test_values_that_hardly_differ_are_not_cut_and_are_numbered_in_full() -> None:
+    with house_style():
+        figure, (axes,) = page(1, 1, height=3.0, title="")
+        axes.errorbar([1, 2], [6377.1, 6377.2], yerr=[0.5, 1.0], marker="o")
+        from_zero(axes)
+        low, high = axes.get_ylim()
+        assert low == 0.0
+        assert high > 1.05 * 6378.2
+        axes.set_ylim(6377.1, 6377.2)
+        drawn(figure)
+        assert not axes.yaxis.get_offset_text().get_text()
+
+
+def test_a_map_names_what_was_varied_and_draws_what_came_out() -> None:
+    asked = [{"rig.load [N]": load, "rig.creepage [%]": slip} for slip in (0.25, 0.5) for load in (50.0, 100.0)]
+    rows = [Row(str(n), "a.toml", 0, asked=a, found={"depth [um]": 1.0 + n}) for n, a in enumerate(asked)]
+    rows += [
+        Row("base", "a.toml", 0, asked={"rig.load [N]": 72.0}, found={"depth [um]": 3.0}),
+        Row("failed", "a.toml", 3, error="x", asked={"rig.load [N]": 72.0, "rig.creepage [%]": 9.0}),
+    ]
+    names = ["rig.load [N]", "rig.creepage [%]"]
+    figure = map_of(table_of(rows), names, ["depth [um]"], title="map", provenance="")
+    legend = figure.axes[0].get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["0.25", "0.5", "base"]

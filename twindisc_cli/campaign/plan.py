@@ -5,7 +5,7 @@ A campaign file is TOML with a `base` definition and what changes in it, by the 
     base = "../configs/ambient.toml"
     [vary]                                                  # every combination of these
     rig.normal_load_N = { from = 50.0, to = 400.0, count = 4, spacing = "log" }
-    "history.steps[1].creepage_percent" = [0.25, 0.5, 1.0]  # steps counted from 1; steps[*]: all of them
+    "history.steps[1].iterations" = [5, 10, 20]              # steps counted from 1; steps[*]: all of them
     [[variations]]                                          # or one test after the other
     name = "soft"                                           # left out: named after the values
     material.hardness_HV = 300

@@ -192,14 +192,21 @@ def map_of(table: Table, varied: Sequence[str], results: Sequence[str], *, title
     for axes, name in zip(panels, results, strict=True):
         y: Floats = table.numbers(name)
         for kind, colour in zip(kinds, family(len(kinds)), strict=True):
-            inside = np.flatnonzero([other == kind for other in others])
+            inside = np.flatnonzero([other == kind for other in others] & np.isfinite(y))
+            if not len(inside):
+                continue
             inside = inside[np.argsort(x[inside])]
             axes.plot(x[inside], y[inside], marker="o", markersize=3.0, linewidth=1.0, color=colour,
-                      label=", ".join(kind) if len(kinds) <= 8 else "_")  # fmt: skip
+                      label=", ".join(map(_value, kind)) if len(kinds) <= 8 else "_")  # fmt: skip
         name_axes(axes, _last(varied[0]), name.replace("[um", "[µm"))
         if varied[1:] and len(kinds) <= 8:
             legend(axes, 2)
     return figure
+
+
+def _value(text: str) -> str:
+    """What a test was varied to; a variation that leaves a key alone has the base's value."""
+    return text if text not in ("", "nan") else "base"
 
 
 def _last(name: str) -> str:

@@ -15,6 +15,7 @@ from twindisc_cli.figures.style import (
     RED,
     SMALL,
     family,
+    from_zero,
     legend,
     logarithmic,
     measured_points,
@@ -77,9 +78,9 @@ def identified(steps: StepFriction, measured: Measured, *, name: str, sentence: 
         right.plot(order[beyond], naive[beyond], linestyle="none", marker="x", color=RED, label="no $\\mu$ fits")
     name_axes(right, "step", "coefficient of friction $\\mu$ [1]", "$\\mu$ behind each $T/N$, 90 % interval")
     right.set_xticks(order[:: int(np.ceil(len(order) / 12))])
-    right.set_ylim(0.0, None)
+    from_zero(right)
     if not np.any(steps.ratio < 0.0):
-        left.set_ylim(0.0, None)
+        from_zero(left)
     for axes in (left, right):
         legend(axes, 2 if axes is right else 1)
     return figure

@@ -29,6 +29,8 @@ WIDTH, LINE, FOOT = 7.2, 120, 0.24
 TEXT, SMALL = 8.5, 7.0
 HEADLINE = 84
 """Characters of a line of the title."""
+ROOM = 1.07
+"""The end of an axis that begins at zero, over the highest value on it."""
 UNDER = 30.0
 """From the horizontal axis down to the legend under its numbers and label [point]."""
 
@@ -38,6 +40,7 @@ def house_style() -> Iterator[None]:
     """Figures that are drawn inside are the same on every machine, whatever its matplotlibrc says."""
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
+        matplotlib.rcParams["axes.formatter.useoffset"] = False
         yield
 
 
@@ -107,6 +110,12 @@ def legend(axes: Axes, columns: int = 1) -> None:
         handlelength=1.5, columnspacing=1.2, borderpad=0.0, borderaxespad=0.0, labelspacing=0.3,
         bbox_to_anchor=(0.5, 0.0), bbox_transform=axes.transAxes + drop,
     )  # fmt: skip
+
+
+def from_zero(axes: Axes) -> None:
+    """The vertical axis from zero to above the highest point, with room for its marker."""
+    top = float(axes.dataLim.y1)
+    axes.set_ylim(0.0, ROOM * top if top > 0.0 else None)
 
 
 def logarithmic(axis: Axis, low: float, high: float) -> None:

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from twindisc_cli.figures.style import BLUE, GREEN, ORANGE, RED, legend, measured_points, name_axes, page, said
+from twindisc_cli.figures.style import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    RED,
+    from_zero,
+    legend,
+    measured_points,
+    name_axes,
+    page,
+    said,
+)
 from twindisc_cli.model.experiment import Experiment, Floats
 
 ZERO_CELSIUS = 273.15
@@ -43,8 +54,11 @@ def temperatures(
     third.plot(time, hottest, color=RED, drawstyle="steps-pre", label="hottest point")
     third.plot(time, mean, color=ORANGE, drawstyle="steps-pre", label="mean of the patch")
     name_axes(third, "time [s]", "rise above the disc [K]", "flash temperature of the contact")
-    second.set_ylim(0.0, None)
-    third.set_ylim(0.0, None)
+    from_zero(second)
+    from_zero(third)
+    low, high = first.get_ylim()
+    if high - low < 1.0:
+        first.set_ylim(0.5 * (low + high) - 0.5, 0.5 * (low + high) + 0.5)
     for axes in (first, second, third):
         axes.set_xlim(0.0, 1.01 * float(time[-1]))
     legend(first, 4)

@@ -20,6 +20,7 @@ from twindisc_cli.figures.style import (
     SMALL,
     dress,
     family,
+    from_zero,
     legend,
     logarithmic,
     name_axes,
@@ -67,7 +68,7 @@ def worn(history: WearHistory, *, name: str, provenance: str, measured: tuple[np
     name_axes(pressure, TIME, "$p_0$ [MPa]", "peak pressure")
     for axes in (depth, size, pressure):
         axes.set_xlim(0.0, float(history.time[-1]))
-        axes.set_ylim(0.0, None)
+        from_zero(axes)
     return figure
 
 
