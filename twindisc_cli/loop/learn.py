@@ -260,6 +260,8 @@ def responses(fitted: Fit) -> list[Response]:
             continue
         typical = _typical(fitted, quantity)
         level = 0.01 if of.kind == "factor" else 0.03 * typical
+        if level == 0.0:
+            continue  # a channel that does not change has no size that a shift could have
         for covariate in _distinct(predictions, of.covariates):
             edges = _edges(fitted, predictions, covariate)
             if edges is not None:
