@@ -90,6 +90,8 @@ def _profiles(paths: Paths, own: Floats, scaled: Scaled) -> tuple[Floats, Floats
     widest = max((path.y for path in paths.paths), key=lambda strips: float(strips[-1]))
 
     def depth(path_y: Floats, rows: Floats) -> Floats:
+        if path_y is widest:
+            return rows
         return np.array([np.interp(widest, path_y, row, left=0.0, right=0.0) for row in rows])
 
     found = paths.at(lambda path: depth(path.y, path.depth), own)[0] * scaled.height[:, None]

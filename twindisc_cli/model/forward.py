@@ -128,7 +128,7 @@ class ForwardModel:
         known = {**catalogue(), **(trial or {})}
         acting = [(known[name], columns) for name, columns in self._all_effects(effects or {}, sets).items()]
         chain = _Chain(self, base.columns(sets), acting, sets, None if isinstance(marched, str) else marched)
-        state = chain.settled(chain.start())
+        state = chain.settled(chain._blank)
         if marched in ("each", "first") and chain.is_local:
             chain = replace(chain, own=chain.marched(state, slice(1 if marched == "first" else None)))
             state = chain.settled(state)
@@ -197,11 +197,11 @@ class _Chain:
             nominal_load=test.rig.normal_load,
             recorded_load=load,
             initial_temperature=test.thermal.initial_temperature if test.thermal else environment,
-            creepage=creepage,
+            creepage=np.broadcast_to(creepage, shape),
             normal_load=np.broadcast_to(load, shape),
             rolling_speed=np.broadcast_to(test.rig.rolling_speed * history.speed_factor[points.iteration], shape),
             lateral_creepage=np.broadcast_to(history.yaw[points.iteration], shape),
-            environment=np.full(shape, environment),
+            environment=np.broadcast_to(environment, shape),
             temperature=np.full(shape, test.thermal.initial_temperature if test.thermal else environment),
             energy=np.zeros(shape),
             wear_index=np.full(shape, 1e-30),
@@ -217,7 +217,7 @@ class _Chain:
 
     def run(self, before: State) -> State:
         """One pass through all stages but the sensors."""
-        fresh = self.start().replace(
+        fresh = self._blank.replace(
             temperature=before.temperature,
             energy=before.energy,
             wear_index=before.wear_index,
@@ -246,6 +246,7 @@ class _Chain:
 
     @cached_property
     def _blank(self) -> State:
+        """What every pass begins from."""
         return self.start()
 
     def _factors(self, index: Floats, of: slice = slice(None)) -> Floats:

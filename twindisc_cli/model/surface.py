@@ -69,7 +69,11 @@ def worn_surface(paths: Paths, state: State, section: Floats, stops: Stops) -> S
 
 def _on(grid: Floats, path: WearPath) -> Floats:
     """Depth of a path (node, grid), zero beyond its strips."""
-    return np.array([np.interp(grid, path.y, row, left=0.0, right=0.0) for row in path.depth])
+    position = (grid - path.y[0]) / (path.y[1] - path.y[0])
+    inside = (position >= 0.0) & (position <= len(path.y) - 1.0)
+    left = np.clip(position.astype(np.int64), 0, len(path.y) - 2)
+    part = position - left
+    return np.asarray(inside * ((1.0 - part) * path.depth[:, left] + part * path.depth[:, left + 1]))
 
 
 def _stretched(grid: Floats, depth: Floats, scale: Floats) -> Floats:
