@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
-from rigs import Floats, experiment, history, spread, traction_samples
+from rigs import Floats, Instruments, Plant, experiment, history, spread, traction_samples
 
 from twindisc_cli.loop.explain import Outcome, explain, problem_of, rises
 from twindisc_cli.loop.fit import Fit, refit
 from twindisc_cli.loop.thresholds import THRESHOLDS
-from twindisc_cli.model.experiment import Experiment, Measured
+from twindisc_cli.model.experiment import Experiment, Measured, ProfilePlace, ProfileSamples
 from twindisc_cli.model.forward import ForwardModel
 
 COURSE = history((0.001, 0.0015, 0.002, 0.0012, 0.02, 0.04), 2)
@@ -66,6 +67,30 @@ def test_nothing_is_found_beside_a_declared_effect_that_is_all_there_is(name: st
         first, last = (found.judged.error("traction", kind, held_out=held_out) for kind in (before, after))
         assert last <= first * (1.0 + 1e-9)
     assert found.judged.error("traction", "after", held_out=False) == pytest.approx(SIGMA, rel=0.3)
+
+
+# ------------------------------------------------------------------------------------------------ levelled profiles
+
+
+def test_profiles_are_levelled_each_for_itself() -> None:
+    """Stops that are off by their own standard errors, one up, one down, are nothing that has to be explained."""
+    plant, rng = Plant(history((0.005, 0.01, 0.02, 0.04), 3)), np.random.default_rng(5)
+    record = Instruments(each=4, profile=0.1e-6).record(plant, rng)
+    y, stops = np.linspace(-2.2e-3, 2.2e-3, 221), np.repeat([4, 8, 12], 221)
+    height = np.concatenate([plant.height(y, float(plant.history.end_time[stop - 1])) for stop in (4, 8, 12)])
+    height = height + 0.1e-6 * rng.standard_normal(len(height))
+    profile = ProfileSamples(np.tile(y, 3), height, np.full(len(stops), 2), stops)
+    step = np.repeat([2.0, -2.0, 1.0], 221)
+    place = ProfilePlace(slope=1e-5, offset=5e-8, centre=1e-6)
+    shifted = replace(profile, height=height + place.offset * step)
+    tests = [
+        replace(record, measured=replace(record.measured, profile=samples, profile_place=place))
+        for samples in (profile, shifted)
+    ]
+    as_it_is, off = (refit(problem_of([test])) for test in tests)
+    apart = refit(problem_of([replace(tests[1], measured=replace(tests[1].measured, profile_place=None))]))
+    assert off.chi2 - as_it_is.chi2 < 2.0 * (4.0 + 4.0 + 1.0)
+    assert apart.chi2 - as_it_is.chi2 > 100.0
 
 
 # ------------------------------------------------------------------------------------------------ errors that rise

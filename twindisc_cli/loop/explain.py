@@ -174,9 +174,13 @@ def _first_honest(
 
 
 def _raised_elsewhere(judged: Judged, test: Experiment) -> list[str]:
-    """Channels of a test that was not fitted in which the revised model is worse than the base."""
+    """Channels of a test that was not fitted in which the revised model is worse than the base, and than the noise.
+
+    Level and form of a channel that is foretold within its noise hang on chance.
+    """
     first, last = foretell(test, judged.before), foretell(test, judged.after)
-    return [c for c in first.case.noise if rises(first.misses(c), last.misses(c))]
+    open_ = [c for c, noise in first.case.noise.items() if last.error(c) > THRESHOLDS.at_noise * noise.std]
+    return [c for c in open_ if rises(first.misses(c), last.misses(c))]
 
 
 def judge(member: Explanation, before: Fit, seen_before: Fit, masks: Sequence[Mapping[str, Mask]]) -> Judged:

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Effect
@@ -305,7 +306,8 @@ class Problem:
         nearby = self.followed(theta)
         plain = nearby.white(nearby.predict(theta[None]))[0]
         off = nearby._off_effects(theta)
-        rows = [*off.values(), *nearby._off_creepage(theta), *nearby._off_rig(theta)]
+        sensors = nearby._off_sensors(theta, plain)
+        rows = [*off.values(), *sensors, *nearby._off_creepage(theta), *nearby._off_rig(theta)]
         columns = np.nan_to_num(np.array(rows) - plain).T
         imitated = span @ (span.T @ columns)
         # mu is meant over the load as set, whatever the load was
@@ -317,22 +319,48 @@ class Problem:
 
         They come on top of what a test declares: the tolerance of a declared effect is relative to it.
         """
-        found = {}
-        zeros = {known for case in self.cases for known in known_sensors(case.test)}
-        for name, key, size in (*THRESHOLDS.tolerated_effects, *sorted(zeros)):
-            if name in self.terms:
-                continue
-            predictions = [
-                case.model.predict(
-                    self.base_of(i, theta[None]),
-                    {**self.terms_of(theta), name: _slightly(case.test, name, key, size)},
-                    self.trial,
-                    marched=self._tracks[i],
-                )
-                for i, case in enumerate(self.cases)
-            ]
-            found[f"{name}.{key}"] = self.white(predictions)[0]
-        return found
+        return {
+            f"{name}.{key}": self._with_slight(theta, name, key, size)
+            for name, key, size in THRESHOLDS.tolerated_effects
+            if name not in self.terms
+        }
+
+    def _off_sensors(self, theta: Floats, plain: Floats) -> list[Floats]:
+        """White predictions (sample,) with one record after the other off by how well its zero and place are known."""
+        rows = []
+        for number, case in enumerate(self.cases):
+            for name, key, size in known_sensors(case.test):
+                if name not in self.terms:
+                    row = self._with_slight(theta, name, key, size)
+                    rows += [np.where(own, row, plain) for own in self._records(number, catalogue()[name].channel)]
+        return rows
+
+    def _with_slight(self, theta: Floats, name: str, key: str, size: float) -> Floats:
+        """White prediction (sample,) with a small size of an effect."""
+        predictions = [
+            case.model.predict(
+                self.base_of(i, theta[None]),
+                {**self.terms_of(theta), name: _slightly(case.test, name, key, size)},
+                self.trial,
+                marched=self._tracks[i],
+            )
+            for i, case in enumerate(self.cases)
+        ]
+        return np.asarray(self.white(predictions)[0])
+
+    def _records(self, number: int, channel: str) -> list[NDArray[np.bool_]]:
+        """Which white samples are of each record of a channel of a test (sample,): its profiles, or the whole of it."""
+        places = [
+            np.full(int(self.cases[i].noise[c].kept.sum()), (i, c) == (number, channel), dtype=np.int64)
+            for i, c in self.parts
+        ]
+        if channel == "profile" and (number, channel) in self.parts:
+            noise = self.cases[number].noise[channel]
+            places[self.parts.index((number, channel))] = (
+                1 + np.unique(noise.series[noise.order], return_inverse=True)[1]
+            )
+        place = np.concatenate(places)
+        return [place == record for record in range(1, int(place.max()) + 1)]
 
     def _off_creepage(self, theta: Floats) -> Floats:
         """White predictions (step, sample) with the creepage of one step after the other off by its tolerance."""

@@ -49,6 +49,7 @@ class Thresholds:
     covariates          covariates named for a leftover.
     rise, rise_at_most  growth of an error that counts where it is significant, and that counts in any case [1].
     rise_errors         standard errors at which a growth of an error is significant.
+    at_noise            error over the noise up to which a test that is only predicted counts as foretold [1].
     judged_blocks, fewest_judged  blocks of neighbours this is taken from, and samples below which nothing is judged.
     repeats             scatter of mu, K and the convection from a test to its repeat, in their logarithms: a test that
                         is only predicted speaks of the shape, not of the level.
@@ -106,6 +107,7 @@ class Thresholds:
     rise: float = 0.01
     rise_at_most: float = 0.2
     rise_errors: float = 2.5
+    at_noise: float = 1.15
     judged_blocks: int = 12
     fewest_judged: int = 6
     repeats: float = 0.03
