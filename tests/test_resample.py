@@ -6,11 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from rigs import Floats, experiment, history, spread, traction_samples
+from rigs import Floats, autoregressive, experiment, history, spread, traction_samples
 
 from twindisc_cli.loop.fit import fit, precision
+from twindisc_cli.loop.intervals import _estimate
 from twindisc_cli.loop.problem import Problem, case_of
-from twindisc_cli.loop.resample import blocks, softened, unseen, weights
+from twindisc_cli.loop.resample import blocks, scatter, softened, unseen, weights
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.model.experiment import Measured, Options
 
@@ -112,3 +113,22 @@ def test_what_only_held_out_samples_say_is_not_chosen_without_them() -> None:
     assert members[1].evidence > members[0].evidence
     assert unseen(members, 0.0 * TIME) == 1
     assert unseen(members, late.astype(float)) == 0
+
+
+def test_intervals_hold_where_what_is_missed_is_alike_over_blocks() -> None:
+    """Slow errors that the noise told knows nothing of: a level is fixed by as many blocks, not by as many samples."""
+    held, alone = [], []
+    for seed in range(40):
+        slow = 3.0 * SIGMA * autoregressive(np.random.default_rng(100 + seed), len(TIME), 0.8)
+        found = fit(problem_of(slow, seed).with_terms("torque_offset"))
+        interval = _estimate(found, 0)
+        held.append(interval.low <= 0.0 <= interval.high)
+        even = np.sqrt(found.chi2 / len(TIME) * found.covariance[0, 0])
+        alone.append(abs(found.theta[0]) < 1.645 * even)
+    assert np.mean(held) > np.mean(alone) + 0.2
+
+
+def test_the_scatter_of_white_noise_is_that_of_its_samples() -> None:
+    found = [fit(problem_of(0.0 * TIME, seed).with_terms("torque_offset", "sensor_drift")) for seed in range(30)]
+    ratio = np.array([scatter(one)[0] / np.sqrt(np.diag(one.covariance)) for one in found])
+    assert np.mean(ratio, axis=0) == pytest.approx(1.0, abs=0.12)

@@ -1,6 +1,7 @@
 """90 % intervals of what the closed loop fits.
 
-Parameters of effects and laws: where chi2, minimised over all others, has grown by 2.706 of its mean.
+Parameters of effects and laws: where chi2, minimised over all others, has grown by 2.706 of its mean, or of what
+makes blocks of neighbours scatter where that is more.
 Base parameters: a mixture of normals of their inner numbers, one for every explanation within reach,
 
     sum over i of share_i N(theta_i, C_i + S S'),   S = C J' D
@@ -21,12 +22,15 @@ from scipy.special import ndtri
 from twindisc_cli.loop.diagnosis import Estimate
 from twindisc_cli.loop.explain import Outcome
 from twindisc_cli.loop.fit import Fit
+from twindisc_cli.loop.resample import scatter
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.model.experiment import Floats
 
 INTERVAL = 2.706
 """Growth of chi2 at the ends of a 90 % interval."""
 LEVELS = (0.05, 0.95)
+SURE = 2.0
+"""Its own standard errors by which a scatter of blocks must be larger than that of samples to count."""
 QUANTITY = {"mu": "mu", "K": "wear", "convection_W_K": "convection"}
 """What a law changes that says what a base parameter means."""
 TINY = 1e-300
@@ -65,7 +69,7 @@ def _spread(found: Outcome, name: str, case: int | None) -> Floats:
             continue
         fitted = member.fit
         own = _number(fitted, name, case)
-        variance = fitted.covariance[own, own] * _wide(fitted) ** 2 + np.sum(systematic[number] ** 2)
+        variance = fitted.covariance[own, own] * _wide(fitted)[own] ** 2 + np.sum(systematic[number] ** 2)
         shift = fitted.theta[own] - answer.theta[number]
         draws.append(shift + np.sqrt(variance) * NORMAL)
         weights.append(np.full(len(NORMAL), max(share, TINY)))
@@ -89,14 +93,20 @@ def _imitated(fitted: Fit) -> Floats:
     return np.zeros((len(fitted.residual), 1)) if nuisance is None else nuisance.imitated
 
 
-def _wide(fitted: Fit) -> float:
-    """By how much what is left widens an interval: the root of its mean square, at least one."""
-    return float(np.sqrt(max(fitted.chi2 / max(len(fitted.residual) - len(fitted.theta), 1), 1.0)))
+def _wide(fitted: Fit) -> Floats:
+    """By how much what is left widens the interval of each parameter (parameter,).
+
+    The root of its mean square, at least one; more where blocks of neighbours scatter beyond chance.
+    """
+    even = np.sqrt(max(fitted.chi2 / max(len(fitted.residual) - len(fitted.theta), 1), 1.0))
+    std, error = scatter(fitted)
+    ratio = std / np.sqrt(np.diag(fitted.covariance))
+    return np.asarray(np.where(ratio > even * (1.0 + SURE * error), ratio, even))
 
 
 def _estimate(fitted: Fit, number: int) -> Estimate:
     """Value, standard deviation and interval of a parameter by its profile likelihood, widened by what remains."""
-    parameter, wide = fitted.problem.parameters[number], _wide(fitted)
+    parameter, wide = fitted.problem.parameters[number], float(_wide(fitted)[number])
     value, std = fitted.value(parameter)
     low, high = (_end(fitted, number, side, wide) for side in (-1.0, 1.0))
     return Estimate(value, std * wide, low, high, parameter.unit)

@@ -67,7 +67,14 @@ def _drawn(fitted: Fit, block: Ints, generator: np.random.Generator, draws: int)
 
 def _evidence(explanation: Explanation, block: Ints, drawn: Floats) -> Floats:
     """Evidence of an explanation in every draw (draw,)."""
-    fitted, count = explanation.fit, drawn.shape[1]
+    fitted = explanation.fit
+    chi2, _ = _drawn_again(fitted, block, drawn)
+    return np.asarray(explanation.evidence + 0.5 * (fitted.chi2 - chi2))
+
+
+def _drawn_again(fitted: Fit, block: Ints, drawn: Floats) -> tuple[Floats, Floats]:
+    """chi2 in every draw (draw,), and how far its parameters are from those of the fit (draw, parameter)."""
+    count = drawn.shape[1]
     J, r, k = fitted.jacobian, fitted.residual, len(fitted.theta)
     # Blocks' own sums; a draw is a weighted sum of them.
     order = np.argsort(block, kind="stable")
@@ -79,8 +86,20 @@ def _evidence(explanation: Explanation, block: Ints, drawn: Floats) -> Floats:
     both = (drawn @ A).reshape(len(drawn), k, k) + np.diag(prior)
     pull = drawn @ g
     step = np.linalg.solve(both, pull[..., None])[..., 0]
-    chi2 = drawn @ s - np.sum(pull * step, axis=1)
-    return np.asarray(explanation.evidence + 0.5 * (fitted.chi2 - chi2))
+    return np.asarray(drawn @ s - np.sum(pull * step, axis=1)), np.asarray(step)
+
+
+def scatter(fitted: Fit, draws: int = THRESHOLDS.draws) -> tuple[Floats, Floats]:
+    """Standard deviation of the parameters over the draws (parameter,), and its own relative error by chance.
+
+    What a formula misses is alike over a whole block, so that blocks scatter more than their samples do.
+    """
+    block = blocks(fitted)
+    drawn = _drawn(fitted, block, np.random.default_rng(SEED), draws)
+    _, step = _drawn_again(fitted, block, drawn)
+    leverage = np.add.reduceat(fitted.jacobian**2, np.searchsorted(block, np.arange(drawn.shape[1])), axis=0)
+    seen = np.sum(leverage, axis=0) ** 2 / np.maximum(np.sum(leverage**2, axis=0), 1e-300)
+    return np.std(step, axis=0), np.asarray(1.0 / np.sqrt(2.0 * np.maximum(seen, 1.0)))
 
 
 def unseen(explanations: Sequence[Explanation], held_out: Floats) -> int:
