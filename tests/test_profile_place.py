@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from definitions import VALID, write
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from twindisc_cli.definition import Test, load
 from twindisc_cli.errors import MeasurementError
 from twindisc_cli.loop.problem import known_sensors
-from twindisc_cli.measurement.profile import placed
+from twindisc_cli.measurement.profile import hardly_worn, placed
 
 DEPTH, HALF = 6.0, 0.9
 """Depth [um] and half-width [mm] of a parabolic track."""
@@ -82,6 +82,28 @@ def test_any_line_and_place_come_off(centre: float, slope: float, offset: float,
     assert found.slope * 1e3 == pytest.approx(slope, abs=0.02)
     assert found.centre * 1e3 == pytest.approx(centre, abs=0.02)
     assert found.height.min() * 1e6 == pytest.approx(-DEPTH, rel=0.02)
+
+
+@given(
+    count=st.integers(8, 300),
+    centre=st.floats(-1.2, 1.2),
+    half=st.floats(0.05, 1.5),
+    depth=st.floats(-2.0, 1.0),
+    noise=st.floats(-3.0, 0.0),
+    seed=st.integers(0, 99),
+)
+@example(count=81, centre=0.48, half=0.55, depth=-0.8, noise=-1.9, seed=77)
+@settings(max_examples=150, deadline=None)
+def test_whatever_is_worn_wherever_is_put_in_place_or_left(
+    count: int, centre: float, half: float, depth: float, noise: float, seed: int
+) -> None:
+    """Depth and noise as powers of ten [um]."""
+    y = np.linspace(-1.0, 1.0, count)
+    worn = -(10.0**depth) * np.clip(1.0 - ((y - centre) / half) ** 2, 0.0, None)
+    height = worn + 10.0**noise * np.random.default_rng(seed).standard_normal(count)
+    one = placed(y * 1e-3, height * 1e-6)
+    for found in (one, hardly_worn(y * 1e-3, height * 1e-6, [one] if one else [], 1e-4)):
+        assert found is None or (np.isfinite(found.height).all() and found.slope_std >= 0.0)
 
 
 def test_several_traces_are_averaged(tmp_path: Path) -> None:

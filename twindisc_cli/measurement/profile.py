@@ -73,6 +73,8 @@ def placed(y: Floats, height: Floats) -> Placed | None:
             return None
         flank = _beside(y, zone)
     assert zone is not None  # the passes are more than none
+    if _one_sided(y, flank):
+        return None
     inside = (y >= zone[0]) & (y <= zone[1])
     missing, weight = -left[inside], _widths(y)[inside]
     area = float(np.sum(missing * weight))
@@ -167,10 +169,16 @@ def _smoothed(y: Floats, left: Floats, flank: Bools) -> tuple[Floats, float]:
     width = max(1, len(y) // 60)
     smooth = np.convolve(np.pad(left, width // 2, mode="edge"), np.full(width, 1.0 / width), mode="valid")[: len(y)]
     sides = [flank & (y < np.mean(y)), flank & (y > np.mean(y))]
-    rough = np.concatenate([left[side] - np.polyval(np.polyfit(y[side], left[side], 2), y[side]) for side in sides])
+    rough = np.concatenate([_beyond_a_bend(y[side], left[side]) for side in sides])
     off = np.abs(left[flank] - np.median(left[flank]))
     spread = 1.4826 * float(np.median(off)) * np.sqrt(_alike(rough) / width)
     return smooth, -max(_SPREADS * spread, 0.01 * abs(float(smooth.min())))
+
+
+def _beyond_a_bend(y: Floats, height: Floats) -> Floats:
+    """What a parabola leaves of a stretch."""
+    at = (y - np.mean(y)) / np.ptp(y)
+    return np.asarray(height - np.polyval(np.polyfit(at, height, 2), at))
 
 
 def _widths(y: Floats) -> Floats:
