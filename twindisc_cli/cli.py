@@ -10,6 +10,7 @@ import sys
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from math import isnan
 from pathlib import Path
 from types import FrameType
 from typing import Annotated, Any, cast
@@ -117,6 +118,13 @@ def _run(command: str, test: Path, output: Output, **options: float | None) -> i
     return _runner.run_command(command, test, output, **given)
 
 
+def _number(value: float | None) -> float | None:
+    """A value that is a number: bounds alone let `nan` pass."""
+    if value is not None and isnan(value):
+        raise typer.BadParameter("expected a number, not nan")
+    return value
+
+
 def _version(wanted: bool) -> None:
     if wanted:
         terminal.say([f"twindisc {__version__}"])
@@ -171,10 +179,13 @@ def contact(
     ] = None,
     creepage: Annotated[
         float | None,
-        typer.Option("--creepage", metavar="PERCENT", min=-200, max=200, help="An illustrative creepage."),
+        typer.Option(
+            "--creepage", metavar="PERCENT", min=-200, max=200, callback=_number, help="An illustrative creepage."
+        ),
     ] = None,
     mu: Annotated[
-        float | None, typer.Option("--mu", metavar="MU", min=1e-4, max=100, help="An illustrative mu.")
+        float | None,
+        typer.Option("--mu", metavar="MU", min=1e-4, max=100, callback=_number, help="An illustrative mu."),
     ] = None,
 ) -> int:
     """Pressure, traction and slip over the patch: exact theory beside FASTSIM."""
@@ -221,7 +232,8 @@ def campaign(
         int | None, typer.Option("--workers", metavar="N", min=1, help="Processes. [default: all cores]")
     ] = None,
     limit: Annotated[
-        float, typer.Option("--limit", metavar="SECONDS", min=0.1, help="Stop a test that takes longer.")
+        float,
+        typer.Option("--limit", metavar="SECONDS", min=0.1, callback=_number, help="Stop a test that takes longer."),
     ] = 900.0,
     scheduler: Annotated[
         str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Use a Dask cluster: tcp://host:8786.")
