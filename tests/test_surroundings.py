@@ -411,7 +411,7 @@ STREAMS = {
     "no place for temporary files": (f"TMPDIR=/nowhere HOME=/nowhere {SMALL}", 0),
     "a backend that is none": (f"MPLBACKEND=none {SMALL}", 0),
     "a style of the user's": (f"MATPLOTLIBRC=$PWD/matplotlibrc {SMALL}", 0),
-    "warnings are errors": (f"PYTHONWARNINGS=error,ignore::DeprecationWarning:typer {SMALL}", 0),
+    "warnings are errors": (f"PYTHONWARNINGS=error,ignore::DeprecationWarning {SMALL}", 0),
     "threads that are no number": (f"OMP_NUM_THREADS=many {SMALL}", 0),
     "a terminal one letter wide": (f"COLUMNS=1 LINES=1 TERM=dumb {SMALL}", 0),
     "no rights for the files made": (f"umask 777; {SMALL}", 0),
