@@ -16,6 +16,8 @@ so that an interval holds what the data say, whichever explanation is true, and 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.special import ndtri
 
@@ -46,30 +48,34 @@ def base_parameters(found: Outcome) -> dict[str, Estimate]:
     """Base parameters of the revised model by name; where several tests have one each, with the test's name."""
     after = found.judged.after
     cases = after.problem.cases
+    wide = [_wide(member.fit) for member in found.members]
     told: dict[str, Estimate] = {}
     for number, p in enumerate(after.problem.parameters):
         own = len(cases) > 1 and p.case is not None
         name = f"{p.name} ({cases[p.case].test.name})" if own and p.case is not None else p.name
-        inner = after.theta[number] + _spread(found, p.name, p.case)
+        inner = after.theta[number] + _spread(found, wide, p.name, p.case)
         low, value, high = (float(p.outer(v)) for v in (inner[0], after.theta[number], inner[1]))
         told[name] = Estimate(value, (high - low) / (2.0 * np.sqrt(INTERVAL)), low, high, p.unit)
     return told
 
 
-def _spread(found: Outcome, name: str, case: int | None) -> Floats:
-    """Ends (2,) of the interval of an inner base parameter, from the value that the answer gives it."""
+def _spread(found: Outcome, wide: Sequence[Floats], name: str, case: int | None) -> Floats:
+    """Ends (2,) of the interval of an inner base parameter, from the value that the answer gives it.
+
+    wide: by how much what is left widens the intervals of each member.
+    """
     answer = found.answer.fit
     number = _number(answer, name, case)
     systematic = answer.covariance @ (answer.jacobian.T @ _imitated(answer))
     only = np.array([float(member.labels == found.answer.labels) for member in found.members])
     shares = found.shares if np.isfinite(found.shares).all() else only
     draws, weights = [], []
-    for member, share in zip(found.members, shares, strict=True):
+    for member, share, wider in zip(found.members, shares, wide, strict=True):
         if _laws_of(member, name) != _laws_of(found.answer, name):
             continue
         fitted = member.fit
         own = _number(fitted, name, case)
-        variance = fitted.covariance[own, own] * _wide(fitted)[own] ** 2 + np.sum(systematic[number] ** 2)
+        variance = fitted.covariance[own, own] * wider[own] ** 2 + np.sum(systematic[number] ** 2)
         shift = fitted.theta[own] - answer.theta[number]
         draws.append(shift + np.sqrt(variance) * NORMAL)
         weights.append(np.full(len(NORMAL), max(share, TINY)))
