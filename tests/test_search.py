@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from rigs import SPEED, Floats, Instruments, Plant, experiment, history, spread, traction_samples
+from rigs import LOAD, ROOM, SPEED, Floats, Instruments, Plant, experiment, history, spread, traction_samples
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.trial import formula
@@ -18,7 +18,7 @@ from twindisc_cli.loop.problem import Case, Problem, case_of
 from twindisc_cli.loop.screen import leftover
 from twindisc_cli.loop.search import Explanation, Search, chosen, extended, ranked, search
 from twindisc_cli.loop.thresholds import THRESHOLDS
-from twindisc_cli.model.experiment import Measured
+from twindisc_cli.model.experiment import Measured, Thermal
 
 COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 2)
 TIME = spread(COURSE, 6)
@@ -274,3 +274,39 @@ def test_what_is_left_is_as_long_as_the_residual() -> None:
     there = at(problem, np.array([p.inner(steep[p.name]) for p in problem.parameters]))
     assert there.chi2 > 5.0 * len(TIME)
     assert leftover(there, "traction").length > 0.5 * np.sqrt(there.chi2)
+
+
+# ------------------------------------------------------------------------------------------------ which temperature
+
+
+def over_temperature(capacity: float) -> dict[Label, Explanation]:
+    """What one more term explains where mu falls by 1 % a kelvin of a disc of this heat capacity [J/K]."""
+    convection, step = 8.0, 0.25
+    course = history((0.02, 0.04, 0.025, 0.06, 0.03, 0.05), 2)
+    time = spread(course, 6)
+    rise, ratio = [0.0], []
+    for t in np.arange(step, course.end_time[-1] + step, step):
+        sliding = course.creepage[min(np.searchsorted(course.end_time, t), len(course.step) - 1)] * SPEED
+        ratio.append(0.6 * np.exp(-0.01 * rise[-1]))
+        level = ratio[-1] * LOAD * sliding / convection
+        rise.append(level + (rise[-1] - level) * np.exp(-convection * step / capacity))
+    noisy = np.interp(time, step * np.arange(1, len(ratio) + 1), ratio)
+    noisy = noisy + 0.003 * np.random.default_rng(4).standard_normal(len(time))
+    measured = Measured(traction=traction_samples(course, time, noisy))
+    case = case_of(experiment(course, thermal=Thermal(ROOM, capacity, ROOM, convection), measured=measured))
+    fitted = fit(Problem([case], ("traction",)))
+    return {next(iter(e.labels)): e for e in extended(Explanation(fitted, {}, fitted.chi2))}
+
+
+DISC, FLASH = ("temperature_dependent_friction",), ("mu", "flash_temperature")
+
+
+def test_disc_and_flash_stand_together_where_the_disc_follows_at_once() -> None:
+    found = over_temperature(capacity=0.5)
+    assert (found[DISC].evidence - found[FLASH].evidence) / found[DISC].heat < THRESHOLDS.within
+
+
+def test_a_disc_that_lags_is_told_from_the_flash() -> None:
+    found = over_temperature(capacity=800.0)
+    assert found[DISC].evidence == max(e.evidence for e in found.values())
+    assert (found[DISC].evidence - found[FLASH].evidence) / found[DISC].heat > 3.0 * THRESHOLDS.within

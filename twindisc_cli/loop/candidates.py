@@ -9,7 +9,8 @@ import numpy as np
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Effect
-from twindisc_cli.laws.trial import Trial
+from twindisc_cli.laws.quantities import QUANTITIES
+from twindisc_cli.laws.trial import Trial, formula
 from twindisc_cli.loop.channels.mass import weighed_stops
 from twindisc_cli.loop.channels.profile import recorded_stops
 from twindisc_cli.loop.fit import Fit
@@ -73,6 +74,26 @@ def laws(fitted: Fit, known: Sequence[Response] | None = None) -> list[Proposal]
             start = np.array([p.inner(p.start) for p in parameters_of(name, trial)])
             found.append(Proposal(name, trial, [start], promise, price, pair))
     return found
+
+
+def warmed(effect: Effect) -> str | None:
+    """The quantity, mu or wear, that an effect or a law changes with the disc's temperature; None of any other."""
+    if isinstance(effect, Trial):
+        return effect.quantity if effect.covariate == "temperature" and effect.quantity in ("mu", "wear") else None
+    return {"friction": "mu", "wear": "wear"}.get(effect.stage) if effect.needs_temperature else None
+
+
+def flash_law(fitted: Fit, quantity: str) -> Proposal | None:
+    """A quantity on a line over the flash temperature, beside a fit; None where that is not known or never changes."""
+    flash = np.concatenate([np.ravel(p.state.flash) for p in fitted.problem.predict(fitted.theta[None])])
+    span = float(flash.min()), float(flash.max())
+    if not span[1] > span[0]:
+        return None
+    start = {QUANTITIES[quantity].size_key: 0.0, "begin_K": span[0], "end_K": span[1]}
+    trial = formula(quantity, "flash_temperature", "linear", start, span, 1.0)
+    name = f"{quantity}_over_flash_temperature"
+    inner = np.array([p.inner(p.start) for p in parameters_of(name, trial)])
+    return Proposal(name, trial, [inner], 0.0, float(np.log(THRESHOLDS.formulas)))
 
 
 def searched(problem: Problem) -> list[str]:

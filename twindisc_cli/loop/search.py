@@ -18,7 +18,7 @@ import numpy as np
 
 from twindisc_cli.effects._effect import Effect
 from twindisc_cli.laws.trial import Trial
-from twindisc_cli.loop.candidates import Proposal, effects, proposals
+from twindisc_cli.loop.candidates import Proposal, effects, flash_law, proposals, warmed
 from twindisc_cli.loop.fit import MOST_STEPS, Fit, carried, fit, refit
 from twindisc_cli.loop.learn import Pair, Response, responses
 from twindisc_cli.loop.problem import Problem
@@ -154,7 +154,24 @@ def extended(
         count[proposal.is_law] += 1
         found.append(_with(explanation, proposal))
         best = max(best, found[-1].here - explanation.here)
-    return sorted(found, key=lambda e: -e.evidence)
+    return sorted([*found, *(_flashes(explanation, found) if laws else [])], key=lambda e: -e.evidence)
+
+
+def _flashes(explanation: Explanation, found: Sequence[Explanation]) -> list[Explanation]:
+    """Beside each term over the disc's temperature that is within reach, the same over the flash temperature.
+
+    Which of the two counts shows in how the disc lags behind the contact; where it does not, both stand in the set.
+    """
+    best = max((e.evidence for e in found), default=0.0)
+    quantities = {
+        quantity
+        for e in found
+        if (best - e.evidence) / e.heat < THRESHOLDS.within
+        and (quantity := warmed(e.effect(e.terms[-1]))) is not None
+        and f"{quantity}_over_flash_temperature" not in e.terms
+    }
+    proposed = [flash_law(explanation.fit, quantity) for quantity in sorted(quantities)]
+    return [_with(explanation, proposal) for proposal in proposed if proposal is not None]
 
 
 def _with(explanation: Explanation, proposal: Proposal) -> Explanation:
