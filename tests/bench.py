@@ -418,7 +418,7 @@ def rolled(n: int, **given: Any) -> Any:
 
     x, y = A * centres(n), B * centres(n)
     pressure = P0 * np.sqrt(np.maximum(0.0, 1.0 - (x / A) ** 2 - (y[:, None] / B) ** 2))
-    return rolling.solve(x=x, y=y, pressure=pressure, mu=MU, shear_modulus=G, poisson=NU, **given)
+    return rolling.solve(x=x, y=y, pressure=pressure, **{"mu": MU, "shear_modulus": G, "poisson": NU, **given})
 
 
 def exact_traction() -> Iterator[Row]:
@@ -434,6 +434,21 @@ def exact_traction() -> Iterator[Row]:
         yield Row(f"{name} against the exact theory, largest", f"{np.abs(mu * law.saturation(xi) - ratio).max():.3f}")
     one = [f"{MU * law.saturation(linear * 0.002 / (MU * LOAD)):.4f}" for law in (fastrip, fastsim)]
     yield Row("FaStrip, FASTSIM at mu = 0.6, 0.2 % (exact 0.3251)", ", ".join(one), "0.3286, 0.3160")
+
+
+def friction_by_local_slip() -> Iterator[Row]:
+    """The law of the catalogue takes mu from the rigid slip; the solver can take it from the slip at each place."""
+    for ratio, decay in ((0.6, 2.0), (0.3, 5.0), (0.3, 10.0)):
+
+        def law(slip: Any, ratio: float = ratio, decay: float = decay) -> Any:
+            return MU * (ratio + (1.0 - ratio) * np.exp(-decay * SPEED * slip))
+
+        off = []
+        for creepage in (0.001, 0.002, 0.003, 0.004, 0.005, 0.007, 0.01, 0.02, 0.05):
+            local = rolled(40, creepage_x=creepage, mu=law).force_x
+            off.append((rolled(40, creepage_x=creepage, mu=float(law(creepage))).force_x - local) / (MU * LOAD))
+        what = f"falling_friction, ratio {ratio:g}, {decay:g} s/m: by rigid less by local slip"
+        yield Row(what, f"{100.0 * min(off):.2f} to {100.0 * max(off):.2f} % of mu N")
 
 
 def exact_limit(reference: dict[float, float]) -> Iterator[Row]:
@@ -805,6 +820,7 @@ SECTIONS = {
     "local wear": local_wear,
     "worn peak pressure": worn_peak_pressure,
     "exact": exact_traction,
+    "friction by local slip": friction_by_local_slip,
     "combined": combined_creepages,
     "spin sampling": spin_sampling,
     "law with spin": law_with_spin,

@@ -326,6 +326,49 @@ def test_a_start_near_by_changes_nothing_but_the_way():
     assert again.force_x == pytest.approx(solve(x, y, pressure, creepage_x=0.0021).force_x, rel=1e-4)
 
 
+# --- friction that falls with the local slip --------------------------------------------------------------------------
+
+
+def falling(ratio, decay):
+    """Polach's mu over the slip relative to the rolling speed."""
+    return lambda slip: MU * (ratio + (1.0 - ratio) * np.exp(-decay * SPEED * slip))
+
+
+def test_a_law_of_the_local_slip_without_a_drop_is_one_mu():
+    x, y, pressure = hertz(30)
+    one, law = (solve(x, y, pressure, creepage_x=0.002, spin=4.0, mu=mu) for mu in (MU, falling(1.0, 2.0)))
+    np.testing.assert_allclose(law.traction, one.traction, atol=1e-9 * P0)
+
+
+@pytest.mark.parametrize(("creepage", "off"), [(0.02, 2e-3), (0.08, 7e-4)])
+def test_in_full_slip_the_local_slip_is_the_rigid_one(creepage, off):
+    """The strain that is added to it is odd along rolling: its mean under the pressure, and the first order, vanish."""
+    x, y, pressure = hertz(40)
+    law = falling(0.4, 2.0)
+    found = solve(x, y, pressure, creepage_x=creepage, mu=law)
+    assert law(creepage) < 0.85 * MU
+    assert found.force_x / (pressure.sum() * found.element_area) == pytest.approx(float(law(creepage)), rel=off)
+    local = found.bound[found.contact] / pressure[found.contact]
+    assert np.ptp(local) > 10.0 * off * MU
+
+
+@pytest.mark.parametrize(("ratio", "decay"), [(0.6, 2.0), (0.3, 10.0)])
+def test_where_it_slips_the_traction_is_that_of_the_local_slip(ratio, decay):
+    """Stick below mu at rest, t = mu(|s|) p s / |s| elsewhere."""
+    x, y, pressure = hertz(40)
+    law = falling(ratio, decay)
+    found = solve(x, y, pressure, creepage_x=0.002, creepage_y=0.0005, spin=3.0, mu=law)
+    strain = straining(shape=pressure.shape, aspect=(x[1] - x[0]) / (y[1] - y[0]), poisson=NU)
+    rigid = np.stack(np.broadcast_arrays(0.002 - 3.0 * y[:, None], 0.0005 + 3.0 * (x + (x[1] - x[0]) / 6.0)))
+    slip = rigid - strain(found.traction / G)
+    size = np.hypot(*slip)
+    wanted = law(size) * pressure * slip / np.where(size > 0.0, size, 1.0)
+    np.testing.assert_allclose(found.traction[:, found.slipping], wanted[:, found.slipping], atol=1e-3 * MU * P0)
+    sticks = found.contact & ~found.slipping
+    assert sticks.any() and (np.hypot(*found.traction)[sticks] <= MU * pressure[sticks] * (1.0 + 1e-6)).all()
+    assert size[sticks].max() < 1e-3 * size.max()
+
+
 def test_at_rest_nothing_is_transmitted():
     found = solve(*hertz(30))
     assert found.force_x == 0.0
@@ -352,3 +395,8 @@ def test_bad_input(spoil):
 def test_an_impossible_tolerance_is_an_error_and_no_number():
     with pytest.raises(NoConvergenceError):
         solve(*hertz(20), creepage_x=0.002, tolerance=1e-30)
+
+
+def test_friction_that_falls_too_steeply_is_an_error_and_no_number():
+    with pytest.raises(NoConvergenceError, match="steeply"):
+        solve(*hertz(40), creepage_x=0.002, creepage_y=0.0005, spin=3.0, mu=falling(0.05, 60.0))

@@ -7,7 +7,9 @@
     B    decay [s/m]
 
 Leaves behind, when it is missing: traction predicted too high at large creepage, too low at small.
-Valid for: dry and wet steel; not for full-film lubrication.
+Valid for: dry and wet steel; not for full-film lubrication. w is that of rigid discs. With the local slip at each place
+of the patch in its stead the exact theory transmits up to 0.4 % of mu_0 N less just before full slip, and 0.1 % more
+beyond (A = 0.6, B = 2 s/m); 1.6 % less with A = 0.3, B = 5 s/m, 2.5 % with 10 s/m.
 """
 
 from __future__ import annotations

@@ -15,17 +15,19 @@ which takes a backward difference, the x of an element is a sixth of its length 
 Method: Newton's steps in the tractions of the sticking elements and in the directions of the slipping ones, the sets
 updated after each; every step is solved by GMRES with the operator's inverse on an endless surface as preconditioner,
 weighted down where slip is fast against the bound; grids of half the fineness give the first guess. The result is
-first order in the size of the elements.
+first order in the size of the elements. A mu that falls with the local slip is put in again and again from the slip
+that it makes, beginning with that of rest.
 
 Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact (1990); E. A. H. Vollebregt, User guide for
-CONTACT (the same discretisation). Valid for: patches small against the bodies, steady rolling, one mu at each point.
+CONTACT (the same discretisation). Valid for: patches small against the bodies, steady rolling, one mu at each point,
+or one that falls with slip by no more than about G / p, beyond which slip is not unique.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,6 +37,8 @@ from twindisc_cli.physics.half_space.influence_tangential import strain_by_press
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+SlipLaw = Callable[[Floats], Floats]
+"""What the size of the local slip over the rolling speed (y, x) decides."""
 
 _COARSEST = 10  # elements along the shorter side of the first grid
 _MOST_STEPS = 60
@@ -133,7 +137,7 @@ def solve(
     x: Floats,
     y: Floats,
     pressure: Floats,
-    mu: ArrayLike,
+    mu: ArrayLike | SlipLaw,
     shear_modulus: float,
     poisson: float,
     creepage_x: float,
@@ -147,7 +151,8 @@ def solve(
 
     x, y            centres of the elements [m], uniform, ascending; the leading edge is at the largest x
     pressure        normal pressure [Pa], (y, x); zero outside the contact
-    mu              coefficient of friction [1], a number or (y, x)
+    mu              coefficient of friction [1], a number or (y, x); or what gives it for the size of the local slip
+                    over the rolling speed [1], (y, x) for (y, x)
     shear_modulus   combined G of Eq. 7 [Pa];     poisson  combined nu of Eq. 7
     creepage_x, creepage_y [1], spin [rad/m] about the origin of the grid
     stiffness_difference   K = G/4 [(1 - 2 nu_1)/G_1 - (1 - 2 nu_2)/G_2] of unequal bodies [1]
@@ -155,9 +160,7 @@ def solve(
     tolerance       on the slip condition, root mean square over the largest rigid slip
     """
     dx, dy = _spacing(x, pressure.shape[1]), _spacing(y, pressure.shape[0])
-    bound = np.asarray(mu, dtype=float) * pressure
-    if not (np.isfinite(bound).all() and (bound >= 0.0).all() and bound.any()):
-        raise ProfileError("the traction bound mu p must be finite, nowhere negative, and somewhere positive")
+    bound = _bound(mu(np.zeros_like(pressure)) if callable(mu) else mu, pressure)
     creepage = (creepage_x, creepage_y, spin)
     rigid = np.stack(np.broadcast_arrays(creepage_x - spin * y[:, None], creepage_y + spin * x))
     if stiffness_difference:
@@ -165,19 +168,58 @@ def solve(
     ahead = np.array([0.0, spin * SPIN_AHEAD * dx])[:, None, None]
     case = _Case(bound / shear_modulus, rigid + ahead, dx / dy, poisson)
     guess = _guess(case) if start is None else _onto_bound(case, start / shear_modulus)
-    tractions, slipping, residual = _newton(case, guess, tolerance)
-    if not residual < tolerance:
-        raise NoConvergenceError(f"steady rolling did not converge in {_MOST_STEPS} steps: residual {residual:.1e}")
+    solved = case, *_converged(case, guess, tolerance)
+    if callable(mu):
+        solved = _under_law(*solved, partial(_law_of_bound, mu, pressure, shear_modulus), tolerance)
+    case, tractions, slipping, residual = solved
     return Rolling(
         x=x,
         y=y,
-        bound=bound,
+        bound=case.bound * shear_modulus,
         traction=tractions * shear_modulus,
         slip=_centred_slip(replace(case, rigid=rigid), tractions),
         slipping=slipping,
         creepage=creepage,
         residual=residual,
     )
+
+
+def _bound(mu: ArrayLike, pressure: Floats) -> Floats:
+    """The traction bound mu p [Pa], (y, x)."""
+    bound = np.asarray(mu, dtype=float) * pressure
+    if not (np.isfinite(bound).all() and (bound >= 0.0).all() and bound.any()):
+        raise ProfileError("the traction bound mu p must be finite, nowhere negative, and somewhere positive")
+    return bound
+
+
+def _law_of_bound(mu: SlipLaw, pressure: Floats, shear_modulus: float, slip: Floats) -> Floats:
+    """The bound over G for the size of the local slip (y, x)."""
+    return _bound(mu(slip), pressure) / shear_modulus
+
+
+def _under_law(
+    case: _Case, tractions: Floats, slipping: Mask, residual: float, law: SlipLaw, tolerance: float
+) -> tuple[_Case, Floats, Mask, float]:
+    """The case whose bound is that of the slip it makes, its tractions over G, where they slip, and the residual.
+
+    First what is solved under the bound at rest; then again under the bound of its slip, until that changes no more.
+    """
+    for _ in range(_MOST_STEPS):
+        bound = law(np.hypot(*case.slip(tractions)) * slipping)
+        if np.abs(bound - case.bound).max() < tolerance * bound.max():
+            return case, tractions, slipping, residual
+        grown = np.where(slipping, bound / np.where(case.contact, case.bound, 1.0), 1.0)
+        case = replace(case, bound=bound)
+        tractions, slipping, residual = _converged(case, _onto_bound(case, tractions * grown), tolerance)
+    raise NoConvergenceError("friction falls so steeply with slip that steady rolling does not settle")
+
+
+def _converged(case: _Case, guess: Floats, tolerance: float) -> tuple[Floats, Mask, float]:
+    """Tractions over G, where they slip, and the residual, which is within the tolerance."""
+    tractions, slipping, residual = _newton(case, guess, tolerance)
+    if not residual < tolerance:
+        raise NoConvergenceError(f"steady rolling did not converge in {_MOST_STEPS} steps: residual {residual:.1e}")
+    return tractions, slipping, residual
 
 
 def limit(coarse: ArrayLike, fine: ArrayLike) -> tuple[Floats, Floats]:
