@@ -1,11 +1,9 @@
-"""Reading what a user names: regular files only, and not without bounds; and what identifies it."""
+"""Reading what a user names: regular files only, and not without bounds."""
 
 from __future__ import annotations
 
 import errno
-import json
 import stat
-from hashlib import sha256
 from pathlib import Path
 
 LARGEST = 2**31
@@ -33,16 +31,3 @@ def read_regular(path: Path, *, largest: int = LARGEST) -> bytes:
     if found.st_size > largest:
         raise OSError(errno.EFBIG, f"is {found.st_size / 2**20:.0f} MB long; at most {largest / 2**20:.0f} MB are read")
     return path.read_bytes()
-
-
-def digest_of_text(path: Path) -> str:
-    """sha256 of a text file without the mark of its encoding."""
-    return sha256(read_regular(path).removeprefix(b"\xef\xbb\xbf")).hexdigest()
-
-
-def digest_of(path: Path) -> str:
-    """sha256 of a file, or of the names and contents of the Python files in a folder."""
-    if path.is_dir():
-        listing = [(file.name, digest_of(file)) for file in sorted(path.glob("*.py"))]
-        return sha256(json.dumps(listing).encode()).hexdigest()
-    return sha256(read_regular(path)).hexdigest()

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from twindisc_cli.reading import digest_of
+from twindisc_cli.digests import digest_of
 
 FORMATS = ("png", "pdf", "svg")
 DPI = 150

@@ -25,12 +25,13 @@ from twindisc_cli.definition.schema import (
     ThermalTable,
     Uncertain,
 )
+from twindisc_cli.digests import digest_of
 from twindisc_cli.errors import DefinitionError, Problem
 from twindisc_cli.laws.covariates import COVARIATES, covariate_named
 from twindisc_cli.laws.law import Law
 from twindisc_cli.laws.shapes import SHAPES
 from twindisc_cli.model.experiment import Disc, Experiment, History, Options, Rig, Thermal
-from twindisc_cli.reading import LARGEST_DEFINITION, digest_of, read_regular
+from twindisc_cli.reading import LARGEST_DEFINITION, read_regular
 
 CELSIUS = 273.15
 VICKERS = 9.80665e6

@@ -1,7 +1,7 @@
 """What a result file says of itself, and whether it still holds: is it whole, and are the files beside it its own?
 
-A result file ends in the sha256 of all that comes before, behind the end that HDF5 sees. It is compared before
-anything is read, so that a file with a flipped bit, or one cut short, never reaches the HDF5 library.
+Behind the end that HDF5 sees, a result file says in two lines what is needed for that: a record of the run as JSON, and
+the sha256 of all that comes before. That is compared before anything is read, and the HDF5 library is not needed.
 """
 
 from __future__ import annotations
@@ -15,12 +15,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from twindisc_cli import __version__
-from twindisc_cli.reading import digest_of, digest_of_text
+from twindisc_cli.digests import digest_of, digest_of_text
 
 if TYPE_CHECKING:
     from twindisc_cli.results.store import Origin
 
-SCHEMA = 2
+SCHEMA = 3
+_RECORD = b"\nrecord "
 _MARK = b"\nsha256 "
 _SHOWN = 3
 
@@ -50,14 +51,19 @@ class Recorded:
     sources: list[dict[str, Any]]
 
 
-def sealed(image: bytes) -> bytes:
-    """The bytes of an HDF5 file with their sha256 behind them."""
-    return image + _MARK + sha256(image).hexdigest().encode() + b"\n"
+def sealed(image: bytes, record: Mapping[str, Any]) -> bytes:
+    """The bytes of an HDF5 file, behind them the record of the run, and the sha256 of both."""
+    content = image + _RECORD + json.dumps(record).encode()
+    return content + _MARK + sha256(content).hexdigest().encode() + b"\n"
 
 
-def _is_whole(data: bytes) -> bool:
-    end = len(_MARK) + 65
-    return len(data) > end and sealed(data[:-end]) == data
+def _record(data: bytes) -> dict[str, Any]:
+    """The record at the end of a result file; ValueError where the file is not whole."""
+    content, _, digest = data.rpartition(_MARK)
+    if digest != sha256(content).hexdigest().encode() + b"\n":
+        raise ValueError
+    record: dict[str, Any] = json.loads(content.rpartition(_RECORD)[2])
+    return record
 
 
 def up_to_date(path: Path, run_key: str) -> Stored | None:
@@ -71,11 +77,15 @@ def recorded(path: Path) -> Recorded | str:
     try:
         if not path.is_file():
             return "is not there"
-        if not _is_whole(path.read_bytes()):
-            return "was changed or damaged since it was written, or is of an older version"
-        found, hashes = _read(path)
-        for name, digest in hashes.items():
-            neighbour = path.parent / name
+        record = _record(path.read_bytes())
+    except ValueError:
+        return "was changed or damaged since it was written, or is of an older version"
+    except OSError:
+        return "cannot be read"
+    try:
+        found = _understood(path, record)
+        for name, digest in record["files"].items():
+            neighbour = path.parent / Path(name).name
             if not neighbour.is_file():
                 return f"{name} beside it is gone"
             if sha256(neighbour.read_bytes()).hexdigest() != digest:
@@ -88,37 +98,29 @@ def recorded(path: Path) -> Recorded | str:
 def beside(path: Path) -> list[str]:
     """The names of the files that belong to a result file; none where it does not count."""
     try:
-        return list(_read(path)[1]) if path.is_file() and _is_whole(path.read_bytes()) else []
+        return [Path(name).name for name in _record(path.read_bytes())["files"]] if path.is_file() else []
     except (OSError, KeyError, ValueError, TypeError, AttributeError):
         return []
 
 
-def _read(path: Path) -> tuple[Recorded, dict[str, str]]:
-    """A whole file, and the sha256 of each file beside it."""
-    import h5py
-
-    with h5py.File(str(path), "r") as file:
-        hashes = {Path(name).name: str(digest) for name, digest in json.loads(file.attrs["files"]).items()}
-        inputs = dict(file["provenance"].attrs)
-        inputs.pop("kind", None)
-        config = file["config"].attrs
-        stored = Stored(
-            summary=tuple(file.attrs["summary"].split("\n")) if file.attrs["summary"] else (),
-            json=json.loads(file["outcome"].attrs["json"]),
-            exit_code=int(file.attrs["exit_code"]),
-            files=(path, *(path.parent / name for name in hashes)),
-        )
-        found = Recorded(
-            stored=stored,
-            run_key=str(file.attrs["run_key"]),
-            version=str(file.attrs["twindisc_version"]),
-            schema=int(file.attrs["schema"]),
-            options=json.loads(file.attrs["options"]),
-            configs=tuple(config["toml" if n == 1 else f"toml_{n}"] for n in range(1, len(config) + 1)),
-            inputs=inputs,
-            sources=json.loads(file.attrs["sources"]),
-        )
-    return found, hashes
+def _understood(path: Path, record: Mapping[str, Any]) -> Recorded:
+    """What the record of a result file at this path says."""
+    stored = Stored(
+        summary=tuple(record["summary"]),
+        json=record["json"],
+        exit_code=int(record["exit_code"]),
+        files=(path, *(path.parent / Path(name).name for name in record["files"])),
+    )
+    return Recorded(
+        stored=stored,
+        run_key=record["run_key"],
+        version=record["twindisc_version"],
+        schema=int(record["schema"]),
+        options=record["options"],
+        configs=tuple(record["configs"]),
+        inputs=record["inputs"],
+        sources=record["sources"],
+    )
 
 
 def why(path: Path, command: str, origin: Origin) -> str:

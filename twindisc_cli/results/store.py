@@ -1,7 +1,7 @@
 """A result as files: HDF5 for programs, a figure for people, JSON kept inside the HDF5 file.
 
 The HDF5 file opens with `xarray.open_dataset(path, engine="h5netcdf")`. It holds no times and no paths, so that the
-same inputs give the same bytes. It knows the sha256 of each file beside it, and ends in its own.
+same inputs give the same bytes. It knows the sha256 of each file beside it, and ends in its own (`recorded`).
 """
 
 from __future__ import annotations
@@ -185,13 +185,29 @@ def hdf5_image(result: Result, origin: Origin, *, beside: Mapping[str, str]) -> 
             "exit_code": result.exit_code,
             "files": json.dumps(beside),
             "options": json.dumps(origin.options, sort_keys=True),
-            "sources": json.dumps([{"definition": s.definition, "inputs": dict(s.inputs)} for s in origin.sources]),
             **result.dataset.attrs,
         }
         for name, value in attributes.items():
             file.attrs[name] = value
         file.flush()
-        return sealed(bytes(file.id.get_file_image()))
+        return sealed(bytes(file.id.get_file_image()), _record(result, origin, beside))
+
+
+def _record(result: Result, origin: Origin, beside: Mapping[str, str]) -> dict[str, Any]:
+    """What tells whether a result still holds, and its outcome as it is told again."""
+    return {
+        "schema": SCHEMA,
+        "twindisc_version": __version__,
+        "run_key": origin.run_key(result.command),
+        "options": origin.options,
+        "configs": origin.configs,
+        "inputs": origin.inputs,
+        "sources": [{"definition": source.definition, "inputs": source.inputs} for source in origin.sources],
+        "files": beside,
+        "summary": result.summary,
+        "json": plain(result.json),
+        "exit_code": result.exit_code,
+    }
 
 
 def _write_dataset(file: h5py.File, dataset: Dataset) -> None:
