@@ -1,6 +1,7 @@
 # make run     every command on every test definition, and the figures of the paper under results/figures
 # make test    the tests         make lint    style, types, layers
 # make dist    wheel and source distribution in build/dist         make test-minimum   these alone, with the oldest versions
+# make test-python   these alone, on Python 3.12 and 3.13, with the newest versions: PYTHONS="python3.12 /opt/python3.13/bin/python3"
 # make bench   measured numbers beside their targets         make score   the closed loop on synthetic tests
 # make fuzz    broken input by the thousand: no traceback, no hang
 # make docs    the documentation as a site in build/site
@@ -20,7 +21,7 @@ SOURCES := $(shell find twindisc_cli -name '*.py' -o -name '*.npz' -o -name '*.h
 .NOTPARALLEL:
 export OMP_NUM_THREADS = 1
 
-.PHONY: run test dist test-minimum lint fuzz bench score docs schema clean
+.PHONY: run test dist test-minimum test-python lint fuzz bench score docs schema clean
 
 $(RUNTIME): pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
@@ -106,17 +107,27 @@ dist: $(DEVELOPMENT)
 	rm -rf build/dist build/lib
 	$(BIN)/python -m build --outdir build/dist .
 
-# The wheel by itself, with the oldest versions that pyproject.toml allows, through the tests of the unpacked source.
-test-minimum: dist
-	rm -rf build/alone && mkdir -p build/alone
-	tar -xzf build/dist/twindisc-*.tar.gz -C build/alone --strip-components=1
-	$(BIN)/python tests/minimum_versions.py > build/alone/pins.txt
-	find build/alone/twindisc_cli -name '*.py' -delete
-	$(PYTHON) -m venv build/alone/.venv
-	build/alone/.venv/bin/python -m pip install --quiet --disable-pip-version-check -c build/alone/pins.txt \
+# The wheel by itself, through the tests of the unpacked source: with the oldest versions that pyproject.toml allows, and
+# with the newest there are on other versions of Python. Each in a folder of its own under build/alone.
+PYTHONS := python3.12 python3.13
+define ALONE
+	rm -rf build/alone/$(1) && mkdir -p build/alone/$(1)
+	tar -xzf build/dist/twindisc-*.tar.gz -C build/alone/$(1) --strip-components=1
+	find build/alone/$(1)/twindisc_cli -name '*.py' -delete
+	$(1) -m venv build/alone/$(1)/.venv
+	build/alone/$(1)/.venv/bin/python -m pip install --quiet --disable-pip-version-check $(2) \
 	  "$$(ls build/dist/*.whl)[test,cluster,xlsx]"
-	build/alone/.venv/bin/python -m pip check
-	cd build/alone && .venv/bin/python -m pytest -n 2 --dist worksteal
+	build/alone/$(1)/.venv/bin/python -m pip check
+	cd build/alone/$(1) && .venv/bin/python -m pytest -n 2 --dist worksteal
+
+endef
+
+test-minimum: dist
+	$(BIN)/python tests/minimum_versions.py > build/pins.txt
+	$(call ALONE,$(PYTHON),-c build/pins.txt)
+
+test-python: dist
+	$(foreach python,$(PYTHONS),$(call ALONE,$(python),))
 
 lint: $(DEVELOPMENT)
 	$(BIN)/ruff check .
