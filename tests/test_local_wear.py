@@ -13,6 +13,7 @@ import pytest
 from rigs import experiment, history
 from scipy.integrate import quad
 
+from twindisc_cli.laws.law import Law
 from twindisc_cli.model.experiment import Contact, Options
 from twindisc_cli.model.forward import ForwardModel, Prediction
 
@@ -162,3 +163,68 @@ def test_the_track_of_a_prediction_serves_any_number_of_sets_nearby(contact: Con
     again = ForwardModel(test).predict(three, given, marched=once.paths.first)
     np.testing.assert_allclose(again.section, np.tile(once.section, (3, 1)), rtol=1e-6)
     np.testing.assert_allclose(again.traction, np.tile(once.traction, (3, 1)), rtol=1e-6)
+
+
+# ------------------------------------------------------------------------------------------------ by place and passes
+
+HALF_WIDTH = 0.27052405
+"""Of the unworn patch [mm]."""
+
+
+def by(covariate: str, at: list[float], factor: list[float]) -> dict[str, Law]:
+    return {"local": Law("wear", covariate, at=tuple(at), value=tuple(factor))}
+
+
+def worn_under(laws: dict[str, Law], k: float, contact: Contact = "hertz") -> Prediction:
+    options = Options(contact=contact, wear_coefficient=k)
+    model = ForwardModel(experiment(history(CREEPAGE, 3), options=options, laws=laws))
+    return model.predict({"mu": np.array([0.3]), "K": np.array([k]), "convection_W_K": np.array([1.6])})
+
+
+@pytest.mark.parametrize("share", [0.2, 0.6])
+def test_a_hardened_band_counts_by_the_energy_dissipated_on_it(share: float) -> None:
+    """K falls to a fifth from the edges of the patch to the band |y| < e b; energy goes as 1 - y^2 / b^2."""
+    at, factor = np.array([-1.0, -share, share, 1.0]), [1.0, 0.2, 0.2, 1.0]
+    found, plain = worn_under(by("place", list(at * HALF_WIDTH), factor), SOFT), worn_under({}, SOFT)
+    mean = quad(lambda x: 1.5 * (1.0 - x**2) * np.interp(x, at, factor), 0.0, 1.0, points=[share])[0]
+    assert last_rate(found) / last_rate(plain) == pytest.approx(mean, rel=0.003)
+
+
+@both
+def test_a_band_wears_less_than_what_lies_beside_it(contact: Contact) -> None:
+    """On one side of the track only: nothing where K is nil, and all that is worn is the energy times K."""
+    found = worn_under(by("place", [-1e-4, 1e-4], [0.0, 1.0]), USUAL, contact)
+    y, depth = profile(found)
+    assert np.all(depth[y < -1e-6] == 0.0)
+    assert depth[y > 1e-6].max() > 5e-8
+    assert depth.sum() * (y[1] - y[0]) / found.section[0, -1] == pytest.approx(1.0, rel=1e-6)
+    spent = np.diff(found.state.energy[0], prepend=0.0) * found.state.wear_factor[0]
+    resists = 2.0 * np.pi * 0.03 * 700.0 * 9.80665e6
+    assert found.section[0, -1] / (USUAL * spent.sum() / resists) == pytest.approx(1.0, rel=1e-6)
+
+
+@both
+@pytest.mark.parametrize("covariate", ["place", "passes"])
+def test_one_factor_all_over_is_another_k(contact: Contact, covariate: str) -> None:
+    twice = by(covariate, [-9.0, 9.0], [2.0, 2.0])
+    found, plain = worn_under(twice, 0.5 * USUAL, contact), worn_under({}, USUAL, contact)
+    assert found.section[0, -1] / plain.section[0, -1] == pytest.approx(1.0, rel=1e-6)
+    depths = [profile(prediction)[1].max() for prediction in (found, plain)]
+    assert depths[0] / depths[1] == pytest.approx(1.0, rel=1e-6)
+
+
+def test_passes_are_revolutions_while_the_track_is_as_wide_as_the_patch() -> None:
+    running_in = [0.0, 6000.0], [5.0, 1.0]
+    passes, cycles = (worn_under(by(over, *running_in), SOFT) for over in ("passes", "cycles"))
+    assert passes.section[0, -1] / cycles.section[0, -1] == pytest.approx(1.0, rel=0.01)
+
+
+@both
+def test_strips_that_the_track_reaches_later_run_in_later(contact: Contact) -> None:
+    """K is nil until a strip has been passed so often: what the track has only just reached is not worn."""
+    fresh, wide = 2000.0, []
+    for over in ("passes", "cycles"):
+        found = worn_under(by(over, [fresh - 1.0, fresh + 1.0], [0.0, 1.0]), 50.0 * USUAL, contact)
+        y, depth = profile(found)
+        wide.append(np.sqrt(np.sum(depth * y**2) / np.sum(depth)))
+    assert wide[0] < 0.995 * wide[1]

@@ -39,6 +39,9 @@ def from_law(path: Path, name: str | None) -> str:
     if name not in test.laws:
         what = f"declares no law called {name}{did_you_mean(name, test.laws)}"
         raise DefinitionError(Problem(what, path, key="laws"))
+    if test.laws[name].local:
+        what = f"{name} is asked strip by strip, which no effect file does; it stays a law"
+        raise DefinitionError(Problem(what, path, key=f"laws.{name}"))
     return effect_file(name, test.laws[name], test)
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from twindisc_cli.definition.lines import Key
 from twindisc_cli.errors import did_you_mean
-from twindisc_cli.laws.covariates import COVARIATES, covariate_named
+from twindisc_cli.laws.covariates import COVARIATES, LOCAL, covariate_named
 from twindisc_cli.laws.quantities import QUANTITIES, Quantity
 from twindisc_cli.laws.shapes import SHAPES
 
@@ -153,8 +153,9 @@ def laws(raw: Raw) -> Iterator[Finding]:
         if of is None or over is None:
             continue
         across = of.covariates == ("y_over_edge",)
-        if across != (over == "y_over_edge"):
-            known = of.covariates if across else [c for c in COVARIATES if c != "y_over_edge"]
+        if across != (over == "y_over_edge") or (over in LOCAL and law["quantity"] != "wear"):
+            apart = ("y_over_edge",) if law["quantity"] == "wear" else ("y_over_edge", *LOCAL)
+            known = of.covariates if across else [c for c in COVARIATES if c not in apart]
             yield ("laws", name, "covariate"), f"{law['quantity']} can depend on {', '.join(known)}"
         kinds = [key for key in ("shape", "at") if key in law]
         if len(kinds) != 1:

@@ -82,6 +82,9 @@ class State:
     From the pass before, since the stages feed each other: temperature [K] of the disc, energy [J] dissipated so far,
     wear_index = T gamma / A, the energy dissipated per length rolled and area of the patch [N/m2], power_before [W];
     flash [K], how much hotter than the disc the patch is on its mean.
+
+    Known where K of strips across the track is asked for, each (set, strip), with their wear_index: place [m] of the
+    strip, passes of the contact over it so far [1].
     """
 
     time: Floats
@@ -120,6 +123,8 @@ class State:
     shaft_capacity: Floats = field(default_factory=_one)
     traction_ratio: Floats = field(default_factory=_not_yet)
     disc_temperature: Floats = field(default_factory=_not_yet)
+    place: Floats = field(default_factory=_not_yet)
+    passes: Floats = field(default_factory=_not_yet)
     surface: Surface | None = None
     flash_before: Callable[[], Floats] = _zero
 

@@ -51,8 +51,12 @@ COVARIATES: Mapping[str, Covariate] = {
     "greatest_creepage": Covariate(
         "%", "percent", "greatest creepage so far", "v_max", lambda s: 100.0 * s.greatest_creepage
     ),
+    "place": Covariate("mm", "mm", "place across the track", "y", lambda s: 1e3 * s.place),
+    "passes": Covariate("1", "", "passes over the strip", "n_y", lambda s: s.passes),
     "y_over_edge": Covariate("1", "", "place across the track over its half-width", "y/b", _over_edge, 1.5),
 }
+LOCAL = ("place", "passes")
+"""Covariates of single strips, over which only K can change."""
 TWINS: Mapping[str, str] = {"sliding_speed": "creepage", "cycles": "time"}
 """At one rolling speed the first is proportional to the second."""
 

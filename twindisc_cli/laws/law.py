@@ -10,7 +10,7 @@ import numpy as np
 
 from twindisc_cli.effects._effect import Stage
 from twindisc_cli.effects._state import Floats, State
-from twindisc_cli.laws.covariates import COVARIATES, Covariate
+from twindisc_cli.laws.covariates import COVARIATES, LOCAL, Covariate
 from twindisc_cli.laws.quantities import QUANTITIES, Quantity
 from twindisc_cli.laws.shapes import SHAPES
 
@@ -57,6 +57,11 @@ class Law:
     def over(self) -> Covariate:
         """The covariate."""
         return COVARIATES[self.covariate]
+
+    @property
+    def local(self) -> bool:
+        """Whether it is asked strip by strip."""
+        return self.covariate in LOCAL
 
     def change(self, x: Floats) -> Floats:
         """Relative change, or shift in the quantity's unit, at x (...) in the covariate's unit."""

@@ -160,7 +160,8 @@ class Problem:
     def is_local(self) -> bool:
         """Whether K differs from strip to strip, by a term or by what a test declares."""
         declared = (name for case in self.cases for name in case.test.effects)
-        return any(self.effect(name).local for name in (*self.terms, *declared))
+        laws = (law for case in self.cases for law in case.test.laws.values())
+        return any(self.effect(name).local for name in (*self.terms, *declared)) or any(law.local for law in laws)
 
     def shown_in(self, effect: Effect) -> str:
         """The channel an effect shows in first, or the measured one that stands for it; "" where none does."""

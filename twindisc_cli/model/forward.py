@@ -25,14 +25,15 @@ import numpy as np
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Effect, Stage
 from twindisc_cli.effects._state import State
+from twindisc_cli.laws.law import Law
 from twindisc_cli.model import worn
 from twindisc_cli.model.base import BaseParameters, column
 from twindisc_cli.model.experiment import Contact, Experiment, Floats
-from twindisc_cli.model.patch import OwnPaths, Patch, Paths, WeightedPaths, weighted_paths
+from twindisc_cli.model.patch import OwnPaths, Patch, Paths, WeightedPaths, strips_passed, weighted_paths
 from twindisc_cli.model.points import Points, operating_points
 from twindisc_cli.model.surface import Stops, recorded_sections, worn_surface
 from twindisc_cli.model.traction_law import traction_law
-from twindisc_cli.model.wear import SHARES, WearPath, first_section, local_paths, wear_path
+from twindisc_cli.model.wear import SHARES, Course, WearPath, first_section, local_paths, wear_path
 from twindisc_cli.physics import combined, disc_heat, polach, spin
 from twindisc_cli.physics.flash import flash_temperature
 
@@ -242,30 +243,55 @@ class _Chain:
     @cached_property
     def is_local(self) -> bool:
         """Whether K differs from strip to strip."""
-        return any(effect.local and not effect.is_off(**parameters) for effect, parameters in self.effects)
+        return any(effect.local and not effect.is_off(**parameters) for effect, parameters in self.effects) or bool(
+            self._local_laws
+        )
+
+    @cached_property
+    def _local_laws(self) -> list[Law]:
+        """The laws that are asked strip by strip."""
+        return [law for law in self.model.experiment.laws.values() if law.local]
 
     @cached_property
     def _blank(self) -> State:
         """What every pass begins from."""
         return self.start()
 
-    def _factors(self, index: Floats, of: slice = slice(None)) -> Floats:
-        """K over its base value in strips of a wear index (set, any) [N/m2], for some of the sets."""
+    def _factors(self, index: Floats, place: Floats, passes: Floats, of: slice = slice(None)) -> Floats:
+        """K over its base value in strips, as `wear.Factors` has it, for some of the sets."""
+        return self._by_index(index, of) * self._by_strip(place, passes)
+
+    def _by_index(self, index: Floats, of: slice = slice(None)) -> Floats:
+        """K over its base value by what acts on the wear index of strips (set, any) [N/m2]."""
         state = self._blank.replace(wear_index=index, wear_factor=np.ones_like(index))
         for effect, parameters in self.effects:
             if effect.local and not effect.is_off(**parameters):
                 state = effect.apply(state, **{name: values[of] for name, values in parameters.items()})
         return state.wear_factor
 
+    def _by_strip(self, place: Floats, passes: Floats) -> Floats:
+        """K over its base value by what acts on the place [m] of strips and the passes over them, (set, any)."""
+        state = self._blank.replace(place=place, passes=passes, wear_factor=np.ones_like(passes))
+        for law in self._local_laws:
+            state = law.apply(state)
+        return state.wear_factor
+
     def _local(self, state: State, before: State) -> State:
-        """The mean of what differs from strip to strip, each weighted by the energy it dissipates."""
+        """The mean of what differs from strip to strip, each weighted by the energy it dissipates.
+
+        The mean of a product of what the wear index does and what place and passes do is taken for the product of both.
+        """
         if not self.is_local:
             return state
         ratio = before.normal_load / before.nominal_load
-        paths = self._paths(before)
-        spread = paths.at(lambda path: path.spread, self.section(before) / paths.scaling.to(ratio).section)
+        paths, section = self._paths(before), self.section(before)
+        spread = paths.at(lambda path: path.spread, section / paths.scaling.to(ratio).section)
         index = state.wear_index[..., None] * spread
-        factor = self._factors(index.reshape(self.sets, -1)).reshape(index.shape) @ SHARES
+        factor = self._by_index(index.reshape(self.sets, -1)).reshape(index.shape) @ SHARES
+        if self._local_laws:
+            place, load, passes = strips_passed(paths, section, ratio, state.cycles)
+            own = self._by_strip(*(v.reshape(self.sets, -1) for v in (place, passes))).reshape(load.shape)
+            factor = factor * np.sum(load * own, axis=-1)
         return state.replace(wear_factor=state.wear_factor * factor)
 
     def marched(self, state: State, of: slice) -> Paths:
@@ -274,8 +300,10 @@ class _Chain:
         scaled = paths.scaling.to(np.broadcast_to(state.normal_load / state.nominal_load, section.shape))
         own = np.maximum.accumulate(section / scaled.section, axis=1)
         pace = state.power / np.maximum(state.rolling_speed, _STANDING) / (scaled.along * scaled.across)
+        course = Course(own[of], pace[of], np.broadcast_to(state.cycles, own.shape)[of])
         rig, factors = self.model.experiment.rig, partial(self._factors, of=of)
-        found = [local_paths(rig, path, own[of], pace[of], factors) for path in paths.parts]
+        by_place = any(law.covariate == "place" for law in self._local_laws)
+        found = [local_paths(rig, path, course, factors, by_place=by_place) for path in paths.parts]
         if len(own[of]) < self.sets:
             return replace(paths, parts=[part[0] for part in found])
         weights = [np.broadcast_to(weight, (self.sets, 1)) for weight in paths.weights]

@@ -115,6 +115,25 @@ class OwnPaths(Paths):
         return np.concatenate([own.at(values, row[None]) for own, row in zip(self.sets, section, strict=True)])
 
 
+def strips_passed(paths: Paths, section: Floats, load_ratio: Floats, cycles: Floats) -> tuple[Floats, Floats, Floats]:
+    """Strips across the track, (set, point, strip): place [m], share of the load, passes of the contact over them.
+
+    section: worn so far (set, point) [m2]; cycles: revolutions so far (point,). Passes count from the first contact.
+    """
+    scaled = paths.scaling.to(np.broadcast_to(load_ratio, section.shape))
+    y = max((path.y for path in paths.paths), key=lambda strips: float(strips[-1]))
+
+    def on_strips(path: WearPath) -> Floats:
+        return np.array([np.interp(y, path.y, row, left=0.0, right=0.0) for row in path.line_load])
+
+    load = paths.at(on_strips, section / scaled.section)
+    before = np.broadcast_to(np.append(0.0, cycles[:-1])[:, None], load.shape)
+    first = np.minimum.accumulate(np.where(load > 0.0, before, np.inf), axis=1)
+    passes = np.maximum(cycles[:, None] - first, 0.0)
+    place = np.broadcast_to(y * np.asarray(scaled.across)[..., None], load.shape)
+    return place, load / load.sum(axis=-1, keepdims=True), passes
+
+
 def weighted_paths(
     path: Callable[[Contact, float], WearPath], declared: Contact, half_space: Floats, wander: Floats
 ) -> WeightedPaths:

@@ -163,48 +163,81 @@ def _path(rig: Rig, contact: Contact, section: float, wander: float) -> WearPath
     )[0]
 
 
-def local_paths(
-    rig: Rig, path: WearPath, section: Floats, pace: Floats, factors: Callable[[Floats], Floats]
-) -> list[WearPath]:
-    """The path of each case (case,) on which every strip wears by its own K.
+Factors = Callable[[Floats, Floats, Floats], Floats]
+"""K over its base value for wear indices [N/m2], places across the track [m] and passes of strips, (case, any)."""
 
-    section   worn section [m2] after each piece of the history, (case, point), of the discs under the path's load
-    pace      energy dissipated per length rolled [N] in it, (case, point)
-    factors   K over its base value for wear indices [N/m2] (case, any)
 
-    Where K is the same in all strips, it is the path itself; along a line it is so anyway, for the pressure is even.
+@dataclass(frozen=True)
+class Course:
+    """A history as the strips see it, of each case after each of its pieces, (case, point).
+
+    section  worn [m2], of the discs under the path's load;   pace  energy dissipated per length rolled [N]
+    cycles   revolutions so far
+    """
+
+    section: Floats
+    pace: Floats
+    cycles: Floats
+
+
+def local_paths(rig: Rig, path: WearPath, course: Course, factors: Factors, *, by_place: bool) -> list[WearPath]:
+    """The path of each case (case,) on which every strip wears by its own K, which may hang on its place.
+
+    Where K is the same in all strips, it is the path itself; along a line its wear index and passes are.
     The sections are those before anything is known of the own paths, on which more may be worn.
     """
+    section = course.section
     if path.scaling is STRAIGHT:
+        if by_place:
+            raise OutOfRangeError(
+                "along a line contact a wear coefficient that changes across the track is not followed"
+            )
         return [path] * len(section)
     last = int(np.searchsorted(path.section, BEYOND * section.max(), side="right"))
     nodes = path.section[: max(2, last + 1)]
     along = nodes[:-1, None] + (np.arange(SAMPLES) + 0.5) / SAMPLES * np.diff(nodes)[:, None]
     piece = np.minimum([np.searchsorted(own, along) for own in section], section.shape[1] - 1)
-    favoured = _Favoured(np.take_along_axis(pace[:, None, :], piece, axis=-1), factors)
-    marched = march(rig, path.contact, path.y, nodes, wander=path.wander, cases=len(section), weights=favoured)
+    pace = np.take_along_axis(course.pace[:, None, :], piece, axis=-1)
+    cycles = [np.interp(along, own, passed) for own, passed in zip(section, course.cycles, strict=True)]
+    favoured = _Favoured(pace, np.array(cycles), factors, np.full((len(section), len(path.y)), np.inf))
+    marched = march(
+        rig, path.contact, path.y, nodes,
+        wander=path.wander, cases=len(section), weights=favoured, mirrored=not by_place,
+    )  # fmt: skip
     errors = path.error, path.pressure_error
     return _read(rig, marched, y=path.y, nodes=nodes, contact=path.contact, wander=path.wander, errors=errors)
 
 
 @dataclass(frozen=True)
 class _Favoured:
-    """Weights of a march by the wear index of each strip.
+    """Weights of a march by the wear index of each strip, its place and the passes over it.
 
-    pace: energy per length rolled [N] at SAMPLES of each step (case, step, sample); factors as in `local_paths`.
+    pace: energy per length rolled [N], cycles: revolutions so far, at SAMPLES of each step (case, step, sample);
+    first: revolutions before the first contact of each strip (case, strip), filled in as the march goes.
     """
 
     pace: Floats
-    factors: Callable[[Floats], Floats]
+    cycles: Floats
+    factors: Factors
+    first: Floats
 
     def __call__(self, step: int, y: Floats, loaded: Loaded) -> Floats:
         """K of each strip over the mean of the energy's, (case, strip), itself a mean over the step."""
         index = self.pace[:, step, :, None] * loaded.intensity[:, None, :]
-        factor = self.factors(index.reshape(len(index), -1)).reshape(index.shape)
+        factor = self._factor(step, y, loaded, index)
         share = loaded.line_load * np.where((y > 0.0) & (y[0] == 0.0), 2.0, 1.0)
         share = share / share.sum(axis=-1, keepdims=True)
         mean = np.einsum("cms,cs->cm", factor, share)[..., None]
         return np.asarray(np.where(mean > 0.0, factor / np.where(mean > 0.0, mean, 1.0), 1.0).mean(axis=1))
+
+    def _factor(self, step: int, y: Floats, loaded: Loaded, index: Floats) -> Floats:
+        """K over its base value in each strip, (case, sample, strip)."""
+        cycles, first = self.cycles[:, step, :, None], self.first[:, : len(y)]
+        np.minimum(first, np.where(loaded.line_load > 0.0, cycles[:, 0], np.inf), out=first)
+        passes = np.maximum(cycles - first[:, None, :], 0.0)
+        place = np.broadcast_to(y, index.shape)
+        flat = (values.reshape(len(index), -1) for values in (index, place, passes))
+        return self.factors(*flat).reshape(index.shape)
 
 
 def _read(
