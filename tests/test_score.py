@@ -20,8 +20,9 @@ from score.rig import VICKERS, March, Rig
 from score.scoring import calibration_error, is_right, reliability, table
 from score.sensors import CHANNELS, covariates, draw_plan, noise, read, whiten
 from score.sizing import Bench, Ruler
-from score.traction import saturation
+from score.traction import equivalent_ellipse, linear_force, saturation
 from score.unknowns import STAGES, equivalent, imitations, is_separable, parts
+from score.worn_patch import XI, beyond_ellipse
 from score.writing import definition
 
 from twindisc_cli.effects import catalogue
@@ -86,6 +87,26 @@ def test_half_space_contact_of_a_worn_profile():
     assert solver.pressure.max() == pytest.approx(723.2e6, rel=0.01)
     assert abs(y[np.argmax(line_load)]) == pytest.approx(0.295e-3, abs=4e-6)
     assert line_load.max() == pytest.approx(153.26e3, rel=0.01)
+
+
+@pytest.mark.parametrize(("creepage", "ratio"), [(1e-2, 0.5998), (2e-3, 0.3738), (1e-3, 0.2109)])
+def test_traction_of_a_worn_profile(creepage, ratio):
+    """CONTACT on its finest grid, at mu = 0.6: a flat of 0.6 mm with smooth shoulders, whose ellipse is 0.017 short."""
+    y = (np.arange(60) + 0.5) * 0.9e-3 / 60 - 0.45e-3
+    gap = 0.15e-6 * np.logaddexp(0.0, (y**2 / 60e-3 - 1.5e-6) / 0.15e-6)
+    contact = HalfSpace(load=72.0, modulus=MODULUS, curvature_x=2.0 / 30e-3, y=y, half_length=0.2e-3, cells=16)
+    line_load = contact.solve(gap)
+    patch = equivalent_ellipse(contact.half_lengths(), contact.dy)
+    beyond = beyond_ellipse(y, contact.half_lengths(), line_load)
+    xi = beyond.stiffening * linear_force(patch, 79.3e9, 1.0)[0] * creepage / (0.6 * 72.0)
+    assert 0.6 * (saturation(xi, "exact") + np.interp(xi, XI, beyond.departure)) == pytest.approx(ratio, abs=0.004)
+
+
+def test_an_ellipse_has_nothing_beyond_it():
+    y = (np.arange(200) + 0.5) * 2.0 * B / 200 - B
+    beyond = beyond_ellipse(y, A * np.sqrt(1.0 - (y / B) ** 2), 1.0 - (y / B) ** 2)
+    assert beyond.stiffening == pytest.approx(1.0, abs=1e-3)
+    assert np.abs(beyond.departure).max() < 1e-3
 
 
 def test_implicit_wear_does_not_depend_on_the_size_of_the_steps_beyond_its_error(rig):

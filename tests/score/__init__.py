@@ -6,6 +6,7 @@ and sensors. The loop then runs on their files as a user would run it, and its a
 
     contact    Hertz ellipse, numerical half-space contact with implicit wear
     traction   FASTSIM by quadrature over strips, the tabulated exact curve
+    worn_patch what a worn patch transmits beyond its ellipse, by the exact theory on its own strips
     heat       temperature of the disc, shaft and thermocouple, in small Runge-Kutta steps
     rig        the rig in one record, and the march through its history
     effects    hidden effects that are in the program's catalogue, with formulas from the literature

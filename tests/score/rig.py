@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import lru_cache
 from math import hypot, prod
 
 import numpy as np
@@ -20,9 +21,12 @@ from .contact import Ellipse, HalfSpace, hertz_ellipse
 from .heat import Plant
 from .hidden import NOTHING, Hidden, Moment
 from .traction import equivalent_ellipse, linear_force, saturation, strip_share
+from .worn_patch import XI, beyond_ellipse
 
 Floats = NDArray[np.float64]
 VICKERS = 9.80665e6  # Pa in one HV
+_DEEPEST = 1.5
+"""What a track is followed to, in sections that full sliding takes off it."""
 _MOMENT = tuple(f.name for f in fields(Moment))
 # xi, and how far the force has turned: read off the twelve points of CONTACT (open-source release 2025-07-23,
 # revision 2707) with longitudinal and lateral creepage together, a/b = 0.63
@@ -68,6 +72,13 @@ class Rig:
     def fine(self) -> Rig:
         """The same rig marched finely enough that its numbers err by less than the noise can show."""
         return replace(self, presses=160 if self.contact == "hertz" else 80, longest=3.0, cells=16, strips=24)
+
+    def undisturbed(self) -> Rig:
+        """The same discs marched coarsely and without errors, on which it does not depend what a track makes of them."""
+        return replace(
+            self, presses=24, longest=8.0, cells=10, strips=14, contact="half_space", law="", declared_law="",
+            creepage_error=(0.0,) * len(self.creepage), load_tolerance=1.0,
+        )  # fmt: skip
 
     @property
     def speed(self) -> float:
@@ -219,6 +230,11 @@ class _Patch:
             self._due, self._pending = np.zeros_like(self.y), 0.0
 
     @property
+    def gone(self) -> float:
+        """Cross-section [m2] worn off when the discs were last pressed together."""
+        return self._gone
+
+    @property
     def enough(self) -> float:
         """Cross-section [m2] after which the discs are pressed together anew: a part of all, or of what shapes them."""
         elastic = 2.0 / 3.0 * self._rig.curvature_y * self._rig.ellipse().b ** 3
@@ -243,6 +259,35 @@ class _Patch:
         return float(2.0 * self.half_length.sum() * self.dy)
 
 
+class _WornTrack:
+    """What a track beyond an ellipse transmits (`worn_patch`), over the section worn off it at full sliding."""
+
+    def __init__(self, rig: Rig) -> None:
+        patch = _Patch(rig, [NOTHING])
+        nodes = [(0.0, beyond_ellipse(patch.y, patch.half_length, patch.line_load))]
+        while nodes[-1][0] < _DEEPEST * sum(rig.section(step) for step in rig.steps):
+            patch.wear(np.full_like(patch.y, patch.enough / rig.load), patch.enough)
+            if patch.gone > 1.2 * nodes[-1][0]:
+                nodes.append((patch.gone, beyond_ellipse(patch.y, patch.half_length, patch.line_load)))
+        self._section = np.array([section for section, _ in nodes])
+        self._stiffening = np.array([beyond.stiffening for _, beyond in nodes])
+        self._departure = np.array([beyond.departure for _, beyond in nodes])
+
+    def stiffening(self, section: float) -> float:
+        """Linear stiffness over that of the equivalent ellipse [1] at a worn section [m2]."""
+        return float(np.interp(section, self._section, self._stiffening))
+
+    def departure(self, section: float, xi: float) -> float:
+        """T / (mu N) of the exact theory beyond that of the equivalent ellipse [1]."""
+        after = min(max(int(np.searchsorted(self._section, section)), 1), self._section.size - 1)
+        part = (section - self._section[after - 1]) / (self._section[after] - self._section[after - 1])
+        rows = self._departure[after - 1 : after + 1]
+        return float(np.interp(xi, XI, rows[0] + min(part, 1.0) * (rows[1] - rows[0])))
+
+
+_worn_track = lru_cache(maxsize=32)(_WornTrack)
+
+
 def _spreading(y: Floats, spread: float, *, evenly: bool) -> Floats:
     """The matrix that spreads wear over the lateral positions of the contact; identity without wander."""
     if spread == 0.0:
@@ -265,6 +310,7 @@ class March:
         self._plant = Plant(capacity=rig.capacity, convection=rig.convection, hidden=self._hidden)
         self._law = next((h.law for h in self._hidden if h.law), rig.law)
         self._load = rig.load * rig.load_tolerance * float(np.prod([h.load for h in self._hidden]))
+        self._track = _worn_track(rig.undisturbed()) if self._patch.kind == "half_space" else None
         self._moment, self._heat = Moment(), (0.0, 0.0)
         self._rows: list[tuple[float, ...]] = []
 
@@ -291,7 +337,8 @@ class March:
     def _wear_step(self, creepage: float, count: int, step: float) -> None:
         patch, moment, rig = self._patch, self._moment, self._rig
         flexibility = float(np.prod([h.flexibility for h in self._hidden]))
-        stiffness = linear_force(patch.ellipse, rig.shear_modulus, flexibility)
+        stiffer = self._track.stiffening(patch.gone) if self._track else 1.0
+        stiffness = linear_force(patch.ellipse, rig.shear_modulus, flexibility / stiffer)
         moment.creepage, moment.sliding_speed = creepage, abs(creepage) * rig.speed
         moment.greatest_creepage = max(moment.greatest_creepage, creepage)
         moment.power = self._force(creepage, stiffness)[1]  # what a law of power asks in the first small step
@@ -328,6 +375,8 @@ class March:
         along, across = slope * stiffness[0] * creepage, slope * stiffness[1] * side
         xi = hypot(along, across) / (mu * self._load)
         level = saturation(xi, self._law)
+        if self._track and self._law == "exact":
+            level += self._track.departure(self._patch.gone, xi)
         total, slip = hypot(along, across), hypot(creepage, side)
         if total == 0.0:
             return 0.0, 0.0, 0.0
