@@ -305,10 +305,16 @@ class Problem:
         """
         span = span_of(slopes)
         nearby = self.followed(theta)
-        plain = nearby.white(nearby.predict(theta[None]))[0]
+        predictions = nearby.predict(theta[None])
+        plain = nearby.white(predictions)[0]
         off = nearby._off_effects(theta)
-        sensors = nearby._off_sensors(theta, plain)
-        rows = [*off.values(), *sensors, *nearby._off_creepage(theta), *nearby._off_rig(theta)]
+        rows = [
+            *off.values(),
+            *nearby._off_sensors(theta, plain),
+            nearby._off_track(theta, predictions),
+            *nearby._off_creepage(theta),
+            *nearby._off_rig(theta),
+        ]
         columns = np.nan_to_num(np.array(rows) - plain).T
         imitated = span @ (span.T @ columns)
         # mu is meant over the load as set, whatever the load was
@@ -335,6 +341,17 @@ class Problem:
                     row = self._with_slight(theta, name, key, size)
                     rows += [np.where(own, row, plain) for own in self._records(number, catalogue()[name].channel)]
         return rows
+
+    def _off_track(self, theta: Floats, predictions: Sequence[Prediction]) -> Floats:
+        """White prediction (sample,) with a worn track that rolls a little softer, the nearer it is to a rectangle."""
+        trial = {**self.trial, "worn track": catalogue()["third_body_layer"]}
+        found = []
+        for i, (case, prediction) in enumerate(zip(self.cases, predictions, strict=True)):
+            state = prediction.state
+            square = prediction.paths.patch(prediction.section, state.normal_load / state.nominal_load).square
+            terms = {**self.terms_of(theta), "worn track": {"slope_ratio": 1.0 - THRESHOLDS.worn_slope * square}}
+            found.append(case.model.predict(self.base_of(i, theta[None]), terms, trial, marched=self._tracks[i]))
+        return np.asarray(self.white(found)[0])
 
     def _with_slight(self, theta: Floats, name: str, key: str, size: float) -> Floats:
         """White prediction (sample,) with a small size of an effect."""
