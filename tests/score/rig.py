@@ -74,7 +74,7 @@ class Rig:
         return replace(self, presses=160 if self.contact == "hertz" else 80, longest=3.0, cells=16, strips=24)
 
     def undisturbed(self) -> Rig:
-        """The same discs marched coarsely and without errors, on which it does not depend what a track makes of them."""
+        """The same discs marched coarsely and without errors, which hardly matter for what a track transmits."""
         return replace(
             self, presses=24, longest=8.0, cells=10, strips=14, contact="half_space", law="", declared_law="",
             creepage_error=(0.0,) * len(self.creepage), load_tolerance=1.0,
