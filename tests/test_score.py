@@ -456,6 +456,11 @@ def test_judge_tells_stage_from_pair_and_a_wrong_name_from_one_beside_the_law():
     stage = judge(BURST, answer(laws=[("mu_over_creepage",)]))
     assert (stage["stage"], stage["pair"], stage["wrong_name"]) == (True, False, False)
     assert judge(BURST, answer(("running_in_friction",)))["wrong_name"]
+    assert judge(BURST, answer(("running_in_friction",)))["stage"]  # friction, as mu
+    assert not judge(BURST, answer(("lateral_offset",)))["stage"]
+    assert not judge(BURST, answer(laws=[("slope_over_time",)]))["stage"]
+    warm = judge({**BURST, "law": {**BURST["law"], "quantities": ["heat"]}}, answer(laws=[("convection_over_time",)]))
+    assert (warm["stage"], warm["quantity"]) == (True, False)
     assert not judge(BURST, answer(("running_in_friction", "mu_over_time")))["wrong_name"]
 
 

@@ -1,7 +1,8 @@
 """What is right in an answer: hidden effects, laws that are in no catalogue, errors held out and on another history.
 
 An answer's explanation is an effect of the catalogue or a law (quantity over covariate); its set is itself and its
-alternatives. Laws are compared by what the data can tell: covariates that are functions of each other are one.
+alternatives. Laws are compared by what the data can tell: covariates that are functions of each other are one. Of the
+program this takes its words alone: at which stage of the model an effect or a law acts.
 """
 
 from __future__ import annotations
@@ -11,6 +12,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+
+from twindisc_cli.effects import catalogue
+from twindisc_cli.laws.quantities import QUANTITIES
 
 from .unknowns import STAGES
 
@@ -102,7 +106,8 @@ def _judge_unknown(hidden: Row, named: Sequence[Row], laws: Sequence[Row], lefto
     pair = any(_is_law(m, hidden) for m in told)
     channels = {STAGES[q].channel for q in hidden["quantities"]}
     return {
-        "stage": any(law["quantity"] in hidden["quantities"] for law in laws),
+        "stage": any(_stage(e) in {QUANTITIES[q].stage for q in hidden["quantities"]} for e in [*named, *laws]),
+        "quantity": any(law["quantity"] in hidden["quantities"] for law in laws),
         "first": any(_is_law(_key(law), hidden) for law in laws),
         "pair": pair,
         "wrong_name": bool(named) and not pair,
@@ -110,6 +115,13 @@ def _judge_unknown(hidden: Row, named: Sequence[Row], laws: Sequence[Row], lefto
         "left": bool(leftover) and not named and not laws,
         "left_in_channel": any(u["channel"] in channels for u in leftover),
     }
+
+
+def _stage(explanation: Row) -> str:
+    """The stage of the model at which an effect or a law acts."""
+    if "effect" in explanation:
+        return catalogue()[explanation["effect"]].stage
+    return QUANTITIES[explanation["quantity"]].stage
 
 
 def _told(truth: Row, explanations: Sequence[Row]) -> Iterator[tuple[float, bool]]:
