@@ -46,10 +46,30 @@ def temperatures(
     loss = np.broadcast_to(np.maximum(convection + conductance, _NO_LOSS), shape)
     gone = -np.expm1(-loss * duration / capacity)
     level = (power + convection * environment + _NO_LOSS * environment * (convection + conductance == 0.0)) / loss
-    level, pull = np.broadcast_to(level, shape), np.broadcast_to(conductance / loss, shape)
+    level = np.broadcast_to(level, shape)
+    if not np.any(conductance):
+        return _disc(gone, level, initial)
+    pull = np.broadcast_to(conductance / loss, shape)
     follows = np.broadcast_to(-np.expm1(-conductance * duration / shaft_capacity), shape)
-    # T_i - (1 - gone) T_(i-1) - gone pull T_s(i-1) = ... and, beneath it, T_s(i) - (1 - follows) T_s(i-1) - ... = 0:
-    # one lower banded system, columns by diagonal
+    return _disc_and_shaft(gone, level, pull, follows, initial)
+
+
+def _disc(gone: Floats, level: Floats, initial: float) -> Floats:
+    """T_i - (1 - gone) T_(i-1) = gone level as one lower banded system, columns by diagonal (set, interval)."""
+    bands = np.ones((*gone.shape, 2))
+    bands[:, :-1, 1] = gone[:, 1:] - 1.0
+    bands[:, -1, 1] = 0.0
+    known = gone * level
+    known[:, 0] += initial * (1.0 - gone[:, 0])
+    return np.asarray(dtbsv(1, bands.reshape(-1, 2).T, known.ravel(), lower=1, diag=1).reshape(gone.shape))
+
+
+def _disc_and_shaft(gone: Floats, level: Floats, pull: Floats, follows: Floats, initial: float) -> Floats:
+    """The same beside a shaft: beneath each row of the disc stands that of the shaft (set, interval).
+
+    T_i - (1 - gone) T_(i-1) - gone pull T_s(i-1) = gone level,   T_s(i) - (1 - follows) T_s(i-1) - ... = 0
+    """
+    shape = gone.shape
     bands = np.zeros((*shape, 2, 4))
     bands[:, :-1, 0, 2] = gone[:, 1:] - 1.0
     bands[:, :-1, 1, 1] = -(gone * pull)[:, 1:]
