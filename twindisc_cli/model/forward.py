@@ -284,7 +284,8 @@ class _Chain:
         if not self.is_local:
             return state
         ratio = before.normal_load / before.nominal_load
-        paths, section = self._paths(before), self.section(before)
+        section = self.section(before)
+        paths = self._paths(before, section)
         spread = paths.at(lambda path: path.spread, section / paths.scaling.to(ratio).section)
         index = state.wear_index[..., None] * spread
         factor = self._by_index(index.reshape(self.sets, -1)).reshape(index.shape) @ SHARES
@@ -296,7 +297,8 @@ class _Chain:
 
     def marched(self, state: State, of: slice) -> Paths:
         """The paths on which each strip wears by its own K through a state's history, of every set or of the first."""
-        paths, section = self._weighted(state), self.section(state)
+        section = self.section(state)
+        paths = self._weighted(state, section)
         scaled = paths.scaling.to(np.broadcast_to(state.normal_load / state.nominal_load, section.shape))
         own = np.maximum.accumulate(section / scaled.section, axis=1)
         pace = state.power / np.maximum(state.rolling_speed, _STANDING) / (scaled.along * scaled.across)
@@ -324,7 +326,8 @@ class _Chain:
 
     def _traction(self, state: State) -> State:
         """Traction of the patch as worn so far, the power and the energy."""
-        patch = self._paths(state).patch(self.section(state), state.normal_load / state.nominal_load)
+        section = self.section(state)
+        patch = self._paths(state, section).patch(section, state.normal_load / state.nominal_load)
         force, work = self._rolling(state, patch)
         power = state.rolling_speed * work
         return state.replace(
@@ -406,11 +409,11 @@ class _Chain:
         worn = np.cumsum(np.diff(state.energy, axis=1, prepend=0.0) * state.wear_factor, axis=1)
         return worn * np.nan_to_num(self.base.K) / self.model.circumference_hardness
 
-    def _paths(self, state: State) -> Paths:
-        return self.own or self._weighted(state)
+    def _paths(self, state: State, section: Floats) -> Paths:
+        return self.own or self._weighted(state, section)
 
-    def _weighted(self, state: State) -> WeightedPaths:
-        own = self.section(state) / (state.normal_load / state.nominal_load)
+    def _weighted(self, state: State, section: Floats) -> WeightedPaths:
+        own = section / (state.normal_load / state.nominal_load)
         path = partial(self.model.path, section=float(np.max(own)))
         return weighted_paths(path, self.model.experiment.options.contact, state.half_space, state.wander)
 
@@ -442,7 +445,7 @@ class _Chain:
         if not np.any(share):
             return np.full((1, 1, 1), np.inf)
         load = np.broadcast_to(state.normal_load, section.shape)[:, stops.point]
-        area = self._paths(state).patch(section[:, stops.point], load / state.nominal_load).area
+        area = self._paths(state, section).patch(section[:, stops.point], load / state.nominal_load).area
         return np.asarray(2.0 * load / area / test.rig.effective_modulus / np.maximum(share, 1e-9))[..., None]
 
     def read(self, state: State) -> Prediction:
@@ -451,7 +454,7 @@ class _Chain:
         profile, stops = self.model.experiment.measured.profile, None
         if profile is not None:
             stops = Stops.of(profile, points)
-            surface = worn_surface(self._paths(state), state, section, stops)
+            surface = worn_surface(self._paths(state, section), state, section, stops)
             state = state.replace(surface=replace(surface, give=self._give(state, section, stops)))
         state = self._apply("sensor", self._apply("surface", state))
         wide = section.shape
@@ -462,5 +465,5 @@ class _Chain:
             temperature=points.temperature(np.broadcast_to(state.disc_temperature, wide)),
             state=state,
             section=section,
-            paths=self._paths(state),
+            paths=self._paths(state, section),
         )
