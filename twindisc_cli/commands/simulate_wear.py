@@ -11,7 +11,7 @@ from twindisc_cli.definition import Test
 from twindisc_cli.errors import DefinitionError
 from twindisc_cli.identify.track import last_profile
 from twindisc_cli.identify.wear_history import WearHistory, wear_history
-from twindisc_cli.model.experiment import Experiment
+from twindisc_cli.model.experiment import Experiment, Floats, Start
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.results import Array, Axis, Dataset, Result
 
@@ -35,7 +35,7 @@ def run(test: Test) -> Result:
     history = wear_history(model, mu=mu, wear_coefficient=k)
     return Result(
         command="simulate-wear",
-        summary=_summary(history, k, source),
+        summary=(*_summary(history, k, source), *_begun(experiment.measured.start)),
         json={
             **_iteration(history, -1),
             "final_radius_mm": _radius(history.radius[-1] * 1e3),
@@ -49,7 +49,7 @@ def run(test: Test) -> Result:
                 for i, t in enumerate(history.time)
             ],
         },
-        dataset=_dataset(history, k, source),
+        dataset=_dataset(history, k, source, experiment.measured.start),
         figure=lambda: _figure(experiment, history),
     )
 
@@ -90,6 +90,14 @@ def _summary(history: WearHistory, k: float, source: str) -> tuple[str, ...]:
     )
 
 
+def _begun(start: Start | None) -> tuple[str, ...]:
+    """From which discs the wear begins, where they were measured."""
+    if start is None:
+        return ()
+    size = [f"disc {disc} {np.ptp(height) * 1e6:.3g} µm" for disc, height in enumerate(start.height, start=1)]
+    return (f"begins at the recorded profiles of the new discs, from lowest to highest {', '.join(size)}",)
+
+
 def _shrunk(history: WearHistory) -> tuple[str, ...]:
     """What the speeds of the new discs would make of the creepage, where it counts."""
     shift = _creepage_shift(history, -1)
@@ -117,7 +125,18 @@ def _figure(test: Experiment, history: WearHistory) -> Figure:
     return worn(history, name=test.name, provenance=test.measured.provenance if recorded else "", measured=measured)
 
 
-def _dataset(history: WearHistory, k: float, source: str) -> Dataset:
+def _new(start: Start | None, y: Floats) -> tuple[Array, ...]:
+    """The profiles of the new discs, where the wear begins at measured ones."""
+    if start is None:
+        return ()
+    one, two = (np.interp(y, start.y, height) for height in start.height)
+    return (
+        Array("new_height", ("y",), two, "m", "disc 2 as it was new, above its nominal shape"),
+        Array("disc1_new_height", ("y",), one, "m", "disc 1 as it was new, above its nominal shape"),
+    )
+
+
+def _dataset(history: WearHistory, k: float, source: str, start: Start | None) -> Dataset:
     rows = (
         ("time", history.time, "s", "time at the end of the iteration"),
         ("creepage", history.creepage, "1", "longitudinal creepage"),
@@ -140,6 +159,7 @@ def _dataset(history: WearHistory, k: float, source: str) -> Dataset:
             *(Array(name, ("iteration",), values, unit, what, name == "radius") for name, values, unit, what in rows),
             Array("height", ("iteration", "y"), history.height, "m", "height change of disc 2"),
             Array("disc1_height", ("iteration", "y"), history.disc1_height, "m", "height change of disc 1"),
+            *_new(start, history.y),
         ),
         attrs={
             "wear_coefficient": k,

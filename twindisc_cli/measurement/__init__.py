@@ -74,7 +74,7 @@ def read(sources: Sources, *, rig: Rig, history: History | None, provenance: Pro
         except MeasurementError as error:
             problems.extend(error.problems)
 
-    traction = profile = place = temperature = mass = zero = begin = None
+    traction = profile = place = start = temperature = mass = zero = begin = None
     named, found = sources.columns, history is None
     with gathered():
         if sources.log:
@@ -91,7 +91,7 @@ def read(sources: Sources, *, rig: Rig, history: History | None, provenance: Pro
         raise MeasurementError(problems)
     with gathered():
         if sources.profile:
-            profile, place, count = read_profile(
+            profile, place, start, count = read_profile(
                 *content(sources.profile),
                 rig=rig,
                 history=history,
@@ -113,5 +113,7 @@ def read(sources: Sources, *, rig: Rig, history: History | None, provenance: Pro
             rows.append(replace(count, file=sources.mass))
     if problems:
         raise MeasurementError(problems)
-    measured = Measured(traction, profile, temperature, mass, provenance, torque_zero=zero, profile_place=place)
+    measured = Measured(
+        traction, profile, temperature, mass, provenance, torque_zero=zero, profile_place=place, start=start
+    )
     return Recorded(measured, history, hashes, tuple(rows))

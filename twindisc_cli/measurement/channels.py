@@ -134,10 +134,10 @@ def read_mass(
     return samples, table.count()
 
 
-def check_place(table: Table, disc: Ints, iteration: Ints, last: int) -> None:
+def check_place(table: Table, disc: Ints, iteration: Ints, last: int, first: int = 1) -> None:
     """Discs are 1 or 2, iterations those of the history."""
     table.flag((disc != 1) & (disc != 2), "disc", lambda row: f"there is no disc {disc[row]}; it is 1 or 2")
-    outside = (iteration < 1) | (iteration > last)
+    outside = (iteration < first) | (iteration > last)
     table.flag(outside, "iteration", lambda row: f"the history has iterations 1 to {last}, not {iteration[row]}")
 
 

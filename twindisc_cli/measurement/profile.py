@@ -9,6 +9,9 @@ Each record is levelled by m and h_0 and centred by y_0 unless the definition sa
 clear yet, beside where later records of its disc are worn, and centred as they are. The standard errors count
 neighbours whose roughness is alike as fewer points. Traces of one record are levelled and centred one by one, and
 averaged.
+
+A profile at iteration 0 is that of the new disc, over the same y as the later ones: what it departs from the nominal
+shape by, levelled by a line through all of it and moved to where the tracks of its disc are. Later ones count from it.
 """
 
 from __future__ import annotations
@@ -24,7 +27,7 @@ from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
 from twindisc_cli.measurement.table import Bools, Table, read_table
 from twindisc_cli.measurement.units import COUNT, LENGTH
-from twindisc_cli.model.experiment import History, ProfilePlace, ProfileSamples, Rig
+from twindisc_cli.model.experiment import History, ProfilePlace, ProfileSamples, Rig, Start
 
 NO_DEPTH = 0.1
 """A height of this share of the smaller rolling radius is none that wear made."""
@@ -38,6 +41,8 @@ _SPREADS = 4.0
 _PASSES = 4
 _WIDER = 3.0
 _CLEAR = 3.0
+_STILL_CROWNED = 0.5
+"""Share of the discs' curvature that the profile of a new disc departs from its nominal shape by at most."""
 
 
 @dataclass(frozen=True)
@@ -195,10 +200,11 @@ def _alike(rough: Floats) -> float:
 
 def read_profile(
     data: bytes, file: str, *, rig: Rig, history: History, naming: Naming | None = None, as_recorded: bool = False
-) -> tuple[ProfileSamples, ProfilePlace | None, RowCount]:
+) -> tuple[ProfileSamples | None, ProfilePlace | None, Start | None, RowCount]:
     """Height change of the worn disc across the track, for each disc and stop, and how well its place is known.
 
-    as_recorded: neither levelled nor centred; the worn zone must then lie under the contact.
+    as_recorded: neither levelled nor centred; the worn zone must then lie under the contact. The new discs, and None
+    where they were not recorded; None for the height change where nothing else was.
     """
     wanted = (
         Column("y", LENGTH),
@@ -211,26 +217,72 @@ def read_profile(
     columns, last = table.columns, int(history.driven.sum())
     disc = columns.get("disc", np.full(len(table), 2.0)).astype(np.int64)
     iteration = columns.get("iteration", np.full(len(table), float(last))).astype(np.int64)
-    check_place(table, disc, iteration, last)
+    check_place(table, disc, iteration, last, first=0)
     stops = [
         (which, np.flatnonzero((disc == which[0]) & (iteration == which[1])))
         for which in np.unique(np.stack([disc, iteration]), axis=1).T
     ]
+    fresh = {int(which[0]): _fresh(table, rows, rig) for which, rows in stops if which[1] == 0}
+    _count_from(table, disc, fresh)
+    stops = [(which, rows) for which, rows in stops if which[1] > 0]
     worn = {
         which: [one for (own, _), rows in stops if own == which for one in _worn(table, rows)]
         for which in np.unique(disc)
     }
     records = [(which, _record(table, rows, rig, worn[which[0]], as_recorded=as_recorded)) for which, rows in stops]
-    if not any(len(y) for _, (y, _, _) in records):
+    if not fresh and not any(len(y) for _, (y, _, _) in records):
         table.note("no row holds both a place and a height", line=1)
     table.check()
+    start = _start(fresh, {int(which[0]): found[-1].centre for which, (_, _, found) in records if found})
+    if not records:
+        return None, None, start, table.count()
     samples = ProfileSamples(
         y=np.concatenate([y for _, (y, _, _) in records]),
         height=np.concatenate([height for _, (_, height, _) in records]),
         disc=np.concatenate([np.full(len(y), which[0]) for which, (y, _, _) in records]),
         iteration=history.entry(np.concatenate([np.full(len(y), which[1]) for which, (y, _, _) in records])),
     )
-    return samples, _place([found for _, (_, _, found) in records]), table.count()
+    return samples, _place([found for _, (_, _, found) in records]), start, table.count()
+
+
+def _fresh(table: Table, rows: Ints, rig: Rig) -> tuple[Floats, Floats]:
+    """The profile of a new disc, the mean of its traces, levelled: y and height [m]."""
+    y, height = table.columns["y"], table.columns["height"]
+    traces = _traces(table, rows)
+    if not all(_check_trace(table, trace, rig) for trace in traces):
+        return y[rows], height[rows]
+    order = [trace[np.argsort(y[trace])] for trace in traces]
+    place, mean = _mean_of(table, [(y[own], height[own]) for own in order])
+    bent = 2.0 * float(np.polyfit(place - np.mean(place), mean, 2)[0])
+    if abs(bent) > _STILL_CROWNED * abs(rig.curvature_y):
+        what = (
+            f"the new disc is bent by {1e-3 / abs(bent):.3g} mm of radius beside its nominal shape; take its crown off"
+        )
+        table.note(what, "height", int(table.lines[rows[0]]))
+    table.notes.append("iteration 0 is the new disc: wear begins there, and later profiles count from it")
+    return place, mean
+
+
+def _count_from(table: Table, disc: Ints, fresh: dict[int, tuple[Floats, Floats]]) -> None:
+    """Take the profile of each new disc off its later ones."""
+    height = table.columns["height"].copy()
+    for which, (y, new) in fresh.items():
+        own = disc == which
+        height[own] -= np.interp(table.columns["y"][own], y, new)
+    table.columns["height"] = height
+
+
+def _start(fresh: dict[int, tuple[Floats, Floats]], centre: dict[int, float]) -> Start | None:
+    """The new discs on the places of both, about the centres of their tracks; what was not recorded is nominal."""
+    if not fresh:
+        return None
+    about = {
+        disc: (y - centre.get(disc, 0.0), new - np.polyval(np.polyfit(y, new, 1), y))
+        for disc, (y, new) in fresh.items()
+    }
+    places = np.unique(np.concatenate([y for y, _ in about.values()]))
+    nominal = np.zeros_like(places)
+    return Start(places, np.array([np.interp(places, *about[d]) if d in about else nominal for d in (1, 2)]))
 
 
 def _place(found: Sequence[Sequence[Placed]]) -> ProfilePlace | None:

@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from twindisc_cli.laws.law import Law
 from twindisc_cli.physics import hertz, line_contact
 
+START_PARTS = 8
+"""Places in a strip at which the shape of the new discs is asked."""
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Contact = Literal["hertz", "half_space"]
@@ -236,6 +238,23 @@ class ProfileSamples:
     iteration: Ints
 
 
+@dataclass(frozen=True, eq=False)
+class Start:
+    """How far the new discs stand above their nominal shapes: height [m] of discs 1 and 2 (2, point), at rising y [m].
+
+    It is itself only, so that what is computed from it can be remembered.
+    """
+
+    y: Floats
+    height: Floats
+
+    def on(self, y: Floats) -> Floats:
+        """Height of both together, the mean over each of uniform strips about y (strip,) [m]; beyond as it ends."""
+        parts = (np.arange(START_PARTS) + 0.5) / START_PARTS - 0.5
+        inside = np.interp(y[:, None] + parts * (y[1] - y[0]), self.y, self.height.sum(axis=0))
+        return np.asarray(inside.mean(axis=1))
+
+
 @dataclass(frozen=True)
 class TemperatureSamples:
     """Measured disc temperature [K] at time [s], each (sample,)."""
@@ -285,6 +304,7 @@ class ProfilePlace:
 class Measured:
     """The measured channels of a test; None where a channel was not measured, or a zero or a place is not known.
 
+    start: the new discs, where they were measured; what their profiles became is measured from there.
     others: samples of further channels by name.
     """
 
@@ -295,6 +315,7 @@ class Measured:
     provenance: Provenance = "measured"
     torque_zero: TorqueZero | None = None
     profile_place: ProfilePlace | None = None
+    start: Start | None = None
     others: Mapping[str, Any] = field(default_factory=dict)
 
     def with_samples(self, name: str, samples: Any) -> Measured:

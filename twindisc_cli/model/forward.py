@@ -106,7 +106,8 @@ class ForwardModel:
     def path(self, contact: Contact, wander: float, section: float = 0.0) -> WearPath:
         """The wear path of this rig; beyond `reach` only where no profile tells how far the wear went."""
         enough = self.reach if self.experiment.measured.profile is not None else max(self.reach, section)
-        return wear_path(self.experiment.rig, contact=contact, section=enough, wander=wander)
+        start = self.experiment.measured.start
+        return wear_path(self.experiment.rig, contact=contact, section=enough, wander=wander, start=start)
 
     def predict(
         self,

@@ -19,7 +19,7 @@ from functools import lru_cache, partial
 import numpy as np
 
 from twindisc_cli.model import worn
-from twindisc_cli.model.experiment import Contact, Floats, Rig
+from twindisc_cli.model.experiment import Contact, Floats, Rig, Start
 from twindisc_cli.physics import hertz
 from twindisc_cli.physics.half_space import NoConvergenceError
 from twindisc_cli.physics.half_space.strips import StripContact, equivalent_ellipse, solve_strips
@@ -85,21 +85,24 @@ def march(
     cases: int = 1,
     weights: Weights = even,
     mirrored: bool = True,
+    start: Start | None = None,
 ) -> March:
     """Wear the unworn discs through the sections `nodes` [m2] on uniform strips y, an odd number about 0.
 
     wander    standard deviation of the contact's lateral position [m]
     mirrored  the weights are the same on both sides of the track
+    start     how the unworn discs depart from their nominal shapes
     """
     spread = _spreading(y, wander) / rig.normal_load
+    rise = np.zeros_like(y) if start is None else start.on(y)
     if contact == "hertz":
-        return _march_hertz(rig, y, nodes, spread, cases, weights)
-    if not mirrored:
-        return _march_half_space(rig, y, nodes, spread, cases, weights, mirrored=False)
+        return _march_hertz(rig, y, nodes, spread, cases, weights, rise)
+    if start is not None or not mirrored:
+        return _march_half_space(rig, y, nodes, spread, cases, weights, rise, mirrored=False)
     middle = len(y) // 2
     folded = spread[middle:, middle:].copy()
     folded[:, 1:] += spread[middle:, :middle][:, ::-1]
-    half = _march_half_space(rig, y[middle:], nodes, folded, cases, weights, mirrored=True)
+    half = _march_half_space(rig, y[middle:], nodes, folded, cases, weights, rise[middle:], mirrored=True)
     return March(_unfolded(half.depth), half.contact)
 
 
@@ -117,9 +120,9 @@ def _spreading(y: Floats, wander: float) -> Floats:
 
 
 def _march_half_space(
-    rig: Rig, y: Floats, nodes: Floats, spread: Floats, cases: int, weights: Weights, *, mirrored: bool
+    rig: Rig, y: Floats, nodes: Floats, spread: Floats, cases: int, weights: Weights, rise: Floats, *, mirrored: bool
 ) -> March:
-    gap = np.tile(0.5 * rig.curvature_y * y**2, (cases, 1))
+    gap = np.tile(0.5 * rig.curvature_y * y**2 - rise, (cases, 1))
     press = partial(
         solve_strips,
         y=y,
@@ -222,16 +225,20 @@ def _peak_pressure(line_load: Floats, half_length: Floats, y: Floats) -> float:
     return float(max(contact.centre_pressure[inner].max(initial=0.0), band.max()))
 
 
-def _march_hertz(rig: Rig, y: Floats, nodes: Floats, spread: Floats, cases: int, weights: Weights) -> March:
+def _march_hertz(
+    rig: Rig, y: Floats, nodes: Floats, spread: Floats, cases: int, weights: Weights, rise: Floats
+) -> March:
     circle = _BestCircle.on(rig, y)
     worn, curvature = np.zeros((cases, len(y))), np.full(cases, rig.curvature_y)
+    if rise.any():
+        curvature = circle.curvature(worn - rise)
     depths, curvatures = [worn], [curvature]
     for number, step in enumerate(np.diff(nodes)):
         loss = worn
         for share in (0.5, 1.0):
             pressed = circle.pressed(*circle.axes(curvature))
             loss = worn + share * step * _worn(spread, weights(number, y, pressed), pressed.line_load, mirrored=False)
-            curvature = circle.curvature(loss)
+            curvature = circle.curvature(loss - rise)
         worn = loss
         depths.append(worn)
         curvatures.append(curvature)

@@ -25,7 +25,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import erf
 
-from twindisc_cli.model.experiment import Contact, Floats, Rig
+from twindisc_cli.model.experiment import Contact, Floats, Rig, Start
 from twindisc_cli.model.march import Loaded, March, march
 from twindisc_cli.model.traction_law import creep_stiffness
 from twindisc_cli.physics import line_contact
@@ -88,7 +88,7 @@ class WearPath:
     patch that sticks all over, square [1] its squareness (`worn`), edge [m] half-width of the worn zone: each (node,);
     y [m] (strip,); depth [m], line_load [N/m]: (node, strip); spread: wear index of a strip over the mean of the patch,
     at PLACES (node, place); error: relative error of the greatest depth; pressure_error: of
-    p0, at the node where it is largest. contact and wander [m] are those of the march.
+    p0, at the node where it is largest. contact, wander [m] and start are those of the march.
     """
 
     section: Floats
@@ -109,6 +109,7 @@ class WearPath:
     contact: Contact = "hertz"
     wander: float = 0.0
     scaling: Scaling = CROWNED
+    start: Start | None = None
 
     @property
     def wander_unit(self) -> float:
@@ -125,10 +126,12 @@ class WearPath:
         return np.asarray((1.0 - part) * values[right - 1] + part * values[right])
 
 
-def wear_path(rig: Rig, *, contact: Contact, section: float, wander: float = 0.0) -> WearPath:
+def wear_path(
+    rig: Rig, *, contact: Contact, section: float, wander: float = 0.0, start: Start | None = None
+) -> WearPath:
     """Return the path from the unworn discs to at least `section` [m2]; paths are remembered."""
     tier = 2.0 ** np.ceil(np.log2(max(section, first_section(rig))))
-    return _path(rig, contact, float(tier), float(wander))
+    return _path(rig, contact, float(tier), float(wander), start)
 
 
 @lru_cache(maxsize=64)
@@ -143,24 +146,25 @@ def first_section(rig: Rig) -> float:
 
 
 @lru_cache(maxsize=64)
-def _path(rig: Rig, contact: Contact, section: float, wander: float) -> WearPath:
+def _path(rig: Rig, contact: Contact, section: float, wander: float, start: Start | None) -> WearPath:
     if rig.is_line:
+        if start is not None:
+            raise OutOfRangeError("along a line contact the profile of the new discs is not followed")
         return _worn_strip(rig, section, wander)
     y = _grid(rig, section, wander)
     nodes = _nodes(rig, section, GROWTH)
-    marched = march(rig, contact, y, nodes, wander=wander)
+    marched = march(rig, contact, y, nodes, wander=wander, start=start)
     if wander:
-        plain = _path(rig, contact, section, 0.0)
+        plain = _path(rig, contact, section, 0.0, start)
         error, pressure_error = plain.error, plain.pressure_error
     else:
         coarse_nodes = _nodes(rig, section, 2.0 * GROWTH)
-        coarse = march(rig, contact, y, coarse_nodes)
+        coarse = march(rig, contact, y, coarse_nodes, start=start)
         error = abs(marched.depth[0, -1].max() / coarse.depth[0, -1].max() - 1.0) / 3.0
         coarse_p0 = np.interp(nodes, coarse_nodes, coarse.contact.p0[0])
         pressure_error = np.max(np.abs(coarse_p0 / marched.contact.p0[0] - 1.0))
-    return _read(
-        rig, marched, y=y, nodes=nodes, contact=contact, wander=wander, errors=(float(error), float(pressure_error))
-    )[0]
+    errors = float(error), float(pressure_error)
+    return _read(rig, marched, y=y, nodes=nodes, contact=contact, wander=wander, start=start, errors=errors)[0]
 
 
 Factors = Callable[[Floats, Floats, Floats], Floats]
@@ -202,10 +206,13 @@ def local_paths(rig: Rig, path: WearPath, course: Course, factors: Factors, *, b
     favoured = _Favoured(pace, np.array(cycles), factors, np.full((len(section), len(path.y)), np.inf))
     marched = march(
         rig, path.contact, path.y, nodes,
-        wander=path.wander, cases=len(section), weights=favoured, mirrored=not by_place,
+        wander=path.wander, cases=len(section), weights=favoured, mirrored=not by_place, start=path.start,
     )  # fmt: skip
     errors = path.error, path.pressure_error
-    return _read(rig, marched, y=path.y, nodes=nodes, contact=path.contact, wander=path.wander, errors=errors)
+    return _read(
+        rig, marched, y=path.y, nodes=nodes,
+        contact=path.contact, wander=path.wander, start=path.start, errors=errors,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -241,7 +248,15 @@ class _Favoured:
 
 
 def _read(
-    rig: Rig, marched: March, *, y: Floats, nodes: Floats, contact: Contact, wander: float, errors: tuple[float, float]
+    rig: Rig,
+    marched: March,
+    *,
+    y: Floats,
+    nodes: Floats,
+    contact: Contact,
+    wander: float,
+    start: Start | None,
+    errors: tuple[float, float],
 ) -> list[WearPath]:
     """The path of each case of a march."""
     found = marched.contact
@@ -265,6 +280,7 @@ def _read(
             pressure_error=errors[1],
             contact=contact,
             wander=wander,
+            start=start,
         )
         for i, depth in enumerate(marched.depth)
     ]
