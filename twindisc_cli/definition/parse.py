@@ -8,6 +8,7 @@ import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any, get_args
 
@@ -58,12 +59,13 @@ def _parse(text: str, file: str) -> DefinitionBase:
     source, problems = _read(text, file)
     problems.extend(_add_effects(source))
     meant: dict[Key, str] = {}
+    model = definition_model()
     try:
-        definition = definition_model().model_validate(source.raw)
+        definition = model.model_validate(source.raw)
     except ValidationError as error:
         errors = error.errors(include_url=False)
-        meant = {key: guess for key in _unknown_keys(errors) if (guess := _guess(key))}
-        problems.extend(_schema_problems(source, errors, meant))
+        meant = {key: guess for key in _unknown_keys(errors) if (guess := _guess(key, model))}
+        problems.extend(_schema_problems(source, errors, meant, model))
     for key, what in broken(_corrected(source.raw, meant)):
         if key[-1] not in source.mended:
             problems.append(source.problem(key, what))
@@ -149,13 +151,15 @@ def _corrected(raw: Mapping[str, Any], meant: Mapping[Key, str]) -> Mapping[str,
     return corrected
 
 
-def _schema_problems(source: _Source, errors: Sequence[ErrorDetails], meant: Mapping[Key, str]) -> Iterator[Problem]:
+def _schema_problems(
+    source: _Source, errors: Sequence[ErrorDetails], meant: Mapping[Key, str], model: type[BaseModel]
+) -> Iterator[Problem]:
     """One problem per mistake: a misspelt key is not also reported as missing."""
     spelt = {(*key[:-1], guess) for key, guess in meant.items()}
     for error in errors:
         key: Key = tuple(error["loc"])
         if error["type"] == "extra_forbidden":
-            yield source.problem(key, _unknown(key, meant.get(key)))
+            yield source.problem(key, _unknown(key, meant.get(key), model))
         elif error["type"] != "missing":
             yield source.problem(key, _wrong(error))
         elif key not in spelt and key[-1] not in source.mended:
@@ -198,26 +202,26 @@ def _shown(value: object) -> str:
     return text if len(text) <= 40 else text[:37] + "..."
 
 
-def _guess(key: Key) -> str | None:
+def _guess(key: Key, model: type[BaseModel]) -> str | None:
     """The sibling that an unknown key most probably meant; None where it has its place in another table."""
-    name, siblings = str(key[-1]), _keys(definition_model(), key[:-1])
-    if _table_of(key) is not None:
+    name, siblings = str(key[-1]), _keys(model, key[:-1])
+    if _table_of(key, model) is not None:
         return None
     return nearest(name, siblings) or next((s for s in siblings if _same_quantity(name, s)), None)
 
 
-def _table_of(key: Key) -> Key | None:
+def _table_of(key: Key, model: type[BaseModel]) -> Key | None:
     """The other table in which an unknown key is known."""
-    return next((table for table, names in _every_table() if key[-1] in names and table != key[:-1]), None)
+    return next((table for table, names in _every_table(model) if key[-1] in names and table != key[:-1]), None)
 
 
-def _unknown(key: Key, guess: str | None) -> str:
+def _unknown(key: Key, guess: str | None, model: type[BaseModel]) -> str:
     """What to tell about an unknown key."""
-    table = _table_of(key)
+    table = _table_of(key, model)
     if table is not None:
         return f"unknown key here; it belongs {f'in [{_dotted(table)}]' if table else 'at the top of the file'}"
     if guess is None:
-        return f"unknown key; known here: {', '.join(_keys(definition_model(), key[:-1]))}"
+        return f"unknown key; known here: {', '.join(_keys(model, key[:-1]))}"
     unit = ", with the value in that unit" if _same_quantity(str(key[-1]), guess) else ""
     return f"unknown key, did you mean {guess}{unit}?"
 
@@ -247,12 +251,12 @@ def _inner_model(annotation: object) -> type[BaseModel] | None:
     return next((m for a in get_args(annotation) if (m := _inner_model(a))), None)
 
 
-def _every_table() -> Iterator[tuple[Key, list[str]]]:
+@cache
+def _every_table(model: type[BaseModel]) -> tuple[tuple[Key, list[str]], ...]:
     """The tables of the schema that stand on their own, with their keys."""
-    yield (), _keys(definition_model(), ())
-    for name in _keys(definition_model(), ()):
-        if name not in ("effects", *NAMED) and (keys := _keys(definition_model(), (name,))):
-            yield (name,), keys
+    names = _keys(model, ())
+    inner = {name: _keys(model, (name,)) for name in names if name not in ("effects", *NAMED)}
+    return (((), names), *(((name,), keys) for name, keys in inner.items() if keys))
 
 
 def _dotted(key: Key) -> str:
