@@ -407,3 +407,15 @@ def test_a_closed_pipe_is_no_error(folder: Path) -> None:
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False, env={**os.environ})
     assert done.stdout.splitlines()[-1] == "0"
     assert done.stderr == ""
+
+
+@pytest.mark.parametrize("command", ["contact", "check", "friction-chart"])
+def test_a_patch_larger_than_the_discs_is_refused(
+    folder: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    """E = 1 MPa under 100 kN: Hertz' ellipse of discs of 30 mm would be a fifth of a metre long."""
+    soft = {"youngs_modulus_GPa": "youngs_modulus_GPa = 0.001", "normal_load_N": "normal_load_N = 1e5"}
+    write(folder, changed(**soft).partition("[measured]")[0])
+    assert exit_code(command, "small.toml") == 4
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "times as large as the discs' radii" in line

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from twindisc_cli.laws.law import Law
 from twindisc_cli.physics import hertz, line_contact
+from twindisc_cli.physics.half_space import OutOfRangeError
 
 START_PARTS = 8
 """Places in a strip at which the shape of the new discs is asked."""
@@ -25,6 +26,8 @@ Ints = NDArray[np.int64]
 Contact = Literal["hertz", "half_space"]
 Traction = Literal["fastsim", "fastrip", "exact"]
 Provenance = Literal["measured", "digitised", "reconstructed", "synthetic"]
+LARGEST_PATCH = 1.0
+"""Semi-axis times curvature, the slope of the surfaces at the patch's edge, beyond which nothing is computed."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +110,20 @@ class Rig:
 
     @cached_property
     def patch(self) -> hertz.Ellipse | line_contact.Strip:
-        """Hertz's patch of the unworn discs: an ellipse, or a strip as wide as the narrower disc."""
+        """Hertz's patch of the unworn discs: an ellipse, or a strip as wide as the narrower disc.
+
+        Raises OutOfRangeError where it would be larger than the radii: such discs are no half-spaces to each other.
+        """
+        found = self._hertz()
+        size = max(float(found.a) * self.curvature_x, float(found.b) * self.curvature_y)
+        if size > LARGEST_PATCH:
+            raise OutOfRangeError(
+                f"the patch would be {size:.2g} times as large as the discs' radii, and the theory takes one that is "
+                "small against them: is the load too high, or the modulus too low?"
+            )
+        return found
+
+    def _hertz(self) -> hertz.Ellipse | line_contact.Strip:
         if self.is_line:
             return line_contact.line_contact(
                 curvature=self.curvature_x,
