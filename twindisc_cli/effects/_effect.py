@@ -49,6 +49,7 @@ class Effect:
     where the disc's temperature is not known; one that `needs_time` is not tried on samples recorded without time.
     A `local` effect of the stage `wear` is asked strip by strip: it gets the wear index of strips across the track, and
     may use nothing else that changes along the test.
+    `over` is the covariate of a learnt law that the effect changes over; "" where it is no law of a single one.
     The module's docstring is its explanation: formula, symbols, what it leaves behind, validity.
     """
 
@@ -62,6 +63,7 @@ class Effect:
     needs_temperature: bool = False
     needs_time: bool = False
     local: bool = False
+    over: str = ""
 
     def is_off(self, **parameters: Floats) -> bool:
         """Whether every parameter that can switch the effect off does so."""

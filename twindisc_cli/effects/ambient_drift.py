@@ -36,5 +36,6 @@ EFFECT = Effect(
         ),
     ),
     apply=apply,
+    over="time",
     source="F. P. Incropera, D. P. DeWitt, Fundamentals of Heat and Mass Transfer, chapter 5",
 )

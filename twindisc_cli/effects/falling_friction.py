@@ -51,5 +51,6 @@ EFFECT = Effect(
         ),
     ),
     apply=apply,
+    over="creepage",
     source="O. Polach, Wear 258 (2005) 992-1000",
 )

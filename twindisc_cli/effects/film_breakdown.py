@@ -55,5 +55,6 @@ EFFECT = Effect(
         ),
     ),
     apply=apply,
+    over="creepage",
     source="S. C. Lim, M. F. Ashby, Acta Metall. 35 (1987) 1-24; L. Chevalier et al., Tribol. Int. 39 (2006) 1376",
 )

@@ -62,6 +62,7 @@ EFFECT = Effect(
         ),
     ),
     apply=apply,
+    over="creepage",
     source="K. L. Johnson, J. L. Tevaarwerk, Proc. R. Soc. A 356 (1977) 215-236; C. R. Evans, K. L. Johnson, "
     "Proc. IMechE C 200 (1986) 303-312",
 )

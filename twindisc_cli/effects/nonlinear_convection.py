@@ -41,5 +41,6 @@ EFFECT = Effect(
         ),
     ),
     apply=apply,
+    over="temperature",
     source="S. W. Churchill, H. H. S. Chu, Int. J. Heat Mass Transf. 18 (1975); R. F. Barron, Cryogenic Heat Transfer",
 )  # fmt: skip

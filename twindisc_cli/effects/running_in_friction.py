@@ -49,6 +49,7 @@ EFFECT = Effect(
         ),
     ),
     apply=apply,
+    over="time",
     needs_time=True,
     source="P. J. Blau, Tribology International 38 (2005) 1007-1012",
 )

@@ -49,6 +49,7 @@ EFFECT = Effect(
         ),
     ),
     apply=apply,
+    over="time",
     source="P. J. Blau, Wear 26 (1981) 29-43; M. M. Khruschov, Wear 28 (1974) 69-88",
     needs_stops=True,
 )

@@ -36,6 +36,7 @@ EFFECT = Effect(
         ),
     ),
     apply=apply,
+    over="time",
     needs_time=True,
     source="ISO/IEC Guide 98-3:2008, section F.2.4",
 )

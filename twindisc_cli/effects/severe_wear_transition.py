@@ -66,6 +66,7 @@ EFFECT = Effect(
         ),
     ),
     apply=apply,
+    over="wear_index",
     source="R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE J 218 (2004) 467-478",
     needs_stops=True,
     local=True,

@@ -38,6 +38,7 @@ EFFECT = Effect(
         ),
     ),
     apply=apply,
+    over="temperature",
     needs_time=True,
     source="K. Six, A. Meierhofer, G. Mueller, P. Dietmaier, Vehicle System Dynamics 53 (2015) 726-747",
     needs_temperature=True,

@@ -32,6 +32,7 @@ EFFECT = Effect(
         ),
     ),
     apply=apply,
+    over="temperature",
     source="S. C. Lim, M. F. Ashby, Acta Metallurgica 35 (1987) 1-24",
     needs_stops=True,
     needs_temperature=True,

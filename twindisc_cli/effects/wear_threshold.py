@@ -41,6 +41,7 @@ EFFECT = Effect(
         ),
     ),
     apply=apply,
+    over="wear_index",
     source="S. Fouvry, P. Kapsa, L. Vincent, Wear 200 (1996) 186-205",
     needs_stops=True,
     local=True,

@@ -77,6 +77,7 @@ def diagnose(
         notes=[
             *_differences(found),
             *_unfixed(effects),
+            *_running_alike(weights),
             *(_warned(laws, told, validate) if validate else []),
             *_notes(found),
         ],
@@ -365,6 +366,17 @@ def _unfixed(effects: Sequence[FoundEffect]) -> list[str]:
         for found in effects
         if (keys := unfixed(catalogue()[found.name], found.parameters))
     ]
+
+
+def _running_alike(weights: Mapping[str, Weighed]) -> list[str]:
+    """Laws named for others of the same quantity, whose covariates run alike on this history."""
+    notes = []
+    for weight in weights.values():
+        for law in (label for label, _ in weight.rivals if len(label) == 2):
+            others = [other[1] for other, named in weight.same.items() if named == law]
+            if others:
+                notes.append(f"{_text(law)} stands for {' and '.join(others)}, too: they run alike on this history")
+    return notes
 
 
 def _notes(found: Outcome) -> list[str]:

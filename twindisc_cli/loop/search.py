@@ -278,7 +278,7 @@ def polished(
     term these are those just tried.
     """
     newest = [name for name in explanation.terms if name not in before.terms]
-    known = {newest[0]: judged_alike(explanation, [before, *tried])} if len(newest) == 1 else {}
+    known = {newest[0]: judged_alike(explanation, [before, *ranked(tried)])} if len(newest) == 1 else {}
     for _ in range(THRESHOLDS.most_terms):
         rivals = dict[str, Sequence[Explanation]](known)
         seen = responses(explanation.fit) if set(explanation.terms) - set(rivals) else []
@@ -301,10 +301,12 @@ def polished(
 
 
 def judged_alike(explanation: Explanation, others: Sequence[Explanation]) -> list[Explanation]:
-    """The best of the others fitted with the nuisances of an explanation, by falling evidence."""
+    """The best others, and effects within reach, fitted with the nuisances of an explanation, by falling evidence."""
     nuisance = explanation.fit.problem.nuisance
     found = [explanation]
-    for other in others[: THRESHOLDS.rivals]:
+    near = (e for e in others[THRESHOLDS.rivals :] if len(e.laws) == len(explanation.laws))
+    reach = (e for e in near if (explanation.evidence - e.evidence) / explanation.heat < THRESHOLDS.within)
+    for other in [*others[: THRESHOLDS.rivals], *reach]:
         if other.labels != explanation.labels or other.terms != explanation.terms:
             again = fit(replace(other.fit.problem, nuisance=nuisance), other.fit.theta)
             found.append(replace(other, fit=again))

@@ -33,7 +33,7 @@ class Weighed:
     """How probable a term of the answer is, NaN where nothing was resampled, and what cannot be told from it.
 
     rivals: terms with their probability, by falling probability. chances: the probability of each term that stands in
-    its place, itself among them. same: laws that are an effect in other words, with that effect: they count for it.
+    its place, itself among them. same: laws that are something else in other words, with what they count for.
     """
 
     probability: float
@@ -46,7 +46,7 @@ def weighed(found: Outcome, name: str) -> Weighed:
     """Weigh a term against what stands for it in any explanation without it, alone or with others.
 
     What does something else than the term where it is added in its place is no rival. The set ends where it is probable
-    enough.
+    enough, but for effects of the catalogue.
     """
     own, shares = found.answer.label(name), found.shares
     if not np.isfinite(shares).all():
@@ -69,7 +69,7 @@ def weighed(found: Outcome, name: str) -> Weighed:
     near = [
         pair
         for pair, held in zip(rivals, before, strict=False)
-        if pair[1] > THRESHOLDS.rival_share and held < THRESHOLDS.set_share
+        if pair[1] > THRESHOLDS.rival_share and (held < THRESHOLDS.set_share or len(pair[0]) == 1)
     ]
     return Weighed(probability if np.isfinite(found.shares).all() else np.nan, near, chances, same)
 
@@ -99,18 +99,32 @@ def _stand_ins(found: Outcome, name: str, member: Explanation) -> list[Label]:
 
 
 def _in_other_words(found: Outcome, name: str, label: Label, places: Mapping[Label, Explanation]) -> Label:
-    """The effect of a law's stage whose response it has in the place of a term; else the label itself."""
-    if len(label) == 1:
-        return label
-    stage = QUANTITIES[label[0]].stage
-    effects = [
+    """What a law is counted for in the place of a term; the label itself where that is nothing else.
+
+    An effect that has its response and changes over the same covariate, or over none. Where the term is an effect, the
+    likeliest law of the same quantity that has its response: its covariate runs as the law's own on this history.
+    """
+    effect = _effect_of(found, name, label, places)
+    if effect is not None or len(label) == 1 or len(found.answer.label(name)) == 2:
+        return effect or label
+    laws = [other for other in places if other[0] == label[0] and _effect_of(found, name, other, places) is None]
+    near = [o for o in laws if o == label or alike(found, name, places[label], places[o]) > THRESHOLDS.alike]
+    return max(near, key=lambda other: places[other].evidence)
+
+
+def _effect_of(found: Outcome, name: str, law: Label, places: Mapping[Label, Explanation]) -> Label | None:
+    """The likeliest effect of a law's stage and covariate whose response it has in the place of a term."""
+    near = [
         other
         for other, member in places.items()
-        if len(other) == 1 and catalogue()[other[0]].stage == stage and not member.fit.at_bound
+        if len(other) == 1
+        and len(law) == 2
+        and not member.fit.at_bound
+        and catalogue()[other[0]].stage == QUANTITIES[law[0]].stage
+        and catalogue()[other[0]].over in ("", law[1])
+        and alike(found, name, places[law], member) > THRESHOLDS.alike
     ]
-    shares = [alike(found, name, places[label], places[other]) for other in effects]
-    best = int(np.argmax(shares)) if shares else 0
-    return effects[best] if shares and shares[best] > THRESHOLDS.alike else label
+    return max(near, key=lambda other: places[other].evidence, default=None)
 
 
 def alike(found: Outcome, name: str, one: Explanation, two: Explanation) -> float:
