@@ -1,0 +1,62 @@
+"""What stands for a term of an answer: effects, laws in other words, and laws whose covariates run alike."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from twindisc_cli.effects import catalogue
+from twindisc_cli.loop.weighing import weighed
+
+TIME = np.linspace(0.0, 1.0, 200)
+NOISE = np.sin(40.0 * TIME)  # what nothing explains
+RISING, OTHER = TIME, TIME**3  # what rises along the test, and what rises late
+
+
+def member(label, evidence, removes):
+    """An explanation of one term that takes this away from the misfit of the base model."""
+    name = "_over_".join(label)
+    effect = catalogue().get(name) or SimpleNamespace(channel="profile")
+    return SimpleNamespace(
+        terms=(name,), labels=frozenset({label}), evidence=evidence, heat=1.0, label=lambda name: label,
+        effect=lambda name: effect, fit=SimpleNamespace(residual=NOISE + RISING - removes, at_bound=()),
+    )  # fmt: skip
+
+
+def outcome(shares, *members):
+    base = SimpleNamespace(
+        terms=(), labels=frozenset(), evidence=-50.0, heat=1.0, fit=SimpleNamespace(residual=NOISE + RISING)
+    )
+    return SimpleNamespace(
+        answer=members[0], members=[*members, base], shares=np.array([*shares, 0.0]), search=SimpleNamespace(base=base)
+    )
+
+
+WARM = member(("temperature_dependent_wear",), 0.0, RISING)
+BY_WARMTH, BY_ENERGY, BY_POWER = (member(("wear", c), -0.5, RISING) for c in ("temperature", "energy", "power"))
+
+
+def test_a_law_over_its_own_covariate_is_the_effect_and_those_that_run_alike_are_one_rival():
+    found = weighed(outcome([0.3, 0.2, 0.25, 0.25], WARM, BY_WARMTH, BY_ENERGY, BY_POWER), WARM.terms[0])
+    assert found.probability == pytest.approx(0.5)
+    assert found.rivals == [(("wear", "energy"), pytest.approx(0.5))]
+    assert found.same[("wear", "power")] == ("wear", "energy")
+
+
+def test_an_effect_without_a_covariate_of_its_own_takes_every_law_with_its_response():
+    partition = member(("heat_partition",), 0.0, RISING)
+    found = weighed(outcome([0.6, 0.4], partition, member(("heat", "power"), -0.5, RISING)), partition.terms[0])
+    assert found.probability == pytest.approx(1.0)
+    assert not found.rivals
+
+
+def test_laws_stay_apart_in_the_set_of_a_law():
+    found = weighed(outcome([0.6, 0.4], BY_ENERGY, BY_POWER), BY_ENERGY.terms[0])
+    assert found.rivals == [(("wear", "power"), pytest.approx(0.4))]
+
+
+def test_an_effect_within_reach_is_named_though_the_set_is_full():
+    severe = member(("severe_wear_transition",), -2.0, 0.7 * RISING + 0.3 * OTHER)
+    late = member(("wear", "creepage"), -2.0, 0.5 * RISING + 0.5 * OTHER)
+    found = weighed(outcome([0.87, 0.07, 0.06], WARM, severe, late), WARM.terms[0])
+    assert [label for label, _ in found.rivals] == [("severe_wear_transition",)]
