@@ -13,7 +13,7 @@ from rigs import Floats, Instruments, Plant, experiment, history, spread, tracti
 from twindisc_cli.loop.explain import Outcome, explain, problem_of, rises
 from twindisc_cli.loop.fit import Fit, refit
 from twindisc_cli.loop.thresholds import THRESHOLDS
-from twindisc_cli.model.experiment import Experiment, Measured, ProfilePlace, ProfileSamples
+from twindisc_cli.model.experiment import Experiment, Measured, Options, ProfilePlace, ProfileSamples
 from twindisc_cli.model.forward import ForwardModel
 
 COURSE = history((0.001, 0.0015, 0.002, 0.0012, 0.02, 0.04), 2)
@@ -67,6 +67,26 @@ def test_nothing_is_found_beside_a_declared_effect_that_is_all_there_is(name: st
         first, last = (found.judged.error("traction", kind, held_out=held_out) for kind in (before, after))
         assert last <= first * (1.0 + 1e-9)
     assert found.judged.error("traction", "after", held_out=False) == pytest.approx(SIGMA, rel=0.3)
+
+
+def test_what_a_worn_track_transmits_is_known_less_well_than_what_a_fresh_one_does() -> None:
+    """At small creepages after deep wear; on the ellipse of the best circle a worn track is as known as a fresh one."""
+    course = history((0.03, 0.05, 0.001, 0.0015), 2)
+    nothing = traction_samples(course, spread(course, 6), np.zeros(len(spread(course, 6))), SIGMA)
+    known = {}
+    for contact, wear in (("half_space", 1e-4), ("half_space", 1e-9), ("hertz", 1e-4)):
+        options = Options(contact=contact, wear_coefficient=wear)
+        test = experiment(course, thermal=None, measured=Measured(traction=nothing), options=options)
+        base = {"mu": np.array([0.5]), "K": np.array([wear]), "convection_W_K": np.array([np.nan])}
+        ratio = ForwardModel(test).predict(base).traction[0]
+        seen = Measured(traction=traction_samples(course, spread(course, 6), ratio, SIGMA))
+        nuisance = refit(problem_of([replace(test, measured=seen)])).problem.nuisance
+        assert nuisance is not None
+        of_the_track = -1 - 4 - 2  # before those of four steps' creepages, of the crown and the modulus
+        known[contact, wear] = np.linalg.norm(nuisance.columns[:, of_the_track])
+    assert known["hertz", 1e-4] == pytest.approx(0.0, abs=1e-9)
+    assert known["half_space", 1e-9] < 0.2 * known["half_space", 1e-4]
+    assert 0.5 < known["half_space", 1e-4] < 5.0
 
 
 # ------------------------------------------------------------------------------------------------ levelled profiles
