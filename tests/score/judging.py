@@ -33,12 +33,15 @@ _BASE = {"traction": ("mu", "mu"), "profile": ("K", "K"), "temperature": ("conve
 
 
 def judge(truth: Row, answer: Row) -> Row:
-    """What was right in one answer; the keys depend on what was hidden."""
+    """What was right in one answer; the keys depend on what was hidden.
+
+    What is there beside it (a sensor's fault, the other traction law) may be found, by its name or in a set.
+    """
     if "failed" in answer:
         return {"failed": True}
     names = [] if isinstance(truth["truth"], str) else truth["truth"]
     tolerated = {*truth.get("tolerated", [])} - {*names}
-    named = [e for e in answer["effects"] if e["effect"] not in tolerated]
+    named = [e for e in answer["effects"] if _is_meant(truth, _members(e)) or not tolerated & _members(e)]
     laws, leftover = answer.get("laws", []), answer["unexplained"]
     flags: Row = {
         "failed": False,
