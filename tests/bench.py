@@ -305,6 +305,31 @@ def wear_speed() -> Iterator[Row]:
     yield at_most("simulate-wear, ambient, half-space contact", seconds, 2.0, "s")
 
 
+def wear_paths() -> Iterator[Row]:
+    """Paths read off the table, against the march on twice the strips with half the steps, at places drawn between."""
+    from twindisc_cli.model import path_table, wear
+    from twindisc_cli.model.make_paths import refined, rig_of
+    from twindisc_cli.model.march import march
+
+    for contact in ("hertz", "half_space"):
+        rng, depths, areas, seconds = np.random.default_rng(11), [], [], []
+        for draw in range(40):
+            rig = rig_of(float(np.exp(rng.uniform(*path_table.RATIOS[[0, -1]]))))
+            section = float(np.exp(rng.uniform(0.0, np.log(1000.0)))) * wear.first_section(rig)
+            wander = float(path_table.WANDERS[draw % len(path_table.WANDERS)] * rig.patch.b)
+            nodes, y = wear._nodes(rig, section, 0.5 * wear.GROWTH), refined(wear._grid(rig, section, wander), 2)
+            marched = march(rig, contact, y, nodes, wander=wander)
+            path = wear.tabulated_path(rig, contact, section, wander)
+            seconds.append(best(lambda s=section, w=wander, r=rig, c=contact: wear.tabulated_path(r, c, s, w)))
+            depths.append(100.0 * abs(path.depth[-1].max() / marched.depth[0, -1].max() - 1.0))
+            areas.append(100.0 * np.abs(path.area / np.interp(path.section, nodes, marched.contact.area[0]) - 1.0))
+        at_nodes = np.concatenate(areas)
+        yield at_most(f"{contact}, path from the table against the march, 40 drawn: depth", max(depths), 0.05, "%")
+        yield at_most("  area, 95 % of the nodes within", float(np.quantile(at_nodes, 0.95)), 0.5, "%")
+        yield Row("  area, the largest (strips at the edge of the march jump)", f"{at_nodes.max():.3g} %")
+        yield at_most("  a path, median", float(np.median(seconds)) * 1e3, 2.0, "ms")
+
+
 def worn_peak_pressure() -> Iterator[Row]:
     """Of half-space tracks up to three patches wide, over strips and steps, and by the full solver."""
     import rigs
@@ -319,13 +344,13 @@ def worn_peak_pressure() -> Iterator[Row]:
     strips = [(count, 0.06) for count in (61, 121, 241, 481)]
     try:
         for wear.STRIPS, wear.GROWTH in {*steps, *strips}:
-            wear._path.cache_clear()
-            path = wear.wear_path(rig, contact="half_space", section=1e-9)
+            wear.marched_path.cache_clear()
+            path = wear.marched_path(rig, "half_space", wear.tier(rig, 1e-9), 0.0, None)
             found[wear.STRIPS, wear.GROWTH] = path
             peaks[wear.STRIPS, wear.GROWTH] = np.interp(sections, path.section, path.p0)
     finally:
         wear.STRIPS, wear.GROWTH = usual
-        wear._path.cache_clear()
+        wear.marched_path.cache_clear()
     path = found[121, 0.06]
     node = int(np.searchsorted(path.section, 1e-9))
     near = [found[key] for key in ((61, 0.06), (241, 0.06), (121, 0.03))]
@@ -817,6 +842,7 @@ SECTIONS = {
     "wear": wear_accuracy,
     "temperature": temperature,
     "wear speed": wear_speed,
+    "wear paths": wear_paths,
     "local wear": local_wear,
     "worn peak pressure": worn_peak_pressure,
     "exact": exact_traction,

@@ -152,9 +152,9 @@ def test_wander_spreads_the_first_wear_by_its_variance(contact: Contact, wander:
 
 def marched(monkeypatch: pytest.MonkeyPatch, contact: Contact, growth: float) -> WearPath:
     monkeypatch.setattr(wear, "GROWTH", growth)
-    wear._path.cache_clear()
-    path = wear_path(rig(), contact=contact, section=1e-9)
-    wear._path.cache_clear()
+    wear.marched_path.cache_clear()
+    path = wear.marched_path(rig(), contact, wear.tier(rig(), 1e-9), 0.0, None)
+    wear.marched_path.cache_clear()
     return path
 
 

@@ -64,10 +64,11 @@ Weights = Callable[[int, Floats, Loaded], Floats]
 
 @dataclass(frozen=True)
 class March:
-    """Depth [m] (case, node, strip), and the contact at the nodes."""
+    """Depth [m] (case, node, strip), contact at the nodes, mean load carried in each step [N/m] (case, step, strip)."""
 
     depth: Floats
     contact: Pressed
+    carried: Floats
 
 
 def even(step: int, y: Floats, loaded: Loaded) -> Floats:
@@ -93,7 +94,7 @@ def march(
     mirrored  the weights are the same on both sides of the track
     start     how the unworn discs depart from their nominal shapes
     """
-    spread = _spreading(y, wander) / rig.normal_load
+    spread = spreading(y, wander) / rig.normal_load
     rise = np.zeros_like(y) if start is None else start.on(y)
     if contact == "hertz":
         return _march_hertz(rig, y, nodes, spread, cases, weights, rise)
@@ -103,7 +104,7 @@ def march(
     folded = spread[middle:, middle:].copy()
     folded[:, 1:] += spread[middle:, :middle][:, ::-1]
     half = _march_half_space(rig, y[middle:], nodes, folded, cases, weights, rise[middle:], mirrored=True)
-    return March(_unfolded(half.depth), half.contact)
+    return March(_unfolded(half.depth), half.contact, _unfolded(half.carried))
 
 
 def _unfolded(values: Floats) -> Floats:
@@ -111,7 +112,7 @@ def _unfolded(values: Floats) -> Floats:
     return np.concatenate([values[..., :0:-1], values], axis=-1)
 
 
-def _spreading(y: Floats, wander: float) -> Floats:
+def spreading(y: Floats, wander: float) -> Floats:
     """Matrix (strip, strip) that spreads a line load over a normal distribution of the lateral position."""
     if wander <= 0.0:
         return np.eye(len(y))
@@ -133,9 +134,10 @@ def _march_half_space(
     )
     found = press(gap=gap)
     loss = np.zeros_like(gap)
-    depths, contacts = [loss], [found]
+    depths, contacts, means = [loss], [found], []
     last, place, before = found, 0.0, -1.0
     for number, step in enumerate(np.diff(nodes)):
+        mean = np.zeros_like(gap)
         for share, at in ((1.0 - GAMMA, GAMMA), (GAMMA, 1.0)):
             here = float(nodes[number] + at * step)
             guess = _ahead(last, found, (here - place) / (place - before))
@@ -144,13 +146,16 @@ def _march_half_space(
             last, before, place = found, place, here
             found = press(gap=gap + loss, compliance=compliance, start=guess, relative_accuracy=SETTLED)
             loss = loss + share * step * _worn(spread, favoured, found.line_load, mirrored=mirrored)
+            mean += share * found.line_load
         depths.append(loss)
         contacts.append(found)
+        means.append(mean)
     load, length, approach = (
         np.stack([getattr(contact, name) for contact in contacts], axis=1)
         for name in ("line_load", "half_length", "approach")
     )
-    return March(np.stack(depths, axis=1), _pressed(StripContact(y, length, load, approach), rig.normal_load, mirrored))
+    pressed = _pressed(StripContact(y, length, load, approach), rig.normal_load, mirrored)
+    return March(np.stack(depths, axis=1), pressed, np.stack(means, axis=1))
 
 
 def _ahead(last: StripContact, found: StripContact, part: float) -> StripContact:
@@ -232,7 +237,7 @@ def _march_hertz(
     worn, curvature = np.zeros((cases, len(y))), np.full(cases, rig.curvature_y)
     if rise.any():
         curvature = circle.curvature(worn - rise)
-    depths, curvatures = [worn], [curvature]
+    depths, curvatures, means = [worn], [curvature], []
     for number, step in enumerate(np.diff(nodes)):
         loss = worn
         for share in (0.5, 1.0):
@@ -242,13 +247,14 @@ def _march_hertz(
         worn = loss
         depths.append(worn)
         curvatures.append(curvature)
+        means.append(pressed.line_load)
     ellipse = hertz.contact_ellipse(
         curvature_x=rig.curvature_x,
         curvature_y=np.stack(curvatures, axis=1),
         normal_load=rig.normal_load,
         effective_modulus=rig.effective_modulus,
     )
-    return March(np.stack(depths, axis=1), circle.pressed(ellipse.a, ellipse.b))
+    return March(np.stack(depths, axis=1), circle.pressed(ellipse.a, ellipse.b), np.stack(means, axis=1))
 
 
 @dataclass(frozen=True)

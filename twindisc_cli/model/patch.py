@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twindisc_cli.model.experiment import Contact, Floats
+from twindisc_cli.model.interpolation import cubic_weights
+from twindisc_cli.model.path_table import WANDERS
 from twindisc_cli.model.wear import Scaling, WearPath
-
-WANDERS = np.array([0.0, 0.15, 0.3, 0.5, 0.75, 1.0, 1.5, 2.2])
 
 
 @dataclass(frozen=True)
@@ -142,23 +142,9 @@ def weighted_paths(
     blend: list[tuple[Contact, Floats]] = [("hertz", 1.0 - share), ("half_space", share)]
     if np.any(wander):
         unit = path(declared, 0.0).wander_unit
-        spread = _lagrange(np.clip(wander / unit, 0.0, WANDERS[-1]))
+        spread = cubic_weights(WANDERS, np.clip(wander / unit, 0.0, WANDERS[-1]))
         nodes = [(float(node * unit), spread[..., i]) for i, node in enumerate(WANDERS) if np.any(spread[..., i])]
     else:
         nodes = [(0.0, np.ones_like(wander))]
     chosen = [(path(contact, node), part * weight) for contact, part in blend if np.any(part) for node, weight in nodes]
     return WeightedPaths([p for p, _ in chosen], [w for _, w in chosen])
-
-
-def _lagrange(at: Floats) -> Floats:
-    """Weights (..., node) of cubic interpolation on WANDERS; a node itself gets weight one."""
-    first = np.clip(np.searchsorted(WANDERS, at) - 2, 0, len(WANDERS) - 4)
-    weights = np.zeros((*at.shape, len(WANDERS)))
-    for i in range(4):
-        product = np.ones_like(at)
-        for j in range(4):
-            if j != i:
-                product *= (at - WANDERS[first + j]) / (WANDERS[first + i] - WANDERS[first + j])
-        np.put_along_axis(weights, (first + i)[..., None], product[..., None], axis=-1)
-    weights[np.abs(weights) < 1e-14] = 0.0
-    return weights

@@ -13,20 +13,22 @@ lets the patch follow the worn profile. Partial slip moves the wear from strip t
 dissipated there is a small part of any test that wears. Against the solver on four worn tracks the power of a strip is
 off by up to 14 % of the largest at a normalised creepage of 1, 1.5 % at 2 and 0.7 % at 3.
 
-`error` is the difference to a path of twice the step, over three; `pressure_error` is such a difference as it stands.
+A path comes from `path_table` where that reaches, and else from a march. Of a marched one `error` is the difference to
+a path of twice the step, over three; `pressure_error` is such a difference as it stands.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 from scipy.special import erf
 
+from twindisc_cli.model import path_table
 from twindisc_cli.model.experiment import Contact, Floats, Rig, Start
-from twindisc_cli.model.march import Loaded, March, march
+from twindisc_cli.model.march import Loaded, March, march, spreading
 from twindisc_cli.model.traction_law import creep_stiffness
 from twindisc_cli.physics import line_contact
 from twindisc_cli.physics.half_space import OutOfRangeError
@@ -130,8 +132,12 @@ def wear_path(
     rig: Rig, *, contact: Contact, section: float, wander: float = 0.0, start: Start | None = None
 ) -> WearPath:
     """Return the path from the unworn discs to at least `section` [m2]; paths are remembered."""
-    tier = 2.0 ** np.ceil(np.log2(max(section, first_section(rig))))
-    return _path(rig, contact, float(tier), float(wander), start)
+    return _path(rig, contact, tier(rig, section), float(wander), start)
+
+
+def tier(rig: Rig, section: float) -> float:
+    """The section [m2] up to which a path is made so that it may serve others: a power of two, at least the first."""
+    return float(2.0 ** np.ceil(np.log2(max(section, first_section(rig)))))
 
 
 @lru_cache(maxsize=64)
@@ -151,11 +157,54 @@ def _path(rig: Rig, contact: Contact, section: float, wander: float, start: Star
         if start is not None:
             raise OutOfRangeError("along a line contact the profile of the new discs is not followed")
         return _worn_strip(rig, section, wander)
+    scaled = section / first_section(rig), wander / float(rig.patch.b)
+    if start is None and path_table.is_covered(rig.curvature_y / rig.curvature_x, *scaled):
+        return tabulated_path(rig, contact, section, wander)
+    return marched_path(rig, contact, section, wander, start)
+
+
+def tabulated_path(rig: Rig, contact: Contact, section: float, wander: float) -> WearPath:
+    """The path read off the table, which must cover it."""
+    y, nodes, b = _grid(rig, section, wander), _nodes(rig, section, GROWTH), float(rig.patch.b)
+    halves = np.insert(nodes, np.arange(1, len(nodes)), 0.5 * (nodes[1:] + nodes[:-1]))
+    ratio, sections = rig.curvature_y / rig.curvature_x, halves / first_section(rig)
+    found = path_table.tabulated(contact, ratio=ratio, section=sections, wander=wander / b, y=y / b)
+    share = found.load / (y[1] - y[0])
+    rate = share @ spreading(y, wander).T
+    steps = np.diff(nodes)[:, None] * (rate[:-2:2] + 4.0 * rate[1::2] + rate[2::2]) / 6.0
+    depth = np.concatenate([np.zeros((1, len(y))), np.cumsum(steps, axis=0)])
+    node = slice(None, None, 2)
+    patch_a, patch_b = found.a[node] * rig.patch.a, found.b[node] * b
+    stiffness, stiffness_y = creep_stiffness(rig, patch_a, patch_b)
+    return WearPath(
+        section=nodes,
+        y=y,
+        depth=depth,
+        line_load=rig.normal_load * share[node],
+        a=patch_a,
+        b=patch_b,
+        p0=found.p0[node] * rig.patch.p0,
+        area=found.area[node] * np.pi * rig.patch.a * b,
+        stiffness=stiffness * found.stiffening[node],
+        stiffness_y=stiffness_y * found.stiffening[node],
+        square=found.square[node],
+        edge=_edges(y, depth, patch_b),
+        spread=found.spread[node],
+        error=path_table.ERRORS[contact],
+        pressure_error=found.pressure_error,
+        contact=contact,
+        wander=wander,
+    )
+
+
+@lru_cache(maxsize=64)
+def marched_path(rig: Rig, contact: Contact, section: float, wander: float, start: Start | None = None) -> WearPath:
+    """The path marched through, for what the table does not cover."""
     y = _grid(rig, section, wander)
     nodes = _nodes(rig, section, GROWTH)
     marched = march(rig, contact, y, nodes, wander=wander, start=start)
     if wander:
-        plain = _path(rig, contact, section, 0.0, start)
+        plain = marched_path(rig, contact, section, 0.0, start)
         error, pressure_error = plain.error, plain.pressure_error
     else:
         coarse_nodes = _nodes(rig, section, 2.0 * GROWTH)
@@ -197,8 +246,8 @@ def local_paths(rig: Rig, path: WearPath, course: Course, factors: Factors, *, b
                 "along a line contact a wear coefficient that changes across the track is not followed"
             )
         return [path] * len(section)
-    last = int(np.searchsorted(path.section, BEYOND * section.max(), side="right"))
-    nodes = path.section[: max(2, last + 1)]
+    last = max(1, int(np.searchsorted(path.section, BEYOND * section.max(), side="right")))
+    nodes = path.section[: last + 1]
     along = nodes[:-1, None] + (np.arange(SAMPLES) + 0.5) / SAMPLES * np.diff(nodes)[:, None]
     piece = np.minimum([np.searchsorted(own, along) for own in section], section.shape[1] - 1)
     pace = np.take_along_axis(course.pace[:, None, :], piece, axis=-1)
@@ -206,13 +255,52 @@ def local_paths(rig: Rig, path: WearPath, course: Course, factors: Factors, *, b
     favoured = _Favoured(pace, np.array(cycles), factors, np.full((len(section), len(path.y)), np.inf))
     marched = march(
         rig, path.contact, path.y, nodes,
-        wander=path.wander, cases=len(section), weights=favoured, mirrored=not by_place, start=path.start,
+        wander=path.wander, cases=len(section) + 1, weights=favoured, mirrored=not by_place, start=path.start,
     )  # fmt: skip
     errors = path.error, path.pressure_error
-    return _read(
+    *own, even = _read(
         rig, marched, y=path.y, nodes=nodes,
         contact=path.contact, wander=path.wander, start=path.start, errors=errors,
     )  # fmt: skip
+    return [_moved(path, one, even) for one in own]
+
+
+def _share(part: Floats, whole: Floats) -> Floats:
+    """Part of a whole (node, strip), at most 1; beyond the outermost strips where there is any, as in these."""
+    there, strip = whole > 0.0, np.arange(whole.shape[1])
+    first, last = np.argmax(there, axis=1), len(strip) - 1 - np.argmax(there[:, ::-1], axis=1)
+    inside = np.clip(strip, first[:, None], last[:, None])
+    share = np.divide(part, whole, out=np.zeros_like(whole), where=there)
+    return np.asarray(np.minimum(np.take_along_axis(share, inside, axis=1), 1.0))
+
+
+def _moved(path: WearPath, own: WearPath, even: WearPath) -> WearPath:
+    """The path, moved as far as the march with own wear coefficients lies from that with even ones, node by node.
+
+    What the steps of both marches leave of error is the same to first order, and falls out.
+    """
+    last = len(own.section)
+
+    def ratio(name: str) -> Floats:
+        return np.asarray(getattr(path, name)[:last] * getattr(own, name) / getattr(even, name))
+
+    depth = own.depth + _share(own.depth, even.depth) * (path.depth[:last] - even.depth)
+    worn = depth.sum(axis=1, keepdims=True) * (path.y[1] - path.y[0])
+    depth *= np.divide(own.section[:, None], worn, out=np.ones_like(worn), where=worn > 0.0)
+    b = ratio("b")
+    return replace(
+        own,
+        depth=depth,
+        a=ratio("a"),
+        b=b,
+        p0=ratio("p0"),
+        area=ratio("area"),
+        stiffness=ratio("stiffness"),
+        stiffness_y=ratio("stiffness_y"),
+        square=path.square[:last] + own.square - even.square,
+        edge=_edges(path.y, depth, b),
+        spread=ratio("spread"),
+    )
 
 
 @dataclass(frozen=True)
@@ -220,7 +308,8 @@ class _Favoured:
     """Weights of a march by the wear index of each strip, its place and the passes over it.
 
     pace: energy per length rolled [N], cycles: revolutions so far, at SAMPLES of each step (case, step, sample);
-    first: revolutions before the first contact of each strip (case, strip), filled in as the march goes.
+    first: revolutions before the first contact of each strip (case, strip), filled in as the march goes. One case more
+    is marched beside them, whose strips all wear alike.
     """
 
     pace: Floats
@@ -228,14 +317,16 @@ class _Favoured:
     factors: Factors
     first: Floats
 
-    def __call__(self, step: int, y: Floats, loaded: Loaded) -> Floats:
+    def __call__(self, step: int, y: Floats, every: Loaded) -> Floats:
         """K of each strip over the mean of the energy's, (case, strip), itself a mean over the step."""
+        loaded = Loaded(every.line_load[:-1], every.intensity[:-1])
         index = self.pace[:, step, :, None] * loaded.intensity[:, None, :]
         factor = self._factor(step, y, loaded, index)
         share = loaded.line_load * np.where((y > 0.0) & (y[0] == 0.0), 2.0, 1.0)
         share = share / share.sum(axis=-1, keepdims=True)
         mean = np.einsum("cms,cs->cm", factor, share)[..., None]
-        return np.asarray(np.where(mean > 0.0, factor / np.where(mean > 0.0, mean, 1.0), 1.0).mean(axis=1))
+        own = np.where(mean > 0.0, factor / np.where(mean > 0.0, mean, 1.0), 1.0).mean(axis=1)
+        return np.concatenate([own, np.ones_like(own[:1])])
 
     def _factor(self, step: int, y: Floats, loaded: Loaded, index: Floats) -> Floats:
         """K over its base value in each strip, (case, sample, strip)."""
