@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 from dataclasses import fields
 
@@ -13,8 +14,8 @@ from twindisc_cli.loop.thresholds import THRESHOLDS, Thresholds
 @pytest.mark.parametrize("name", [field.name for field in fields(Thresholds)])
 def test_every_number_says_what_it_means(name: str) -> None:
     """A line of the record's docstring begins with the number's name, alone or among others, and says something."""
-    text = Thresholds.__doc__ or ""
-    entries = re.findall(r"^    ((?:\w+, )*\w+)  +(\S.*)$", text, flags=re.MULTILINE)
+    text = inspect.getdoc(Thresholds) or ""
+    entries = re.findall(r"^((?:\w+, )*\w+)  +(\S.*)$", text, flags=re.MULTILINE)
     (meaning,) = [meaning for names, meaning in entries if name in names.split(", ")]
     assert len(meaning.split()) >= 4
 

@@ -13,7 +13,7 @@ from rigs import Floats, Instruments, Plant, experiment, history, spread, tracti
 from twindisc_cli.loop.explain import Outcome, explain, problem_of, rises
 from twindisc_cli.loop.fit import Fit, refit
 from twindisc_cli.loop.thresholds import THRESHOLDS
-from twindisc_cli.model.experiment import Experiment, Measured, Options, ProfilePlace, ProfileSamples
+from twindisc_cli.model.experiment import Disc, Experiment, Measured, Options, ProfilePlace, ProfileSamples
 from twindisc_cli.model.forward import ForwardModel
 
 COURSE = history((0.001, 0.0015, 0.002, 0.0012, 0.02, 0.04), 2)
@@ -132,3 +132,12 @@ CASES: dict[str, tuple[Floats, Floats, bool]] = {
 def test_an_error_rises_where_it_grew_beyond_chance(name: str) -> None:
     before, after, risen = CASES[name]
     assert rises(before, after) == risen
+
+
+def test_discs_are_alike_where_what_is_not_known_of_both_is_the_same() -> None:
+    """A dataclass compares field by field from Python 3.13 on, and NaN is not NaN."""
+    disc = Disc(0.03, np.inf, 206e9, 0.3, 6.9e9)
+    same = Disc(0.03, np.inf, 206e9, 0.3, 6.9e9, density=float("nan"))
+    assert (disc, hash(disc)) == (same, hash(same))
+    assert disc != replace(disc, density=7800.0)
+    assert disc != "disc"

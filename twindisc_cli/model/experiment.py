@@ -45,6 +45,17 @@ class Disc:
     density: float = np.nan
     width: float = np.inf
 
+    def __eq__(self, other: object) -> bool:
+        """Whether two discs are alike in all that is known: NaN, an unknown quantity, is like NaN."""
+        if not isinstance(other, Disc):
+            return NotImplemented
+        pairs = ((getattr(self, item.name), getattr(other, item.name)) for item in fields(self))
+        return all(one == two or (one != one and two != two) for one, two in pairs)
+
+    def __hash__(self) -> int:
+        """Of what is always known."""
+        return hash((self.rolling_radius, self.transverse_radius, self.youngs_modulus, self.poisson_ratio))
+
     @property
     def shear_modulus(self) -> float:
         """G = E / (2 (1 + nu)) [Pa]."""
