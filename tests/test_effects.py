@@ -22,6 +22,7 @@ from twindisc_cli.definition.parse import parse
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import STAGES, Effect
 from twindisc_cli.errors import DefinitionError
+from twindisc_cli.laws.covariates import COVARIATES
 from twindisc_cli.model.experiment import (
     Disc,
     Experiment,
@@ -136,6 +137,18 @@ def test_an_effect_that_draws_on_the_temperature_says_so(name: str) -> None:
         not np.array_equal(getattr(warm, q), getattr(cold, q)) for q in ("mu", "slope", "wear_factor", "wander")
     )
     assert effect.needs_temperature is acted
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_effect_over_a_covariate_changes_with_it(name: str) -> None:
+    """Two states that differ in nothing but that covariate (a creep curve of another form is one over it as it is)."""
+    effect, state = catalogue()[name], plain().state
+    assert effect.over in ("", *COVARIATES)
+    if effect.over and effect.stage in ("friction", "wear"):
+        fields = ("time", "cycles") if effect.over == "time" else (effect.over,)
+        moved = state.replace(**{field: 1.5 * getattr(state, field) for field in fields})
+        here, there = (effect.apply(s, **values(effect)) for s in (state, moved))
+        assert any(not np.array_equal(getattr(here, q), getattr(there, q)) for q in ("mu", "wear_factor"))
 
 
 @pytest.mark.parametrize("channel", CHANNELS)

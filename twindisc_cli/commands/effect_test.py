@@ -18,6 +18,7 @@ import numpy as np
 from twindisc_cli.effects import add_folder, catalogue, effect_of
 from twindisc_cli.effects._effect import STAGES, Effect
 from twindisc_cli.errors import NEGATIVE_FINDING, DefinitionError, Problem
+from twindisc_cli.laws.covariates import COVARIATES
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.diagnose import diagnose
 from twindisc_cli.model.experiment import (
@@ -104,6 +105,8 @@ def declared(name: str, effect: Effect) -> Iterator[Check]:
     yield Check("the stage is one of the model's", effect.stage in STAGES, effect.stage)
     known = effect.channel in effect.seen_in <= set(channels())
     yield Check("channel is one of seen_in, all are known", known, f"{effect.channel} of {sorted(effect.seen_in)}")
+    over = f"{effect.over}, not one of {', '.join(COVARIATES)}"
+    yield Check("over is a covariate of laws, or nothing", effect.over in ("", *COVARIATES), over)
     yield Check("the source has a year, a volume or a section", bool(re.search(r"\d", effect.source)), effect.source)
     code = effect.apply.__code__
     keywords = code.co_varnames[code.co_argcount : code.co_argcount + code.co_kwonlyargcount]

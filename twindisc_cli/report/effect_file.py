@@ -55,6 +55,7 @@ def effect_file(name: str, law: Law, test: Experiment) -> str:
             *(_param(p) for p in params),
             "    ),",
             "    apply=apply,",
+            f'    over="{law.covariate}",',
             *(f"    needs_{what}=True," for what, needed in needs if needed),
             f'    source="{source}",',
             ")\n",
