@@ -305,6 +305,7 @@ DISC, FLASH = ("temperature_dependent_friction",), ("mu", "flash_temperature")
 def test_disc_and_flash_stand_together_where_the_disc_follows_at_once() -> None:
     found = over_temperature(capacity=0.5)
     assert (found[DISC].evidence - found[FLASH].evidence) / found[DISC].heat < THRESHOLDS.within
+    assert np.all(np.diag(found[FLASH].fit.covariance) > 0.0)  # its size is not held where it starts
 
 
 def test_a_disc_that_lags_is_told_from_the_flash() -> None:

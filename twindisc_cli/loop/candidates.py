@@ -14,7 +14,7 @@ from twindisc_cli.laws.trial import Trial, formula
 from twindisc_cli.loop.channels.mass import weighed_stops
 from twindisc_cli.loop.channels.profile import recorded_stops
 from twindisc_cli.loop.fit import Fit
-from twindisc_cli.loop.learn import Pair, Response, is_timed, pairs
+from twindisc_cli.loop.learn import Pair, Response, is_timed, pairs, typical_change
 from twindisc_cli.loop.problem import Problem, known_sensors, parameters_of
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import THRESHOLDS
@@ -89,7 +89,7 @@ def flash_law(fitted: Fit, quantity: str) -> Proposal | None:
     span = float(flash.min()), float(flash.max())
     if not span[1] > span[0]:
         return None
-    start = {QUANTITIES[quantity].size_key: 0.0, "begin_K": span[0], "end_K": span[1]}
+    start = {QUANTITIES[quantity].size_key: typical_change(fitted, quantity), "begin_K": span[0], "end_K": span[1]}
     trial = formula(quantity, "flash_temperature", "linear", start, span, 1.0)
     name = f"{quantity}_over_flash_temperature"
     inner = np.array([p.inner(p.start) for p in parameters_of(name, trial)])

@@ -258,7 +258,7 @@ def responses(fitted: Fit) -> list[Response]:
     for quantity, of in QUANTITIES.items():
         if of.channel not in problem.channels:
             continue
-        typical = _typical(fitted, quantity)
+        typical = typical_change(fitted, quantity)
         level = 0.01 if of.kind == "factor" else 0.03 * typical
         if level == 0.0:
             continue  # a channel that does not change has no size that a shift could have
@@ -285,7 +285,7 @@ def is_timed(case: Case) -> bool:
     return "temperature" in case.noise or bool(traction is not None and np.isfinite(traction.time).all())
 
 
-def _typical(fitted: Fit, quantity: str) -> float:
+def typical_change(fitted: Fit, quantity: str) -> float:
     """A typical size of a change: a share of a factor, a part of what a shifted quantity spans [its unit]."""
     of = QUANTITIES[quantity]
     if of.kind == "factor":
