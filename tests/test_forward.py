@@ -345,6 +345,17 @@ def test_a_test_without_heat_or_profile_is_predicted_all_the_same() -> None:
     assert nothing.state.energy[0, -1] == pytest.approx(sliding_energy(SLIDING))
 
 
+def test_what_is_not_asked_of_the_profile_changes_nothing_else() -> None:
+    test = measured(history([0.002, 0.02], 2), stops=(2, 4), options=Options(contact="half_space"))
+    base = {"mu": np.array([0.6]), "K": np.array([6e-5]), "convection_W_K": np.array([1.6])}
+    effects = {"torque_offset": {"offset": np.array([0.01])}, "lateral_offset": {"offset_mm": np.array([0.1])}}
+    whole, part = (ForwardModel(test).predict(base, effects, profiled=profiled) for profiled in (True, False))
+    assert whole.profile.size > 0
+    assert part.profile.size == 0
+    for name in ("traction", "temperature", "section"):
+        np.testing.assert_array_equal(getattr(part, name), getattr(whole, name))
+
+
 def test_a_sample_at_another_creepage_neither_wears_nor_warms() -> None:
     time = spread(SLIDING, 2)
     samples = traction_samples(SLIDING, time, np.full(len(time), 0.5))

@@ -53,7 +53,12 @@ def test_roots_take_few_evaluations():
         return np.tanh(x) - np.array([0.3, -0.9, 0.999])
 
     assert bracketed_root(curved, np.full(3, -30.0), np.full(3, 30.0)) == pytest.approx(np.arctanh([0.3, -0.9, 0.999]))
-    assert len(calls) < 25
+    asked = len(calls)
+    assert asked < 25
+    low, high = np.full(3, -30.0), np.full(3, 30.0)
+    ends = curved(low), curved(high)
+    assert bracketed_root(curved, low, high, ends) == pytest.approx(np.arctanh([0.3, -0.9, 0.999]))
+    assert len(calls) - asked == asked, "two at the ends, which are not asked for again"
 
 
 @pytest.mark.parametrize("law", ["fastsim", "fastrip", "exact"])

@@ -38,7 +38,8 @@ def mu_from_traction(ratio: Floats, *, traction: Callable[[Floats], Floats], hig
     """
     low, high = np.full(ratio.shape, np.log(_LOWEST)), np.full(ratio.shape, np.log(highest_mu))
     lowest, highest = traction(np.exp(low)), traction(np.exp(high))
-    root = np.exp(bracketed_root(lambda log_mu: traction(np.exp(log_mu)) - ratio, low, high))
+    ends = lowest - ratio, highest - ratio
+    root = np.exp(bracketed_root(lambda log_mu: traction(np.exp(log_mu)) - ratio, low, high, ends))
     found = np.where(ratio >= highest, np.inf, np.where(ratio <= lowest, 0.0, root))
     return np.where(np.isnan(ratio), np.nan, found)
 

@@ -19,13 +19,15 @@ _MOST_STEPS = 80
 _TOLERANCE = 4e-16
 
 
-def bracketed_root(function: Callable[[Floats], Floats], low: Floats, high: Floats) -> Floats:
+def bracketed_root(
+    function: Callable[[Floats], Floats], low: Floats, high: Floats, ends: tuple[Floats, Floats] | None = None
+) -> Floats:
     """The root of an elementwise function between `low` and `high`, each (...), where it changes sign; to rounding.
 
-    Where it does not change sign, the end at which it is nearer to zero.
+    Where it does not change sign, the end at which it is nearer to zero. ends: its values there, if they are known.
     """
     a, b = np.array(low, dtype=float), np.array(high, dtype=float)
-    fa, fb = function(a), function(b)
+    fa, fb = (function(a), function(b)) if ends is None else ends
     changes = np.sign(fa) * np.sign(fb) <= 0.0
     c, fc, part = b.copy(), fb.copy(), np.full_like(a, 0.5)
     for _ in range(_MOST_STEPS):

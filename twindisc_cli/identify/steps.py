@@ -130,10 +130,10 @@ def _through_model(model: ForwardModel, samples: TractionSamples) -> Explanation
     mean = _mean_of_steps(model.experiment, samples)
 
     def traction(mu: Floats) -> Floats:
-        return mean(model.predict(BaseParameters.declared(model.experiment, mu)).traction)
+        return mean(model.predict(BaseParameters.declared(model.experiment, mu), profiled=False).traction)
 
     def share(mu: Floats) -> Floats:
-        state = model.predict(BaseParameters.declared(model.experiment, mu[None])).state
+        state = model.predict(BaseParameters.declared(model.experiment, mu[None]), profiled=False).state
         with np.errstate(invalid="ignore", divide="ignore"):
             found = state.power / (state.sliding_speed * state.mu * state.normal_load)
         return mean(model.points.traction(found)[0])

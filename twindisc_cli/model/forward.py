@@ -116,6 +116,7 @@ class ForwardModel:
         trial: Mapping[str, Effect] | None = None,
         *,
         marched: Marched | Paths = "each",
+        profiled: bool = True,
     ) -> Prediction:
         """Predict every channel.
 
@@ -124,6 +125,7 @@ class ForwardModel:
         marched  where K differs from strip to strip, the sets for which a march tells what it makes of profile and
                  patch: each; the first, after which all of them go; none, and only what is taken off is counted; or
                  the paths of a prediction nearby, which all of them go
+        profiled whether the measured profiles are asked for; without them there is no worn surface
         """
         base = BaseParameters.of(base)
         sets = max([base.sets, *(len(np.atleast_1d(value)) for value in _values(effects))])
@@ -134,7 +136,7 @@ class ForwardModel:
         if marched in ("each", "first") and chain.is_local:
             chain = replace(chain, own=chain.marched(state, slice(1 if marched == "first" else None)))
             state = chain.settled(state)
-        return chain.read(state)
+        return chain.read(state, profiled=profiled)
 
     def _all_effects(self, effects: Mapping[str, Parameters], sets: int) -> dict[str, dict[str, Floats]]:
         declared = {
@@ -449,11 +451,11 @@ class _Chain:
         area = self._paths(state, section).patch(section[:, stops.point], load / state.nominal_load).area
         return np.asarray(2.0 * load / area / test.rig.effective_modulus / np.maximum(share, 1e-9))[..., None]
 
-    def read(self, state: State) -> Prediction:
+    def read(self, state: State, *, profiled: bool) -> Prediction:
         """What the sensors record."""
         points, section = self.model.points, self.section(state)
         profile, stops = self.model.experiment.measured.profile, None
-        if profile is not None:
+        if profile is not None and profiled:
             stops = Stops.of(profile, points)
             surface = worn_surface(self._paths(state, section), state, section, stops)
             state = state.replace(surface=replace(surface, give=self._give(state, section, stops)))
