@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from twindisc_cli.physics import exact, kalker, spin
+from twindisc_cli.physics.half_space import rolling
 from twindisc_cli.physics.reference import linear
 
 A, B, G, NU, CAPACITY = 0.170591303e-3, 0.270524050e-3, 79.3e9, 0.3, 43.2
@@ -126,3 +127,29 @@ def test_nothing_is_gained() -> None:
         assert (work > 0.0).all()
         assert (work < fastest).all()
         assert (np.hypot(along, across) < 1.004).all()
+
+
+# a/b, nu, mu, p0/G, sqrt(ab) [m], vx, vy, phi [rad/m]: lateral creepage against spin, where the lateral force turns over
+TURNING = [
+    (0.54080182, 0.31581092, 0.13456826, 0.015012823, 2.75931534e-3, 2.14495038e-4, 2.49422289e-3, -2.27427855),
+    (4.68720439, 0.376879721, 0.485114771, 0.0111569942, 7.27086604e-4, 4.64851511e-4, 1.56829013e-2, -2.27053976),
+]
+
+
+@pytest.mark.parametrize("case", TURNING)
+def test_where_yaw_and_spin_cancel_the_table_is_the_solver(case) -> None:
+    """On 40 and 80 elements, carried to the limit; creepage follows each grid's own load."""
+    ratio, poisson, mu, p0, size, vx, vy, phi = case
+    a, b, forces = size * np.sqrt(ratio), size / np.sqrt(ratio), []
+    for n in (40, 80):
+        unit = (2.0 * np.arange(n) + 1.0) / n - 1.0
+        pressure = p0 * np.sqrt(np.maximum(0.0, 1.0 - unit**2 - unit[:, None] ** 2))
+        found = rolling.solve(
+            x=a * unit, y=b * unit, pressure=pressure, mu=mu, shear_modulus=1.0, poisson=poisson,
+            creepage_x=vx, creepage_y=vy, spin=phi,
+        )  # fmt: skip
+        capacity = mu * pressure.sum() * found.element_area
+        forces.append(np.array([found.force_x, found.force_y, found.moment / spin.arm(a, b)]) / capacity)
+    whole = 2.0 / 3.0 * np.pi * a * b * p0 * mu * G
+    law = rolled(vx, vy, phi, a=a, b=b, poisson=poisson, capacity=whole)
+    assert law == pytest.approx(2.0 * forces[1] - forces[0], abs=0.015)

@@ -15,9 +15,9 @@ X and odd in (Y, Z). The table is over log(a/b), rho = r / (r + 2.5), which ends
 the angles of the drive; it holds q less the unit vector of the drive, over the sines that vanish with it.
 
 Source: a table made with half_space.rolling (make_spin.py). Against that solver on 40 and 80 elements, carried to the
-limit, forces are within 0.4 % of mu N in 95 % of cases, 2.1 % at worst, where nearly all slip is spin; a/b from 0.05
-to 5, nu from 0.2 to 0.4. In full slip of a slender patch that nearly only spins the lateral force is up to 3.4 % of
-mu N low (a/b = 0.05), the longitudinal within 0.2 %. Beyond these a/b the departures of the end are taken.
+limit, forces are within 0.3 % of mu N in 95 % of 500 cases and 1.4 % at worst, where yaw and spin nearly cancel (of
+500 others 0.25 % and 0.9 %); a/b from 0.05 to 5, nu from 0.2 to 0.4. In full slip of slender patches forces are off by
+up to 1.3 % of mu N. Beyond these a/b the departures of the end are taken.
 """
 
 from __future__ import annotations
@@ -82,7 +82,9 @@ class Nodes:
         return np.asarray(np.arange(self.psi_count) * (np.pi / self.psi_count))
 
 
-FINE, COARSE = Nodes(10, 14, 10, 16), Nodes(5, 7, 5, 8)
+FINE, COARSE = Nodes(19, 27, 10, 32), Nodes(5, 7, 5, 8)
+UNIT = 2e-4
+"""Of the departures in the table."""
 
 
 def stiffness(per_vx: ArrayLike, per_vy: ArrayLike, a: ArrayLike, b: ArrayLike) -> Floats:
@@ -153,7 +155,7 @@ def _laid_out(poisson: float) -> NDArray[np.float32]:
     of_low = (poisson - middle) * (poisson - high) / ((low - middle) * (low - high))
     of_high = (poisson - low) * (poisson - middle) / ((high - low) * (high - middle))
     away = of_low * kept["by_poisson"][0] + of_high * kept["by_poisson"][1]
-    return (_refined(kept["departure"], FINE) + _refined(away, COARSE)).astype(np.float32)
+    return (_refined(UNIT * kept["departure"], FINE) + _refined(away, COARSE)).astype(np.float32)
 
 
 def _refined(values: Floats, nodes: Nodes) -> Floats:
@@ -204,6 +206,6 @@ def _local_cubic(at: Floats, count: int) -> Floats:
 
 @cache
 def _table() -> dict[str, Floats]:
-    """Departures (a/b, rho, theta, psi, 3) at nu = 0.3, and by_poisson, (2, ...) at the other two less at 0.3."""
+    """Departures (a/b, rho, theta, psi, 3) at nu = 0.3 in UNITs; by_poisson, (2, ...), the others less these."""
     with (files("twindisc_cli.physics") / "spin.npz").open("rb") as stream, np.load(stream) as data:
         return {name: np.asarray(data[name], dtype=float) for name in data.files}
