@@ -129,7 +129,7 @@ def test_nothing_is_gained() -> None:
         assert (np.hypot(along, across) < 1.004).all()
 
 
-# a/b, nu, mu, p0/G, sqrt(ab) [m], vx, vy, phi [rad/m]: lateral creepage against spin, where the lateral force turns over
+# a/b, nu, mu, p0/G, sqrt(ab) [m], vx, vy, phi [rad/m]: lateral creepage against spin; the lateral force turns over
 TURNING = [
     (0.54080182, 0.31581092, 0.13456826, 0.015012823, 2.75931534e-3, 2.14495038e-4, 2.49422289e-3, -2.27427855),
     (4.68720439, 0.376879721, 0.485114771, 0.0111569942, 7.27086604e-4, 4.64851511e-4, 1.56829013e-2, -2.27053976),
