@@ -400,3 +400,12 @@ def test_an_impossible_tolerance_is_an_error_and_no_number():
 def test_friction_that_falls_too_steeply_is_an_error_and_no_number():
     with pytest.raises(NoConvergenceError, match="steeply"):
         solve(*hertz(40), creepage_x=0.002, creepage_y=0.0005, spin=3.0, mu=falling(0.05, 60.0))
+
+
+def test_steps_in_single_precision_end_where_double_precision_does():
+    """Only the residual, in double precision, says what is solved: T/N comes to 1e-9 and less of itself."""
+    rough, fine = (solve(*hertz(30), creepage_x=0.002, spin=5.0, tolerance=t) for t in (1e-5, 1e-11))
+    assert fine.residual < 1e-11
+    assert rough.force_x == pytest.approx(fine.force_x, rel=1e-5)
+    again = solve(*hertz(30), creepage_x=0.002, spin=5.0, tolerance=1e-11, start=rough.traction)
+    assert again.force_x == pytest.approx(fine.force_x, rel=1e-9)

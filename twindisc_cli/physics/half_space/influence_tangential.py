@@ -22,13 +22,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
 Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
 Complexes = NDArray[np.complex128]
+SingleComplexes = NDArray[np.complex64]
 
 _SHIFT = 0.03  # added to the operator, which is of order one, before it is inverted
 _PARALLEL_FROM = 20_000  # elements from which two threads pay
@@ -47,23 +50,30 @@ class Straining:
         self._padded = (fft.next_fast_len(2 * shape[0], real=True), fft.next_fast_len(2 * shape[1], real=True))
         self._workers = 2 if shape[0] * shape[1] >= _PARALLEL_FROM else 1
         self._symbol = self._transform(_tangential(shape, aspect, poisson))
-        self._inverse = _shifted_inverse(self._symbol)
+        self._single = self._symbol.astype(np.complex64)
+        self._inverse = _shifted_inverse(self._symbol).astype(np.complex64)
 
     def __call__(self, tractions: Floats) -> Floats:
         """(u(x) - u(x + dx)) / dx at the centres of the elements."""
-        return self._convolve(self._symbol, tractions)
+        whole: Floats = self._convolve(self._symbol, tractions)
+        return whole
 
-    def approximate_inverse(self, differences: Floats) -> Floats:
+    def single(self, tractions: Singles) -> Singles:
+        """The same in single precision, for steps towards a solution."""
+        whole: Singles = self._convolve(self._single, tractions)
+        return whole
+
+    def approximate_inverse(self, differences: Singles) -> Singles:
         """Tractions for given differences on an endless periodic surface, nearly: operator plus shift, inverted."""
-        return self._convolve(self._inverse, differences)
+        whole: Singles = self._convolve(self._inverse, differences)
+        return whole
 
-    def _convolve(self, symbol: Complexes, field: Floats) -> Floats:
+    def _convolve(self, symbol: Complexes | SingleComplexes, field: Floats | Singles) -> Any:
         ny, nx = self._shape
         spectrum = fft.rfft2(field, s=self._padded, workers=self._workers)
         result = symbol[:2] * spectrum[0]
         result += symbol[1:] * spectrum[1]
-        whole: Floats = fft.irfft2(result, s=self._padded, workers=self._workers, overwrite_x=True)
-        return whole[:, :ny, :nx]
+        return fft.irfft2(result, s=self._padded, workers=self._workers, overwrite_x=True)[:, :ny, :nx]
 
     def _transform(self, kernel: Floats) -> Complexes:
         """Transform of a kernel given at offsets -(n-1) ... n-1, wrapped around the padded grid."""

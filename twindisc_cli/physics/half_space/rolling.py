@@ -28,6 +28,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -37,6 +38,8 @@ from twindisc_cli.physics.half_space.influence_tangential import strain_by_press
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Singles = NDArray[np.float32]
+_Field = TypeVar("_Field", Floats, Singles)
 SlipLaw = Callable[[Floats], Floats]
 """What the size of the local slip over the rolling speed (y, x) decides."""
 
@@ -305,6 +308,7 @@ class _Step:
 
     Unknowns are both components of the traction where it sticks, and the one along the bound where it slips:
     there t . s = 0 for the tangent t, which linearises to  (|s| / bound) tau - t . strain(tau) = -t . s.
+    The residual is in double precision; the step, of which a tenth is left to the next, in single.
     """
 
     def __init__(self, case: _Case, tractions: Floats, slipping: Mask) -> None:
@@ -312,47 +316,53 @@ class _Step:
         normal = tractions / np.where(slipping, case.bound, 1.0)
         along = (normal * slip).sum(axis=0)
         self.slipping = slipping & (along >= 0.0)
-        self._stick = (case.contact & ~self.slipping).astype(float)
-        self._tangent = np.stack([-normal[1], normal[0]]) * self.slipping
-        self._shift = np.where(self.slipping, along / np.where(self.slipping, case.bound, 1.0), 0.0)
-        self._weight = np.sqrt(_SLIP_WEIGHT / (_SLIP_WEIGHT + self._shift)) * case.contact
-        self._rest = self.slipping / (_SLIP_WEIGHT + self._shift)
+        stick = (case.contact & ~self.slipping).astype(float)
+        tangent = np.stack([-normal[1], normal[0]]) * self.slipping
+        self.residual = _free(slip, stick, tangent)
+        shift = np.where(self.slipping, along / np.where(self.slipping, case.bound, 1.0), 0.0)
+        weight = np.sqrt(_SLIP_WEIGHT / (_SLIP_WEIGHT + shift)) * case.contact
+        rest = self.slipping / (_SLIP_WEIGHT + shift)
+        self._stick, self._tangent, self._shift, self._weight, self._rest = (
+            values.astype(np.float32) for values in (stick, tangent, shift, weight, rest)
+        )
         self._operator = straining(shape=case.bound.shape, aspect=case.aspect, poisson=case.poisson)
-        self.residual = self._free(slip)
 
     def solve(self) -> Floats:
         """The change of the tractions over G, along the bound where they slip."""
-        return self._precondition(_gmres(lambda v: self._apply(self._precondition(v)), self.residual))
+        change = _gmres(lambda v: self._apply(self._precondition(v)), self.residual.astype(np.float32))
+        return self._precondition(change).astype(float)
 
-    def _apply(self, change: Floats) -> Floats:
-        return self._free(self._operator(change) + self._shift * change)
+    def _apply(self, change: Singles) -> Singles:
+        return _free(self._operator.single(change) + self._shift * change, self._stick, self._tangent)
 
-    def _precondition(self, residual: Floats) -> Floats:
+    def _precondition(self, residual: Singles) -> Singles:
         smooth = self._operator.approximate_inverse(self._weight * residual)
-        return self._free(self._weight * smooth + self._rest * residual)
-
-    def _free(self, field: Floats) -> Floats:
-        """The part of a field along the unknowns."""
-        free: Floats = self._stick * field + self._tangent * (self._tangent * field).sum(axis=0)
-        return free
+        return _free(self._weight * smooth + self._rest * residual, self._stick, self._tangent)
 
 
-def _gmres(apply: Callable[[Floats], Floats], right_hand_side: Floats) -> Floats:
+def _free(field: _Field, stick: _Field, tangent: _Field) -> _Field:
+    """The part of a field along the unknowns."""
+    free: _Field = stick * field + tangent * (tangent * field).sum(axis=0)
+    return free
+
+
+def _gmres(apply: Callable[[Singles], Singles], right_hand_side: Singles) -> Singles:
     """Solve apply(v) = right_hand_side to the inner accuracy, or as far as the subspace allows."""
     shape, size = right_hand_side.shape, float(np.linalg.norm(right_hand_side))
-    basis = np.empty((_KRYLOV + 1, right_hand_side.size))
+    basis = np.empty((_KRYLOV + 1, right_hand_side.size), dtype=np.float32)
     basis[0] = right_hand_side.ravel() / size
     hessenberg = np.zeros((_KRYLOV + 1, _KRYLOV))
     goal = np.zeros(_KRYLOV + 1)
     goal[0] = size
     for k in range(_KRYLOV):
-        vector = apply(basis[k].reshape(shape)).ravel()
-        hessenberg[: k + 1, k] = basis[: k + 1] @ vector
-        vector = vector - hessenberg[: k + 1, k] @ basis[: k + 1]
+        vector: NDArray[Any] = apply(basis[k].reshape(shape)).ravel()
+        along = basis[: k + 1] @ vector
+        vector = vector - along @ basis[: k + 1]
+        hessenberg[: k + 1, k] = along
         hessenberg[k + 1, k] = np.linalg.norm(vector)
         if hessenberg[k + 1, k] > 0.0:
             basis[k + 1] = vector / hessenberg[k + 1, k]
         solution, misfit, _, _ = np.linalg.lstsq(hessenberg[: k + 2, : k + 1], goal[: k + 2], rcond=None)
         if hessenberg[k + 1, k] == 0.0 or (misfit.size and misfit[0] < (_INNER * size) ** 2):
             break
-    return (solution @ basis[: solution.size]).reshape(shape)
+    return (solution.astype(np.float32) @ basis[: solution.size]).reshape(shape)
