@@ -706,7 +706,7 @@ def contact_speed() -> Iterator[Row]:
 
     from twindisc_cli.physics.half_space.strips import solve_strips
 
-    limits, seconds = {60: 0.15, 120: 0.7, 240: 3.0}, {}
+    limits, seconds = {60: 0.06, 120: 0.25, 240: 1.3}, {}
     rolled(20, creepage_x=0.002)
     for n in (30, 60, 120, 240):
         seconds[n] = best(lambda n=n: solve_both(n), 3)
