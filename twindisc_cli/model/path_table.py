@@ -6,10 +6,10 @@ unworn patch (a, b, p0) takes up the scales, and what is left is
     q = kappa_y / kappa_x,   s = S / S1,   w = wander / b,   S1 = kappa_y (2 b)^3 / 12, a facet as wide as the patch
     lengths along rolling over a, across over b;  pressure over p0;  line load over N / b;  depth over S / b
 
-Two rigs with one q and one w have the same path over s: to 1e-9 in half-space contact, 1e-5 in contact "hertz", whose
-march looks the ellipse up in a table of its own. So the paths of all rigs are one function of q, s and w. It is known
-at ln q and t = ln(1 + s / FIRST) on uniform grids, cubic between them, and at the WANDERS, between which
-`patch.weighted_paths` interpolates.
+Two rigs with one q and one w are marched along the same path over s to rounding, whatever their radii, load, moduli
+and Poisson's ratios. So the paths of all rigs are one function of q, s and w for each contact. It is known at ln q and
+t = ln(1 + s / FIRST) on uniform grids, cubic between them, and at the WANDERS, between which `patch.weighted_paths`
+interpolates.
 
     C(eta) = 3/4 eta - 1/4 eta^3 + sum_k c_k M_k(eta),   eta = y / W         load within |y| < eta W over 2 N
     u(y)   = integral of (the load of the strip, spread by the wander, over N) dS                       (Eqs. 12-15)
