@@ -12,7 +12,7 @@ from rigs import RADIUS, ROOM, Floats, Plant, autoregressive, experiment, histor
 from twindisc_cli.loop.channels.profile import noise as profile_noise
 from twindisc_cli.loop.channels.temperature import noise as temperature_noise
 from twindisc_cli.loop.channels.traction import noise as traction_noise
-from twindisc_cli.loop.noise import ASSUMED_SHARE, Noise
+from twindisc_cli.loop.noise import ASSUMED_SHARE, Noise, estimate, relaxations
 from twindisc_cli.model.experiment import Experiment, Measured, ProfileSamples, TemperatureSamples
 
 HISTORY = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 3)
@@ -71,6 +71,22 @@ CHANNELS: dict[str, Callable[[Floats, Floats], Noise]] = {
     "temperature": lambda unit, time: temperature_noise(with_temperature(ROOM + 0.2 * unit, time)),
 }
 SIZES = {"traction": 0.004, "temperature": 0.2}
+
+
+def test_a_rich_trend_does_not_make_the_correlation_longer() -> None:
+    """Steps of 28 samples that relax: all correlations from 0.7 to 0.96 are about as likely without a prior."""
+    at = np.arange(15 * 28.0)
+    step = (at // 28).astype(np.int64)
+    trends = [relaxations(at, step, shapes, 4) for shapes in range(1, 6)]
+    course = 5.0 * np.exp(-(at % 28) / 6.0) * (step % 3)
+    cautious = []
+    for seed in range(30):
+        values = course + autoregressive(np.random.default_rng(seed), len(at), 0.7)
+        found = estimate(values, trends, at, np.zeros(len(at), np.int64), 20.0, correlated=True)
+        assert found.cautious is not None
+        cautious.append(found.cautious[0])
+    assert 0.9 < np.median(cautious) < 1.2
+    assert max(cautious) < 1.6
 
 
 @pytest.mark.parametrize("channel", CHANNELS)

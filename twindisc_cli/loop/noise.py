@@ -7,7 +7,8 @@
 
 A smooth trend inside every step (in a profile: inside every unworn flank), no richer than the samples ask for, is taken
 out, with what comes back in every step after the change of creepage. rho and s follow from the restricted likelihood
-(REML) of what is left, so that the trend's own parameters are paid for. Outliers beyond five robust standard
+(REML) of what is left, so that the trend's own parameters are paid for, and from a prior 1 - rho: a rich trend takes out
+what would tell a long correlation from a longer one. Outliers beyond five robust standard
 deviations, or as far from what their neighbours let expect, are dropped unless they come in runs.
 Source: D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320-338.
 """
@@ -283,13 +284,16 @@ def _unsorted(order: Ints) -> Ints:
 
 
 def _reml(record: _Record, trend: Floats) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Standard deviation and correlation of greatest restricted likelihood, and of the longest correlation near it."""
+    """Standard deviation and correlation of greatest posterior, and of the longest correlation near it.
+
+    Near is LONGER standard errors of a correlation, root of (1 - rho^2) / samples, and NEAR in the logarithm.
+    """
     used = trend[:, np.any(trend != 0.0, axis=0)]
     grid = record.grid
     found = [_likelihood(record.values, used, link) for link in record.links]
-    likely = np.array([likelihood for likelihood, _ in found])
+    likely = np.array([likelihood for likelihood, _ in found]) + np.log1p(-grid)
     best = int(np.argmax(likely))
-    reach = grid[best] + LONGER / np.sqrt(len(used) - used.shape[1])
+    reach = grid[best] + LONGER * np.sqrt((1.0 - grid[best] ** 2) / (len(used) - used.shape[1]))
     longest = int(np.flatnonzero((likely >= likely.max() - NEAR) & (grid <= reach))[-1])
     return (found[best][1], float(grid[best])), (found[longest][1], float(grid[longest]))
 

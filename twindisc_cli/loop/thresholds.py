@@ -71,6 +71,7 @@ class Thresholds:
     rival_share         share of the resamples from which on an explanation is named as an alternative.
     set_share           share of the resamples at which a set ends: 0.85 left out the truth in none of 40 tests of the
                         seeds, and kept 28 of 30 sets to three members, 0.95 kept 24.
+    small_set           members up to which effects of the catalogue are named beyond that share.
     established, probable  probability from which on the words are used.
     separated           explanations between which the next experiment decides.
     """
@@ -127,6 +128,7 @@ class Thresholds:
     kin: float = 0.25
     rival_share: float = 0.05
     set_share: float = 0.85
+    small_set: int = 3
     established: float = 0.9
     probable: float = 0.6
     separated: int = 4

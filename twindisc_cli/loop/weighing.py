@@ -46,7 +46,7 @@ def weighed(found: Outcome, name: str) -> Weighed:
     """Weigh a term against what stands for it in any explanation without it, alone or with others.
 
     What does something else than the term where it is added in its place is no rival. The set ends where it is probable
-    enough, but for effects of the catalogue.
+    enough; while it is small, with the effects of the catalogue that are left.
     """
     own, shares = found.answer.label(name), found.shares
     if not np.isfinite(shares).all():
@@ -65,12 +65,12 @@ def weighed(found: Outcome, name: str) -> Weighed:
             together[label] = together.get(label, 0.0) + float(share)
     probability = together.pop(own, 0.0)
     rivals = sorted(together.items(), key=lambda pair: -pair[1])
-    before = probability + np.cumsum([0.0, *(share for _, share in rivals)])
-    near = [
-        pair
-        for pair, held in zip(rivals, before, strict=False)
-        if pair[1] > THRESHOLDS.rival_share and (held < THRESHOLDS.set_share or len(pair[0]) == 1)
-    ]
+    near, held = list[tuple[Label, float]](), probability
+    for label, share in rivals:
+        more = held < THRESHOLDS.set_share or (len(label) == 1 and len(near) + 1 < THRESHOLDS.small_set)
+        if share > THRESHOLDS.rival_share and more:
+            near.append((label, share))
+        held += share
     return Weighed(probability if np.isfinite(found.shares).all() else np.nan, near, chances, same)
 
 
