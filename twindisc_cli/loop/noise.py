@@ -7,9 +7,9 @@
 
 A smooth trend inside every step (in a profile: inside every unworn flank), no richer than the samples ask for, is taken
 out, with what comes back in every step after the change of creepage. rho and s follow from the restricted likelihood
-(REML) of what is left, so that the trend's own parameters are paid for, and from a prior 1 - rho: a rich trend takes out
-what would tell a long correlation from a longer one. Outliers beyond five robust standard
-deviations, or as far from what their neighbours let expect, are dropped unless they come in runs.
+(REML) of what is left, so that the trend's own parameters are paid for, and from a prior 1 - rho: a rich trend takes
+out what would tell a long correlation from a longer one. Outliers beyond five robust standard deviations, or as far
+from what their neighbours let expect, are dropped unless they come in runs.
 Source: D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320-338.
 """
 
