@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from records import come_back, explained, foretold, of_halves
+from records import choice, come_back, explained, foretold, of_halves
 
 from twindisc_cli.loop.explain import Outcome, rises
 from twindisc_cli.loop.thresholds import THRESHOLDS
@@ -41,11 +41,11 @@ def test_what_one_half_of_eurosprinter_names_is_in_the_set_of_the_other() -> Non
 
 
 def test_what_five_sweeps_of_a_lubricated_ball_teach_foretells_the_others() -> None:
-    """Both ends of the record: what is learnt on the first sweeps holds on the later ones, and the other way round."""
-    for learnt in (range(5), range(15, 20)):
+    """Sweeps at random, and both ends of the record; the level runs in by a tenth over it."""
+    for learnt, most in ((choice(0), 0.45), (range(5), 0.5), (range(15, 20), 0.5)):
         found = foretold(learnt, quick=True)
-        assert found.named
-        assert found.error <= 0.45 * found.constant
+        assert found.named == ("lubricated_film",)
+        assert found.error <= most * found.constant
 
 
 def test_friction_settles_in_the_tribometer() -> None:

@@ -13,7 +13,7 @@ from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.fit import Fit, at, carried, fit, refit, remembered
 from twindisc_cli.loop.holdout import withheld, without
 from twindisc_cli.loop.noise import Mask
-from twindisc_cli.loop.problem import Case, Problem, case_of
+from twindisc_cli.loop.problem import Case, Problem, cases_of
 from twindisc_cli.loop.resample import unseen, weights
 from twindisc_cli.loop.search import Explanation, Search, ranked, search
 from twindisc_cli.loop.thresholds import THRESHOLDS
@@ -136,7 +136,7 @@ def explain(tests: Sequence[Experiment], *, validate: Experiment | None, quick: 
 
 def problem_of(tests: Sequence[Experiment]) -> Problem:
     """All channels of the tests, with their noise."""
-    cases = [case_of(test) for test in tests]
+    cases = cases_of(tests)
     return Problem(cases, tuple(c for c in channels() if any(c in case.noise for case in cases)))
 
 

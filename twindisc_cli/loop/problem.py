@@ -75,7 +75,19 @@ def stated(test: Experiment) -> dict[str, float]:
 
 def case_of(test: Experiment) -> Case:
     """A test with the noise of its channels."""
-    return Case(ForwardModel(test), {name: channels()[name].noise(test) for name in measured_channels(test)})
+    return cases_of([test])[0]
+
+
+def cases_of(tests: Sequence[Experiment]) -> list[Case]:
+    """Tests with the noise of their channels, of which they tell together."""
+    noise: list[dict[str, Noise]] = [{} for _ in tests]
+    for name, channel in channels().items():
+        own = [i for i, test in enumerate(tests) if name in measured_channels(test)]
+        measured = [tests[i] for i in own]
+        told = channel.together(measured) if channel.together else [channel.noise(test) for test in measured]
+        for i, found in zip(own, told, strict=True):
+            noise[i][name] = found
+    return [Case(ForwardModel(test), found) for test, found in zip(tests, noise, strict=True)]
 
 
 @dataclass(frozen=True)

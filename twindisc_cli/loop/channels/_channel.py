@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
@@ -66,6 +66,7 @@ class Channel:
     base       the base parameter that it fixes, None where it fixes none
     predicted  the same of a prediction (set, sample)
     noise      the noise of a test's samples
+    together   the same of several tests, which may tell of each other's; None: one by one
     generic    generic functions over the samples, for what nobody has catalogued
     withheld   samples in the steps (index from 0) and parts that are held out (sample,)
     covariates what a residual may be drawn over, by name (sample,)
@@ -91,5 +92,6 @@ class Channel:
     withheld: Callable[[Experiment, tuple[int, ...]], Mask]
     covariates: Callable[[ForwardModel, Prediction], dict[str, Floats | Ints]]
     planned: Callable[[Experiment, Floats, float], Any]
+    together: Callable[[Sequence[Experiment]], Sequence[Noise]] | None = None
     look_at: Mapping[str, str] = field(default_factory=dict)
     stands_for: frozenset[str] = frozenset()

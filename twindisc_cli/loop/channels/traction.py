@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Sc
 from twindisc_cli.loop.channels._held_out import held_out_samples
 from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, waves
 from twindisc_cli.loop.noise import Noise, detrended, estimate, given, growing, polynomials, recurring
+from twindisc_cli.loop.swept import Curve, creepage_error
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, TractionSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.points import sample_times
@@ -42,6 +44,28 @@ def _given(test: Experiment) -> float:
     return float(np.mean(test.history.given_mu)) if friction_is_given(test) else np.nan
 
 
+def noises(tests: Sequence[Experiment]) -> list[Noise]:
+    """Noise of the traction of several tests; how much the creepage errs in swept curves, all of a rig tell."""
+    curves = [_curve(test) for test in tests]
+    rigs = [replace(test.rig, normal_load=0.0, rolling_speed=0.0) for test in tests]
+    found = []
+    for test, curve, rig in zip(tests, curves, rigs, strict=True):
+        alike = [other for other, its in zip(curves, rigs, strict=True) if other is not None and its == rig]
+        error = creepage_error(alike) if curve is not None else 0
+        times = sample_times(test.history, _measured(test))
+        found.append(curve.noise(error, times) if curve is not None and error else noise(test))
+    return found
+
+
+def _curve(test: Experiment) -> Curve | None:
+    """The samples of a curve without time whose creepages were recorded and are not those of the steps."""
+    samples = _measured(test)
+    varied = np.ptp(samples.creepage - test.history.step_creepage[samples.step]) > 1e-9
+    if not varied or np.isfinite(samples.time).all() or np.isfinite(samples.uncertainty).all():
+        return None
+    return Curve(np.abs(samples.creepage), samples.ratio)
+
+
 def noise(test: Experiment) -> Noise:
     """Noise of the traction ratio, from the scatter inside the steps."""
     samples = _measured(test)
@@ -49,8 +73,7 @@ def noise(test: Experiment) -> Noise:
     times = sample_times(test.history, samples)
     if np.isfinite(samples.uncertainty).all():
         return given(samples.uncertainty, times)
-    varied = np.ptp(samples.creepage - test.history.step_creepage[samples.step]) > 1e-9
-    if varied and not timed:
+    if _curve(test) is not None:
         way = (samples.creepage < 0.0).astype(np.int64)
         trends = [polynomials(np.log(np.maximum(np.abs(samples.creepage), 1e-9)), way, 8, 10)]
     else:
@@ -134,6 +157,7 @@ CHANNEL = Channel(
     values=lambda samples: np.asarray(samples.ratio),
     predicted=lambda model, prediction: prediction.traction,
     noise=noise,
+    together=noises,
     generic=_generic,
     withheld=_withheld,
     covariates=_covariates,
