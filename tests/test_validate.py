@@ -12,7 +12,7 @@ from twindisc_cli.laws.law import Law, warnings
 from twindisc_cli.loop.fit import fit, linearised
 from twindisc_cli.loop.problem import Problem, case_of
 from twindisc_cli.loop.thresholds import THRESHOLDS
-from twindisc_cli.loop.validate import Elsewhere
+from twindisc_cli.loop.validate import Elsewhere, foretell
 from twindisc_cli.model.forward import ForwardModel, Prediction
 
 COURSE = history((0.01, 0.02, 0.05, 0.08), 1)
@@ -72,3 +72,14 @@ def test_what_is_foretold_is_judged_by_the_covariance_of_noise_parameters_and_re
         assert told[off][0] == pytest.approx(density)
     assert told[0.0][0] - told[0.02][0] < 2.0
     assert told[0.0][0] - told[0.3][0] > THRESHOLDS.enough
+
+
+def test_the_level_of_a_test_that_is_only_predicted_is_that_of_the_middle_of_those_fitted() -> None:
+    rig, levels = Instruments(channels=("traction",)), (0.5, 0.62, 0.6)
+    cases = [
+        case_of(rig.record(Plant(COURSE, mu=lambda t, c, n, m=mu: m + 0.0 * t), np.random.default_rng(seed)))
+        for seed, mu in enumerate(levels)
+    ]
+    fitted = fit(Problem(cases, ("traction",)))
+    told = foretell(rig.record(Plant(COURSE), np.random.default_rng(9)), fitted)
+    assert told.case.held["mu"] == pytest.approx(np.median(levels), rel=0.01)

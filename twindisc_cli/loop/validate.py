@@ -51,7 +51,7 @@ def rms(misses: Floats) -> float:
 def foretell(test: Experiment, fitted: Fit) -> Foretold:
     """Predict a test by a fit of others, with the effects and laws these declare.
 
-    Base parameters are as fitted, those of a single test from the first; else as either test says.
+    Base parameters are as fitted, those of single tests as these have them in the middle; else as either test says.
     """
     case = _unfitted(test, fitted)
     keys = ("mu", "K", "convection_W_K")
@@ -63,8 +63,16 @@ def _unfitted(test: Experiment, fitted: Fit) -> Case:
     first = fitted.problem.cases[0].test
     case = case_of(replace(test, effects=dict(first.effects), laws=dict(first.laws)))
     known = stated(first) | stated(test)
-    known |= {p.key: fitted.value(p)[0] for p in reversed(fitted.problem.parameters) if p.term is None}
-    return replace(case, known=known)
+    return replace(case, known=known | typical_base(fitted))
+
+
+def typical_base(fitted: Fit) -> dict[str, float]:
+    """The fitted base parameters by key, those of single tests as these have them in the middle."""
+    values: dict[str, list[float]] = {}
+    for p in fitted.problem.parameters:
+        if p.term is None:
+            values.setdefault(p.key, []).append(fitted.value(p)[0])
+    return {key: float(np.median(several)) for key, several in values.items()}
 
 
 @dataclass(frozen=True)
