@@ -41,7 +41,8 @@ MOST_PASSES = 40
 SPIN_ARM_OF_A_LINE = 0.5
 """Along a line spin acts on T like a lateral creepage of phi a / 2: in full sliding T = mu N (1 - phi^2 <x^2> / 2 v^2),
 with <x^2> = a^2 / 4 under the pressure; what it does along y cancels to first order."""
-SETTLED = 1e-7
+SETTLED, COUNTED = 1e-7, 1e-4
+"""Change of the energy in a pass at which the chain stands still, and at which a march of local wear may begin."""
 _STANDING = 1e-9
 """A speed [m/s] at which nothing rolls."""
 Parameters = Mapping[str, Floats]
@@ -132,10 +133,12 @@ class ForwardModel:
         known = {**catalogue(), **(trial or {})}
         acting = [(known[name], columns) for name, columns in self._all_effects(effects or {}, sets).items()]
         chain = _Chain(self, base.columns(sets), acting, sets, None if isinstance(marched, str) else marched)
-        state = chain.settled(chain._blank)
         if marched in ("each", "first") and chain.is_local:
-            chain = replace(chain, own=chain.marched(state, slice(1 if marched == "first" else None)))
-            state = chain.settled(state)
+            counted = chain.settled(chain._blank, COUNTED)
+            chain = replace(chain, own=chain.marched(counted, slice(1 if marched == "first" else None)))
+            state = chain.settled(counted)
+        else:
+            state = chain.settled(chain._blank)
         return chain.read(state, profiled=profiled)
 
     def _all_effects(self, effects: Mapping[str, Parameters], sets: int) -> dict[str, dict[str, Floats]]:
@@ -155,12 +158,12 @@ def _columns(parameters: Parameters, sets: int) -> dict[str, Floats]:
     return {name: column(value, sets) for name, value in parameters.items()}
 
 
-def _standing(last: State, state: State) -> bool:
-    """Whether energy, temperature and wear no longer change."""
+def _standing(last: State, state: State, within: float) -> bool:
+    """Whether energy (relative), temperature [K] and wear, a hundred times as far, change by less than that."""
     energy = float(np.max(np.abs(state.energy[:, -1] - last.energy[:, -1]) / np.maximum(state.energy[:, -1], 1e-30)))
     warmth = float(np.max(np.nan_to_num(np.abs(state.temperature - last.temperature))))
     wear = float(np.max(np.abs(state.wear_factor - last.wear_factor)))
-    return energy < SETTLED and warmth < 1e-5 and wear < 1e-5
+    return energy < within and max(warmth, wear) < 100.0 * within
 
 
 @dataclass(frozen=True)
@@ -173,11 +176,11 @@ class _Chain:
     sets: int
     own: Paths | None = None
 
-    def settled(self, state: State) -> State:
+    def settled(self, state: State, within: float = SETTLED) -> State:
         """Pass through the stages until energy, temperature and wear stand still."""
         for _ in range(MOST_PASSES):
             last, state = state, self.run(state)
-            if _standing(last, state):
+            if _standing(last, state, within):
                 break
         return state
 
@@ -262,7 +265,8 @@ class _Chain:
 
     def _factors(self, index: Floats, place: Floats, passes: Floats, of: slice = slice(None)) -> Floats:
         """K over its base value in strips, as `wear.Factors` has it, for some of the sets."""
-        return self._by_index(index, of) * self._by_strip(place, passes)
+        by_index = self._by_index(index, of)
+        return by_index * self._by_strip(place, passes) if self._local_laws else by_index
 
     def _by_index(self, index: Floats, of: slice = slice(None)) -> Floats:
         """K over its base value by what acts on the wear index of strips (set, any) [N/m2]."""

@@ -5,8 +5,9 @@
     u    worn depth [m], (case, strip);   S worn section [m2];   g load of the strip per width [N/m], N its sum
     w    wear coefficient of the strip over the mean of the coefficients, each weighted by its load [1]
 
-Steps: half-space contact is implicit in the load (two-stage, L-stable, order 2), since sharp features of a profile die
-out much faster than it grows; w is that of the stage before. Contact "hertz" refits the best circle inside the patch
+Steps: half-space contact is implicit in the load (backward differences of order 2), since sharp features of a profile
+die out much faster than it grows; w is that of the node before. With r the last step over the one before it, the mean
+of du/dS over a step is that of the step before times r / (1 + 2 r), and that at its end times (1 + r) / (1 + 2 r). Contact "hertz" refits the best circle inside the patch
 and keeps the ellipse; it goes by an explicit midpoint rule with small steps.
 """
 
@@ -14,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 
 import numpy as np
 
@@ -22,13 +23,11 @@ from twindisc_cli.model import worn
 from twindisc_cli.model.experiment import Contact, Floats, Rig, Start
 from twindisc_cli.physics import hertz
 from twindisc_cli.physics.half_space import NoConvergenceError
-from twindisc_cli.physics.half_space.strips import StripContact, equivalent_ellipse, solve_strips
+from twindisc_cli.physics.half_space.strips import StripContact, Strips, equivalent_ellipse
 
 FLAT = np.geomspace(1e-10, 1e-4, 300, endpoint=False)
-GAMMA = 1.0 - np.sqrt(0.5)
-SETTLED = 1e-2
-"""Change of the line load, over its largest, at which a stage of the half-space march is left: the next sets it right.
-Ten times less moves the greatest depth by 1e-5."""
+SETTLED = 0.1
+"""Change of the line load, over its largest, at which a step of the half-space march is left: the next sets it right."""
 FEWEST = 2
 """Strips on either side of the middle one that a circle is fitted to, at least."""
 FINE = np.linspace(0.0, 1.0, 9)
@@ -124,29 +123,32 @@ def _march_half_space(
     rig: Rig, y: Floats, nodes: Floats, spread: Floats, cases: int, weights: Weights, rise: Floats, *, mirrored: bool
 ) -> March:
     gap = np.tile(0.5 * rig.curvature_y * y**2 - rise, (cases, 1))
-    press = partial(
-        solve_strips,
+    strips = Strips.of(
         y=y,
+        cases=(cases,),
         curvature_x=rig.curvature_x,
         normal_load=rig.normal_load,
         effective_modulus=rig.effective_modulus,
         mirrored=mirrored,
     )
-    found = press(gap=gap)
-    loss = np.zeros_like(gap)
-    depths, contacts, means = [loss], [found], []
-    last, place, before = found, 0.0, -1.0
+    found = last = strips.pressed(gap)
+    loss = rate = mean = np.zeros_like(gap)
+    depths, contacts, means, before = [loss], [found], [], np.inf
     for number, step in enumerate(np.diff(nodes)):
-        mean = np.zeros_like(gap)
-        for share, at in ((1.0 - GAMMA, GAMMA), (GAMMA, 1.0)):
-            here = float(nodes[number] + at * step)
-            guess = _ahead(last, found, (here - place) / (place - before))
-            favoured = weights(number, y, _loaded(found, rig.normal_load))
-            compliance = GAMMA * step * spread * favoured[:, None, :]
-            last, before, place = found, place, here
-            found = press(gap=gap + loss, compliance=compliance, start=guess, relative_accuracy=SETTLED)
-            loss = loss + share * step * _worn(spread, favoured, found.line_load, mirrored=mirrored)
-            mean += share * found.line_load
+        ratio = step / before
+        new = (1.0 + ratio) / (1.0 + 2.0 * ratio)
+        favoured = weights(number, y, _loaded(found, rig.normal_load))
+        guess = _ahead(last, found, ratio)
+        last, before = found, step
+        found = strips.pressed(
+            gap + loss + (1.0 - new) * step * rate,
+            compliance=new * step * spread * favoured[:, None, :],
+            start=guess,
+            relative_accuracy=SETTLED,
+        )
+        rate = (1.0 - new) * rate + new * _worn(spread, favoured, found.line_load, mirrored=mirrored)
+        mean = (1.0 - new) * mean + new * found.line_load
+        loss = loss + step * rate
         depths.append(loss)
         contacts.append(found)
         means.append(mean)
@@ -197,37 +199,47 @@ def _pressed(contact: StripContact, normal_load: float, mirrored: bool) -> Press
             contact, y=y, half_length=_unfolded(contact.half_length), line_load=_unfolded(contact.line_load)
         )
     strips, (a, b) = _loaded(contact, normal_load), equivalent_ellipse(contact)
-    load, length = (values.reshape(-1, len(contact.y)) for values in (contact.line_load, contact.half_length))
-    p0 = [_peak_pressure(q, a_of_y, contact.y) for q, a_of_y in zip(load, length, strict=True)]
     uneven = worn.unevenness(contact.half_length, contact.line_load)
     return Pressed(
         line_load=strips.line_load,
         intensity=strips.intensity,
         a=a,
         b=b,
-        p0=np.reshape(p0, a.shape),
+        p0=_peak_pressure(contact),
         area=contact.area,
         square=worn.squareness(contact.half_length),
         stiffening=worn.stiffening(a / b, uneven),
     )
 
 
-def _peak_pressure(line_load: Floats, half_length: Floats, y: Floats) -> float:
-    """Largest pressure [Pa] that hangs on no single strip, of line load and half-length (strip,).
+def _peak_pressure(contact: StripContact) -> Floats:
+    """Largest pressure [Pa], (...), that hangs on no single strip.
 
     At the edge of a patch line load and half-length are not resolved: the last strip's pressure depends on where the
     edge lies in it. What counts are the strips further from the edges than half of the largest half-length
     along rolling (or of the half-width, if less), and the means over bands twice as wide anywhere, the edges included.
     """
-    contact, width = StripContact(y, half_length, line_load, np.zeros(())), float(y[1] - y[0])
-    first, last = (float(edge) for edge in contact.extent)
-    reach = 0.5 * min(float(half_length.max()), 0.5 * (last - first))
+    y, (first, last) = contact.y, (edge[..., None] for edge in contact.extent)
+    reach = 0.5 * np.minimum(contact.half_length.max(axis=-1, keepdims=True), 0.5 * (last - first))
     inner = (y > first + reach) & (y < last - reach)
-    borders, starts = np.append(y - 0.5 * width, y[-1] + 0.5 * width), np.linspace(first, last - 2.0 * reach, len(y))
-    sums = [np.append(0.0, np.cumsum(v)) for v in (line_load, 0.5 * np.pi * half_length)]
-    load, area = (np.interp(starts + 2.0 * reach, borders, s) - np.interp(starts, borders, s) for s in sums)
+    starts = first + (last - first - 2.0 * reach) * np.linspace(0.0, 1.0, len(y))
+    load, area = (
+        _integral(y, values, starts + 2.0 * reach) - _integral(y, values, starts)
+        for values in (contact.line_load, 0.5 * np.pi * contact.half_length)
+    )
     band = np.divide(load, area, out=np.zeros_like(load), where=area > 0.0)
-    return float(max(contact.centre_pressure[inner].max(initial=0.0), band.max()))
+    return np.asarray(np.maximum(np.max(contact.centre_pressure * inner, axis=-1), band.max(axis=-1)))
+
+
+def _integral(y: Floats, values: Floats, ends: Floats) -> Floats:
+    """Sum over strips (..., strip) up to places `ends` (..., place), in strips; part of a strip counts as that part."""
+    sums = np.concatenate([np.zeros_like(values[..., :1]), np.cumsum(values, axis=-1)], axis=-1)
+    position = np.clip((ends - y[0]) / (y[1] - y[0]) + 0.5, 0.0, len(y))
+    left = np.minimum(position.astype(np.intp), len(y) - 1)
+    part = position - left
+    return np.asarray(
+        (1.0 - part) * np.take_along_axis(sums, left, -1) + part * np.take_along_axis(sums, left + 1, -1)
+    )
 
 
 def _march_hertz(

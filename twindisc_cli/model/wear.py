@@ -47,6 +47,10 @@ SAMPLES = 4
 """How often in a step of a march the history is asked."""
 BEYOND = 1.2
 """How far beyond the sections that are counted a march of local wear goes."""
+FEWEST_STEPS = 32
+"""Steps of a march of local wear, at least."""
+EVEN_STEPS = 8
+"""The even march beside it goes on to a multiple of so many steps, to serve others."""
 LINE_STRIPS, LINE_NODES = 401, 9
 """Strips over the width of straight discs, and nodes of their path, along which all is linear but the radius."""
 
@@ -79,6 +83,12 @@ class Scaling:
 
 
 CROWNED, STRAIGHT = Scaling(1.0 / 3.0, 1.0 / 3.0, 1.0), Scaling(0.5, 0.0, 0.0)
+
+
+OF_NODES = (
+    "depth", "line_load", "a", "b", "p0", "area", "stiffness", "stiffness_y", "square", "edge", "spread",
+)  # fmt: skip
+"""What a path holds for each of its nodes."""
 
 
 @dataclass(frozen=True)
@@ -117,6 +127,10 @@ class WearPath:
     def wander_unit(self) -> float:
         """Width of the border of the worn zone [m], by which a wander is small or large."""
         return float(self.b[0]) * (0.1 if self.scaling is STRAIGHT else 1.0)
+
+    def on(self, section: Floats) -> WearPath:
+        """The path with other nodes [m2], linear between its own."""
+        return replace(self, section=section, **{name: self.at(getattr(self, name), section) for name in OF_NODES})
 
     def at(self, values: Floats, section: Floats) -> Floats:
         """Values (node, ...) at worn sections (...) [m2], linear between the nodes: (section..., ...)."""
@@ -246,8 +260,8 @@ def local_paths(rig: Rig, path: WearPath, course: Course, factors: Factors, *, b
                 "along a line contact a wear coefficient that changes across the track is not followed"
             )
         return [path] * len(section)
-    last = max(1, int(np.searchsorted(path.section, BEYOND * section.max(), side="right")))
-    nodes = path.section[: last + 1]
+    path, steps = _divided(path, BEYOND * float(section.max()))
+    nodes = path.section[: steps + 1]
     along = nodes[:-1, None] + (np.arange(SAMPLES) + 0.5) / SAMPLES * np.diff(nodes)[:, None]
     piece = np.minimum([np.searchsorted(own, along) for own in section], section.shape[1] - 1)
     pace = np.take_along_axis(course.pace[:, None, :], piece, axis=-1)
@@ -255,14 +269,38 @@ def local_paths(rig: Rig, path: WearPath, course: Course, factors: Factors, *, b
     favoured = _Favoured(pace, np.array(cycles), factors, np.full((len(section), len(path.y)), np.inf))
     marched = march(
         rig, path.contact, path.y, nodes,
-        wander=path.wander, cases=len(section) + 1, weights=favoured, mirrored=not by_place, start=path.start,
+        wander=path.wander, cases=len(section), weights=favoured, mirrored=not by_place, start=path.start,
     )  # fmt: skip
-    errors = path.error, path.pressure_error
-    *own, even = _read(
-        rig, marched, y=path.y, nodes=nodes,
-        contact=path.contact, wander=path.wander, start=path.start, errors=errors,
+    further = path.section[: EVEN_STEPS * -(-steps // EVEN_STEPS) + 1]
+    even = _marched_evenly(
+        rig, path.contact, path.wander, path.start, float(path.y[-1]), len(path.y), tuple(further.tolist())
+    )
+    own = _read(
+        rig, marched, y=path.y, nodes=nodes, contact=path.contact, wander=path.wander, start=path.start,
+        errors=(path.error, path.pressure_error),
     )  # fmt: skip
+    path, even = path.on(nodes), even.on(nodes)
     return [_moved(path, one, even) for one in own]
+
+
+def _divided(path: WearPath, section: float) -> tuple[WearPath, int]:
+    """A path whose steps are divided so that FEWEST_STEPS go up to a section [m2], and how many go."""
+    last = len(path.section) - 1
+    steps = min(last, max(1, int(np.searchsorted(path.section, section, side="right"))))
+    parts = -(-FEWEST_STEPS // steps)
+    return path.on(np.interp(np.arange(parts * last + 1) / parts, np.arange(last + 1), path.section)), parts * steps
+
+
+@lru_cache(maxsize=16)
+def _marched_evenly(
+    rig: Rig, contact: Contact, wander: float, start: Start | None, half: float, count: int, nodes: tuple[float, ...]
+) -> WearPath:
+    """The path marched through nodes [m2] on so many strips within a half-width [m], all of which wear by one K."""
+    y, along = np.linspace(-half, half, count), np.array(nodes)
+    marched = march(rig, contact, y, along, wander=wander, start=start)
+    return _read(
+        rig, marched, y=y, nodes=along, contact=contact, wander=wander, start=start, errors=(np.nan, np.nan)
+    )[0]
 
 
 def _share(part: Floats, whole: Floats) -> Floats:
@@ -279,12 +317,11 @@ def _moved(path: WearPath, own: WearPath, even: WearPath) -> WearPath:
 
     What the steps of both marches leave of error is the same to first order, and falls out.
     """
-    last = len(own.section)
 
     def ratio(name: str) -> Floats:
-        return np.asarray(getattr(path, name)[:last] * getattr(own, name) / getattr(even, name))
+        return np.asarray(getattr(path, name) * getattr(own, name) / getattr(even, name))
 
-    depth = own.depth + _share(own.depth, even.depth) * (path.depth[:last] - even.depth)
+    depth = own.depth + _share(own.depth, even.depth) * (path.depth - even.depth)
     worn = depth.sum(axis=1, keepdims=True) * (path.y[1] - path.y[0])
     depth *= np.divide(own.section[:, None], worn, out=np.ones_like(worn), where=worn > 0.0)
     b = ratio("b")
@@ -297,7 +334,7 @@ def _moved(path: WearPath, own: WearPath, even: WearPath) -> WearPath:
         area=ratio("area"),
         stiffness=ratio("stiffness"),
         stiffness_y=ratio("stiffness_y"),
-        square=path.square[:last] + own.square - even.square,
+        square=path.square + own.square - even.square,
         edge=_edges(path.y, depth, b),
         spread=ratio("spread"),
     )
@@ -308,8 +345,7 @@ class _Favoured:
     """Weights of a march by the wear index of each strip, its place and the passes over it.
 
     pace: energy per length rolled [N], cycles: revolutions so far, at SAMPLES of each step (case, step, sample);
-    first: revolutions before the first contact of each strip (case, strip), filled in as the march goes. One case more
-    is marched beside them, whose strips all wear alike.
+    first: revolutions before the first contact of each strip (case, strip), filled in as the march goes.
     """
 
     pace: Floats
@@ -317,16 +353,14 @@ class _Favoured:
     factors: Factors
     first: Floats
 
-    def __call__(self, step: int, y: Floats, every: Loaded) -> Floats:
+    def __call__(self, step: int, y: Floats, loaded: Loaded) -> Floats:
         """K of each strip over the mean of the energy's, (case, strip), itself a mean over the step."""
-        loaded = Loaded(every.line_load[:-1], every.intensity[:-1])
         index = self.pace[:, step, :, None] * loaded.intensity[:, None, :]
         factor = self._factor(step, y, loaded, index)
         share = loaded.line_load * np.where((y > 0.0) & (y[0] == 0.0), 2.0, 1.0)
         share = share / share.sum(axis=-1, keepdims=True)
-        mean = np.einsum("cms,cs->cm", factor, share)[..., None]
-        own = np.where(mean > 0.0, factor / np.where(mean > 0.0, mean, 1.0), 1.0).mean(axis=1)
-        return np.concatenate([own, np.ones_like(own[:1])])
+        mean = factor @ share[..., None]
+        return np.asarray(np.where(mean > 0.0, factor / np.where(mean > 0.0, mean, 1.0), 1.0).mean(axis=1))
 
     def _factor(self, step: int, y: Floats, loaded: Loaded, index: Floats) -> Floats:
         """K over its base value in each strip, (case, sample, strip)."""

@@ -58,6 +58,8 @@ _MOST_ITERATIONS = 80
 _FIRST_STIFFNESS = 1.45
 # Load of a strip that has just entered, over the largest.
 _ENTRY_LOAD = 1e-3
+# What a strip that has entered or left may yet change in the load, over the largest.
+_ENTRY_CHANGE = 1e-2
 # A strip right at the edge may pull once loaded and overlap once unloaded. After leaving n times it enters again at
 # this overlap times 4^n, over the largest deflection.
 _REENTRY_OVERLAP = 5e-5
@@ -142,6 +144,10 @@ class _Problem:
         whole = values.sum(-1, keepdims=True)
         return np.asarray(2.0 * whole - values[:, :1] * (self.y[0] == 0.0) if self.mirrored else whole)
 
+    def carried(self, load: Array) -> Array:
+        """A line load (case, strip) made to be N in all: strips that have just entered or left have changed its sum."""
+        return np.asarray(load * (self.load / (self.total(load) * self.width)))
+
     def window(self, part: slice) -> _Problem:
         """These strips of all cases."""
         cut = None if self.compliance is None else self.compliance[:, part, part]
@@ -194,21 +200,95 @@ def solve_strips(
     relative_accuracy  of the iteration, in the line load over its largest value; the strips' own width comes on top
     mirrored           y starts at 0, and gap and compliance hold for the mirror image as well; so does what is found
     """
-    problem, cases = _given(y, gap, compliance, curvature_x, normal_load, effective_modulus)
-    problem = replace(problem, mirrored=mirrored)
-    chunk = max(1, _CHUNK // max(64, problem.y.size // 2) ** 2)
-    solved = []
-    for first in range(0, len(problem.gap), chunk):
-        part = slice(first, first + chunk)
-        chosen = problem.cases(part)
-        state = _first_state(chosen) if start is None else _warm_state(chosen, start, part)
-        solved.append(_converge(chosen, state, relative_accuracy))
-    return StripContact(
-        y=problem.y,
-        half_length=np.concatenate([state.half_length for state in solved]).reshape(*cases, -1),
-        line_load=np.concatenate([state.load for state in solved]).reshape(*cases, -1),
-        approach=np.concatenate([state.approach for state in solved]).reshape(cases),
+    gap = np.asarray(gap, dtype=float)
+    stacked = () if compliance is None else np.shape(compliance)[:-2]
+    strips = Strips.of(
+        y=y,
+        cases=np.broadcast_shapes(gap.shape[:-1], stacked),
+        curvature_x=curvature_x,
+        normal_load=normal_load,
+        effective_modulus=effective_modulus,
+        mirrored=mirrored,
     )
+    return strips.pressed(gap, compliance=compliance, start=start, relative_accuracy=relative_accuracy)
+
+
+@dataclass(frozen=True)
+class Strips:
+    """Strips and what presses on them, for one gap after another.
+
+    y (strip,) [m]; cases: shape of the independent contacts; curvature [1/m], load [N], modulus [Pa] of each (case, 1)
+    """
+
+    y: Array
+    cases: tuple[int, ...]
+    curvature: Array
+    load: Array
+    modulus: Array
+    mirrored: bool
+
+    @classmethod
+    def of(
+        cls,
+        *,
+        y: Array,
+        cases: tuple[int, ...] = (),
+        curvature_x: ArrayLike,
+        normal_load: ArrayLike,
+        effective_modulus: ArrayLike,
+        mirrored: bool = False,
+    ) -> Strips:
+        """Checked, and for as many cases as any of the numbers has; symbols as in `solve_strips`."""
+        y = np.asarray(y, dtype=float)
+        if y.ndim != 1 or y.size < FEWEST_STRIPS or not np.isfinite(y).all():
+            raise ProfileError(f"strips need a row of at least {FEWEST_STRIPS} finite places (no NaN), not {y.shape}")
+        spacing = np.diff(y)
+        if spacing.min() <= 0.0 or np.ptp(spacing) > 1e-6 * spacing.mean():
+            raise ProfileError("the transverse grid must ascend in equal steps")
+        values = [np.asarray(number, dtype=float) for number in (curvature_x, normal_load, effective_modulus)]
+        if not all(np.all(np.isfinite(value) & (value > 0.0)) for value in values):
+            raise NoContactError("the contact needs a positive, finite load, rolling curvature and modulus")
+        cases = np.broadcast_shapes(cases, *(value.shape for value in values))
+        curvature, load, modulus = (np.broadcast_to(value, cases).reshape(-1, 1) for value in values)
+        return cls(y, cases, curvature, load, modulus, mirrored)
+
+    def pressed(
+        self,
+        gap: Array,
+        *,
+        compliance: Array | None = None,
+        start: StripContact | None = None,
+        relative_accuracy: float = 1e-3,
+    ) -> StripContact:
+        """The contact over a gap; symbols as in `solve_strips`."""
+        problem = self._given(gap, compliance)
+        chunk = max(1, _CHUNK // max(64, self.y.size // 2) ** 2)
+        solved = []
+        for first in range(0, len(problem.gap), chunk):
+            part = slice(first, first + chunk)
+            chosen = problem.cases(part)
+            state = _first_state(chosen) if start is None else _warm_state(chosen, start, part)
+            solved.append(_converge(chosen, state, relative_accuracy))
+        return StripContact(
+            y=self.y,
+            half_length=np.concatenate([state.half_length for state in solved]).reshape(*self.cases, -1),
+            line_load=np.concatenate([state.load for state in solved]).reshape(*self.cases, -1),
+            approach=np.concatenate([state.approach for state in solved]).reshape(self.cases),
+        )
+
+    def _given(self, gap: Array, compliance: Array | None) -> _Problem:
+        """What is given, checked, with all cases in one row."""
+        count = self.y.size
+        if gap.shape[-1:] != (count,):
+            raise ProfileError(f"gap of shape {gap.shape} does not lie on a grid y of shape {self.y.shape}")
+        if not np.isfinite(gap).all():
+            raise ProfileError("the profile holds numbers that are not finite (NaN)")
+        if compliance is not None:
+            if not (compliance.shape[-2:] == (count, count) and np.isfinite(compliance).all()):
+                raise ProfileError("the compliance must hold a finite number for each pair of strips")
+            compliance = np.broadcast_to(compliance, (*self.cases, count, count)).reshape(-1, count, count)
+        gap = np.broadcast_to(gap, (*self.cases, count)).reshape(-1, count)
+        return _Problem(self.y, gap, self.curvature, self.load, self.modulus, compliance, self.mirrored)
 
 
 def equivalent_ellipse(contact: StripContact) -> tuple[Array, Array]:
@@ -239,35 +319,6 @@ def foundation_load(*, gap: Array, strip_width: float, normal_load: Array, effec
     return np.asarray(stiffness * np.maximum(np.take_along_axis(depth, last, -1) - gap, 0.0))
 
 
-def _given(y: Array, gap: Array, compliance: Array | None, *numbers: ArrayLike) -> tuple[_Problem, tuple[int, ...]]:
-    """What is given, checked, with all cases in one row, and the shape of the cases."""
-    y, gap = np.asarray(y, dtype=float), np.asarray(gap, dtype=float)
-    if y.ndim != 1 or y.size < FEWEST_STRIPS or gap.shape[-1:] != y.shape:
-        raise ProfileError(f"gap of shape {gap.shape} does not lie on a grid y of shape {y.shape}")
-    if not (np.isfinite(y).all() and np.isfinite(gap).all()):
-        raise ProfileError("the profile holds numbers that are not finite (NaN)")
-    if compliance is not None and not (compliance.shape[-2:] == 2 * y.shape and np.isfinite(compliance).all()):
-        raise ProfileError("the compliance must hold a finite number for each pair of strips")
-    spacing = np.diff(y)
-    if spacing.min() <= 0.0 or np.ptp(spacing) > 1e-6 * spacing.mean():
-        raise ProfileError("the transverse grid must ascend in equal steps")
-    values = [np.asarray(number, dtype=float) for number in numbers]
-    if not all(np.all(np.isfinite(value) & (value > 0.0)) for value in values):
-        raise NoContactError("the contact needs a positive, finite load, rolling curvature and modulus")
-    stacked = () if compliance is None else compliance.shape[:-2]
-    cases = np.broadcast_shapes(gap.shape[:-1], stacked, *(value.shape for value in values))
-    growth = None if compliance is None else np.broadcast_to(compliance, (*cases, y.size, y.size))
-    curvature, load, modulus = (np.broadcast_to(value, cases).reshape(-1, 1) for value in values)
-    return _Problem(
-        y=y,
-        gap=np.broadcast_to(gap, (*cases, y.size)).reshape(-1, y.size),
-        curvature=curvature,
-        load=load,
-        modulus=modulus,
-        compliance=None if growth is None else growth.reshape(-1, y.size, y.size),
-    ), cases
-
-
 def _first_state(problem: _Problem) -> _State:
     """The load on a foundation, with the slope of an ellipse."""
     load = foundation_load(
@@ -283,10 +334,9 @@ def _warm_state(problem: _Problem, start: StripContact, part: slice) -> _State:
     if load.shape != problem.gap.shape:
         raise ProfileError(f"the start has shape {start.line_load.shape}, the contact {problem.gap.shape}")
     loaded = load > 0.0
-    scale = problem.load / (problem.total(load) * problem.width)
     slope = _spread(2.0 / np.pi * _ratio(load, half_length**2), loaded)
     unknown = np.full_like(problem.load, np.nan)
-    return _State(load * scale, slope, loaded, np.zeros_like(load), unknown, unknown)
+    return _State(problem.carried(load), slope, loaded, np.zeros_like(load), unknown, unknown)
 
 
 def _converge(problem: _Problem, state: _State, accuracy: float) -> _State:
@@ -298,7 +348,7 @@ def _converge(problem: _Problem, state: _State, accuracy: float) -> _State:
             state = _touch_beyond(problem, state, part)
         if state.error.max() < accuracy:
             _check_patch(state.loaded, problem.mirrored)
-            return state
+            return replace(state, load=problem.carried(state.load))
     raise NoConvergenceError(f"the strips did not settle: change {state.error.max():.1e} in step {_MOST_ITERATIONS}")
 
 
@@ -328,7 +378,7 @@ def _step(problem: _Problem, state: _State) -> _State:
         loaded=(state.loaded & ~leave) | enter,
         left=state.left + leave,
         approach=approach / (np.pi * problem.modulus),
-        error=np.where((enter | leave).any(-1, keepdims=True), np.inf, change),
+        error=np.where((enter | leave).any(-1, keepdims=True), np.maximum(change, _ENTRY_CHANGE), change),
     )
 
 
@@ -355,9 +405,9 @@ def _influence(problem: _Problem, half_length: Array) -> StripFunctions:
     # Seen from y_i the strip j spans edges that are mirrored: the functions are odd and depend on y_i - y_j only.
     over_strip = _over_strips(edges[:, None] - y, half_length)
     if problem.mirrored:
-        beyond = _over_strips((edges[:, None] + y)[:, y > 0.0], half_length[:, y > 0.0])
+        beyond = _over_strips(edges[:, None] + y[1:], half_length[:, 1:])
         for here, there in zip(over_strip, beyond, strict=True):
-            here[..., y > 0.0] += there
+            here[..., 1:] += there
     if problem.compliance is not None:
         growth = np.pi * problem.modulus[..., None] * problem.compliance
         np.add(over_strip.deflection, growth, out=over_strip.deflection)
@@ -400,22 +450,30 @@ def _put(state: _State, part: slice, size: int) -> _State:
 
 def _touch_beyond(problem: _Problem, state: _State, part: slice) -> _State:
     """Let strips outside the window enter where they overlap; so far off, a strip acts as a line of point forces."""
-    beyond = np.ones(problem.y.size, dtype=bool)
-    beyond[part] = False
-    if not beyond.any():
+    touching = np.zeros_like(state.loaded)
+    for beyond in (slice(0, part.start), slice(part.stop, problem.y.size)):
+        if beyond.start < beyond.stop:
+            touching[:, beyond] = _overlapping(problem, state, part, beyond)
+    if not touching.any():
         return state
-    inverse = problem.width / np.abs(problem.y[beyond][:, None] - problem.y[part])
+    return replace(
+        state,
+        load=np.where(touching, _ENTRY_LOAD * state.load.max(-1, keepdims=True), state.load),
+        loaded=state.loaded | touching,
+        error=np.where(touching.any(-1, keepdims=True), np.maximum(state.error, _ENTRY_CHANGE), state.error),
+    )
+
+
+def _overlapping(problem: _Problem, state: _State, part: slice, beyond: slice) -> Mask:
+    """Which of some strips, without load themselves, those of a window press into each other (case, strip)."""
+    here, there = problem.y[part], problem.y[beyond, None]
+    inverse = problem.width / np.abs(there - here)
     if problem.mirrored:
-        inverse = inverse + problem.width / (problem.y[beyond][:, None] + problem.y[part]) * (problem.y[part] > 0.0)
+        inverse[:, 1:] += problem.width / (there + here[1:])
     influence = inverse / (np.pi * problem.modulus[..., None])
     if problem.compliance is not None:
         influence = influence + problem.compliance[:, beyond, part]
-    deflection = _times(influence, state.load[:, part])
-    enter = np.zeros_like(state.loaded)
-    enter[:, beyond] = deflection + problem.gap[:, beyond] < state.approach
-    load = np.where(enter, _ENTRY_LOAD * state.load.max(-1, keepdims=True), state.load)
-    error = np.where(enter.any(-1, keepdims=True), np.inf, state.error)
-    return replace(state, load=load, loaded=state.loaded | enter, error=error)
+    return np.asarray(_times(influence, state.load[:, part]) + problem.gap[:, beyond] < state.approach)
 
 
 def _check_patch(loaded: Mask, mirrored: bool) -> None:
