@@ -6,9 +6,10 @@
     w    wear coefficient of the strip over the mean of the coefficients, each weighted by its load [1]
 
 Steps: half-space contact is implicit in the load (backward differences of order 2), since sharp features of a profile
-die out much faster than it grows; w is that of the node before. With r the last step over the one before it, the mean
-of du/dS over a step is that of the step before times r / (1 + 2 r), and that at its end times (1 + r) / (1 + 2 r). Contact "hertz" refits the best circle inside the patch
-and keeps the ellipse; it goes by an explicit midpoint rule with small steps.
+die out much faster than it grows; w is that of the node before. With r a step over the one before it, the mean of du/dS
+over the step is that of the step before times r / (1 + 2 r), and that at its end times (1 + r) / (1 + 2 r). Contact
+"hertz" refits the best circle inside the patch and keeps the ellipse; it goes by an explicit midpoint rule with small
+steps.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ from twindisc_cli.physics.half_space import NoConvergenceError
 from twindisc_cli.physics.half_space.strips import StripContact, Strips, equivalent_ellipse
 
 FLAT = np.geomspace(1e-10, 1e-4, 300, endpoint=False)
-SETTLED = 0.1
-"""Change of the line load, over its largest, at which a step of the half-space march is left: the next sets it right."""
+SETTLED = 1e-2
+"""Change of the line load, over its largest, at which a step of the half-space march ends; the next sets it right."""
 FEWEST = 2
 """Strips on either side of the middle one that a circle is fitted to, at least."""
 FINE = np.linspace(0.0, 1.0, 9)
@@ -86,23 +87,25 @@ def march(
     weights: Weights = even,
     mirrored: bool = True,
     start: Start | None = None,
+    settled: float = SETTLED,
 ) -> March:
     """Wear the unworn discs through the sections `nodes` [m2] on uniform strips y, an odd number about 0.
 
     wander    standard deviation of the contact's lateral position [m]
     mirrored  the weights are the same on both sides of the track
     start     how the unworn discs depart from their nominal shapes
+    settled   change of the line load, over its largest, at which a step in half-space contact is left
     """
     spread = spreading(y, wander) / rig.normal_load
     rise = np.zeros_like(y) if start is None else start.on(y)
     if contact == "hertz":
         return _march_hertz(rig, y, nodes, spread, cases, weights, rise)
     if start is not None or not mirrored:
-        return _march_half_space(rig, y, nodes, spread, cases, weights, rise, mirrored=False)
+        return _march_half_space(rig, y, nodes, spread, cases, weights, rise, settled, mirrored=False)
     middle = len(y) // 2
     folded = spread[middle:, middle:].copy()
     folded[:, 1:] += spread[middle:, :middle][:, ::-1]
-    half = _march_half_space(rig, y[middle:], nodes, folded, cases, weights, rise[middle:], mirrored=True)
+    half = _march_half_space(rig, y[middle:], nodes, folded, cases, weights, rise[middle:], settled, mirrored=True)
     return March(_unfolded(half.depth), half.contact, _unfolded(half.carried))
 
 
@@ -120,7 +123,16 @@ def spreading(y: Floats, wander: float) -> Floats:
 
 
 def _march_half_space(
-    rig: Rig, y: Floats, nodes: Floats, spread: Floats, cases: int, weights: Weights, rise: Floats, *, mirrored: bool
+    rig: Rig,
+    y: Floats,
+    nodes: Floats,
+    spread: Floats,
+    cases: int,
+    weights: Weights,
+    rise: Floats,
+    settled: float,
+    *,
+    mirrored: bool,
 ) -> March:
     gap = np.tile(0.5 * rig.curvature_y * y**2 - rise, (cases, 1))
     strips = Strips.of(
@@ -144,7 +156,7 @@ def _march_half_space(
             gap + loss + (1.0 - new) * step * rate,
             compliance=new * step * spread * favoured[:, None, :],
             start=guess,
-            relative_accuracy=SETTLED,
+            relative_accuracy=settled,
         )
         rate = (1.0 - new) * rate + new * _worn(spread, favoured, found.line_load, mirrored=mirrored)
         mean = (1.0 - new) * mean + new * found.line_load
@@ -237,9 +249,7 @@ def _integral(y: Floats, values: Floats, ends: Floats) -> Floats:
     position = np.clip((ends - y[0]) / (y[1] - y[0]) + 0.5, 0.0, len(y))
     left = np.minimum(position.astype(np.intp), len(y) - 1)
     part = position - left
-    return np.asarray(
-        (1.0 - part) * np.take_along_axis(sums, left, -1) + part * np.take_along_axis(sums, left + 1, -1)
-    )
+    return np.asarray((1.0 - part) * np.take_along_axis(sums, left, -1) + part * np.take_along_axis(sums, left + 1, -1))
 
 
 def _march_hertz(

@@ -403,22 +403,19 @@ def _influence(problem: _Problem, half_length: Array) -> StripFunctions:
     y, width = problem.y, problem.width
     edges = np.append(y, y[-1] + width) - 0.5 * width
     # Seen from y_i the strip j spans edges that are mirrored: the functions are odd and depend on y_i - y_j only.
-    over_strip = _over_strips(edges[:, None] - y, half_length)
+    seen = edges[:, None] - y
     if problem.mirrored:
-        beyond = _over_strips(edges[:, None] + y[1:], half_length[:, 1:])
-        for here, there in zip(over_strip, beyond, strict=True):
-            here[..., 1:] += there
+        seen = np.concatenate([seen, edges[:, None] + y])
+    found = strip_functions(seen / half_length[:, None, :])
+    over_strip = StripFunctions(*(values[:, 1 : y.size + 1] - values[:, : y.size] for values in found))
+    if problem.mirrored:
+        for here, values in zip(over_strip, found, strict=True):
+            here[..., 1:] += (values[:, y.size + 2 :] - values[:, y.size + 1 : -1])[..., 1:]
     if problem.compliance is not None:
         growth = np.pi * problem.modulus[..., None] * problem.compliance
         np.add(over_strip.deflection, growth, out=over_strip.deflection)
         np.add(over_strip.load_tangent, growth, out=over_strip.load_tangent)
     return over_strip
-
-
-def _over_strips(edges: Array, half_length: Array) -> StripFunctions:
-    """Differences of the functions over strips with these edges (edge, strip): (case, edge - 1, strip)."""
-    found = strip_functions(edges / half_length[:, None, :])
-    return StripFunctions(*(values[:, 1:] - values[:, :-1] for values in found))
 
 
 def _window(loaded: Mask, mirrored: bool) -> slice:
