@@ -71,6 +71,7 @@ def test_the_unworn_patch_is_hertzs(contact: Contact) -> None:
 def test_beyond_the_table_the_path_is_marched(crown: float, sections: float, wander: float) -> None:
     of = rig(crown=crown)
     size, spread = sections * wear.first_section(of), wander * float(of.patch.b)
+    wear._path.cache_clear()
     path = wear.wear_path(of, contact="hertz", section=size, wander=spread)
     assert path is wear.marched_path(of, "hertz", wear.tier(of, size), spread, None)
     plain = wear.wear_path(rig(), contact="hertz", section=1e-9)

@@ -51,7 +51,7 @@ BEYOND = 1.2
 FEWEST_STEPS = 32
 """Steps of a march of local wear, at least."""
 PASSING = 0.1
-"""Where the steps of a march of local wear are left, as `march.SETTLED`: ten times less moves depths by up to 0.08 %."""
+"""Where a step of a march of local wear is left, as `march.SETTLED`: ten times less moves depths by up to 0.08 %."""
 EVEN_STEPS = 8
 """The even march beside it goes on to a multiple of so many steps, to serve others."""
 LINE_STRIPS, LINE_NODES = 401, 9

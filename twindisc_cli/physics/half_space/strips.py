@@ -367,7 +367,7 @@ def _step(problem: _Problem, state: _State) -> _State:
     approach = (problem.load / problem.width + problem.total(free)) / problem.total(unit)
     load = approach * unit - free
     overlap = approach - known - _times(on.load_tangent, load)
-    forgiven = np.where(state.left > 0.0, _REENTRY_OVERLAP * 4.0**state.left, 0.0)
+    forgiven = (state.left > 0.0) * _REENTRY_OVERLAP * 4.0**state.left if state.left.any() else 0.0
     enter = ~state.loaded & (overlap > forgiven * deflected.max(-1, keepdims=True))
     leave = state.loaded & (load <= 0.0)
     largest = load.max(-1, keepdims=True)
