@@ -191,6 +191,17 @@ def test_outliers_are_dropped_and_nothing_else(channel: str) -> None:
         assert found.std == pytest.approx(clean.std, rel=0.1)
 
 
+def test_a_spike_at_the_start_of_a_step_is_an_outlier() -> None:
+    """A trend that follows a steep relaxation hides it, one that the samples ask for does not."""
+    time, dropped = spread(HISTORY, 5), []
+    for seed in range(10):
+        unit = autoregressive(np.random.default_rng(seed), len(time), 0.5)
+        first = 15 * (1 + seed % 5)
+        unit[first] += 8.0
+        dropped.append(not temperature_noise(with_temperature(300.0 + 0.2 * unit, time)).kept[first])
+    assert np.mean(dropped) >= 0.9
+
+
 def test_outliers_are_dropped_where_samples_come_unsorted() -> None:
     rng = np.random.default_rng(2)
     unit, order = rng.standard_normal(len(TIME)), rng.permutation(len(TIME))

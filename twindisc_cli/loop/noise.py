@@ -35,6 +35,7 @@ LONGER = 2.5
 LONGEST_OUTLIER = 3
 FAR = 5.0
 PASSES = 3
+MOST_STRAYS = 0.05
 GROWS = 8.0
 """Gain in log likelihood [nats] from which a noise is taken to grow: one record of even noise in 16,000 shows it."""
 GROWTHS = np.linspace(-3.0, 3.0, 61)
@@ -185,12 +186,8 @@ def estimate(
         paid = np.sqrt(kept.sum() / max(kept.sum() - trend.shape[1], 1))
         kept = np.abs(left) <= FAR * max(paid * scatter(left[kept]), 1e-300)
     record = _Record(values, position, series, correlated)
-    for _ in range(PASSES):
-        calm = kept & _calm(left, trend, kept)
-        (_, correlation), _ = _reml(record.only(calm), trend[calm])
-        kept &= ~_stray(left, kept, position, series, correlation)
-        left = detrended(values, trend, kept)
-    trend = min((t[order] for t in trends), key=lambda t: _criterion(record.only(kept), t[kept]))
+    tried = [(t[order], _without_strays(record, t[order], kept)) for t in trends]
+    trend, kept = min(tried, key=lambda t: _criterion(record, *t))
     left = detrended(values, trend, kept)
     calm = kept & _calm(left, trend, kept)
     (std, correlation), cautious = _reml(record.only(calm), trend[calm])
@@ -224,12 +221,15 @@ class _Record:
         return [_links(self.position, self.series, float(c)) for c in self.grid]
 
 
-def _criterion(record: _Record, trend: Floats) -> float:
+def _criterion(record: _Record, trend: Floats, kept: Mask) -> float:
     """Akaike's criterion for few samples: the least belongs to the trend that the samples ask for.
+
+    A sample that strays from a trend is a column of its own: a rich trend hides strays, a poor one makes some.
 
     Source: C. M. Hurvich, C.-L. Tsai, Biometrika 76 (1989) 297-307.
     """
-    used = trend[:, np.any(trend != 0.0, axis=0)]
+    strays = np.eye(len(kept))[:, ~kept]
+    used = np.concatenate([trend[:, np.any(trend != 0.0, axis=0)], strays], axis=1)
     samples, columns = len(used), int(used.shape[1])
     likely = [_likelihood(record.values, used, link, restricted=False)[0] for link in record.links]
     return 2.0 * columns * samples / max(samples - columns - 1, 1) - 2.0 * max(likely)
@@ -243,6 +243,20 @@ def scatter(values: Floats) -> float:
 def detrended(values: Floats, trend: Floats, kept: Mask) -> Floats:
     """Values without the trend (sample, column) that fits those that are kept."""
     return np.asarray(values - trend @ np.linalg.lstsq(trend[kept], values[kept], rcond=None)[0])
+
+
+def _without_strays(record: _Record, trend: Floats, kept: Mask) -> Mask:
+    """The samples that are kept without those that stray from a trend (sample, column); many are no strays."""
+    near = kept
+    for _ in range(PASSES):
+        left = detrended(record.values, trend, near)
+        calm = near & _calm(left, trend, near)
+        (_, correlation), _ = _reml(record.only(calm), trend[calm])
+        stray = _stray(left, near, record.position, record.series, correlation)
+        if not stray.any():
+            break
+        near = near & ~stray
+    return near if near.sum() >= (1.0 - MOST_STRAYS) * kept.sum() else kept
 
 
 def _stray(left: Floats, kept: Mask, position: Floats, series: Ints, correlation: float) -> Mask:
