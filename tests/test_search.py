@@ -16,7 +16,8 @@ from twindisc_cli.loop.candidates import searched
 from twindisc_cli.loop.fit import at, fit
 from twindisc_cli.loop.problem import Case, Problem, case_of
 from twindisc_cli.loop.screen import leftover
-from twindisc_cli.loop.search import Explanation, Search, chosen, extended, ranked, search
+from twindisc_cli.loop import search as module
+from twindisc_cli.loop.search import Explanation, Search, chosen, extended, ranked, search, without_older_laws
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.experiment import Measured, Thermal
 
@@ -89,6 +90,20 @@ def made(said: float, *terms: str, before: float | None = None, foretold: float 
     problem = PLAIN.with_terms(*terms, trial={"mu_over_time": LAW})
     fitted = at(problem, problem.start())
     return Made(fitted, {}, fitted.chi2 if before is None else before, said=said, foretold=foretold)
+
+
+@pytest.mark.parametrize("older", [False, True])
+def test_a_law_that_was_there_before_gives_way_to_two_effects(monkeypatch: pytest.MonkeyPatch, older: bool) -> None:
+    """Once another term stands beside it; the newest term was compared with two effects when it was chosen."""
+    answer = made(40.0, "mu_over_time", "torque_offset")
+    two = made(42.0, "torque_offset", "film_breakdown", "falling_friction")
+    monkeypatch.setattr(module, "catalogued", lambda *_: [two, answer])
+    monkeypatch.setattr(module, "without", lambda explanation, _: explanation)
+    monkeypatch.setattr(module, "polished", lambda explanation, *_: (explanation, {}))
+    monkeypatch.setattr(module, "renewed", lambda explanation: explanation)
+    before = made(20.0, "mu_over_time" if older else "torque_offset")
+    found, _ = without_older_laws(answer, {"mu_over_time": [], "torque_offset": []}, before)
+    assert found.labels == (two if older else answer).labels
 
 
 def test_evidence_pays_for_the_choice_of_forms() -> None:

@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Floats, Ints
@@ -229,9 +230,10 @@ def _criterion(record: _Record, trend: Floats, kept: Mask) -> float:
     Source: C. M. Hurvich, C.-L. Tsai, Biometrika 76 (1989) 297-307.
     """
     strays = np.eye(len(kept))[:, ~kept]
-    used = np.concatenate([trend[:, np.any(trend != 0.0, axis=0)], strays], axis=1)
-    samples, columns = len(used), int(used.shape[1])
-    likely = [_likelihood(record.values, used, link, restricted=False)[0] for link in record.links]
+    basis = span_of(np.concatenate([trend, strays], axis=1))
+    left = record.values - basis @ (basis.T @ record.values)
+    samples, columns = len(left), int(basis.shape[1])
+    likely = [_likelihood(left, basis, link, restricted=False)[0] for link in record.links]
     return 2.0 * columns * samples / max(samples - columns - 1, 1) - 2.0 * max(likely)
 
 
@@ -302,25 +304,29 @@ def _reml(record: _Record, trend: Floats) -> tuple[tuple[float, float], tuple[fl
 
     Near is LONGER standard errors of a correlation, root of (1 - rho^2) / samples, and NEAR in the logarithm.
     """
-    used = trend[:, np.any(trend != 0.0, axis=0)]
-    grid = record.grid
-    found = [_likelihood(record.values, used, link) for link in record.links]
+    basis, grid = span_of(trend), record.grid
+    left = record.values - basis @ (basis.T @ record.values)
+    found = [_likelihood(left, basis, link) for link in record.links]
     likely = np.array([likelihood for likelihood, _ in found]) + np.log1p(-grid)
     best = int(np.argmax(likely))
-    reach = grid[best] + LONGER * np.sqrt((1.0 - grid[best] ** 2) / (len(used) - used.shape[1]))
+    reach = grid[best] + LONGER * np.sqrt((1.0 - grid[best] ** 2) / (len(basis) - basis.shape[1]))
     longest = int(np.flatnonzero((likely >= likely.max() - NEAR) & (grid <= reach))[-1])
     return (found[best][1], float(grid[best])), (found[longest][1], float(grid[longest]))
 
 
-def _likelihood(values: Floats, trend: Floats, link: Floats, *, restricted: bool = True) -> tuple[float, float]:
-    """Logarithm of the (restricted) likelihood, and the standard deviation, for given links between neighbours."""
+def _likelihood(values: Floats, basis: Floats, link: Floats, *, restricted: bool = True) -> tuple[float, float]:
+    """Logarithm of the (restricted) likelihood, and the standard deviation, for given links between neighbours.
+
+    basis: orthonormal columns of the trend (sample, column), values: without it (sample,).
+    """
     scale = np.sqrt(1.0 - link**2)
-    both = np.concatenate([trend, values[:, None]], axis=1)
+    both = np.concatenate([basis, values[:, None]], axis=1)
     white = (both - link[:, None] * np.concatenate([np.zeros((1, both.shape[1])), both[:-1]])) / scale[:, None]
-    q, r = np.linalg.qr(white[:, :-1])
-    left = white[:, -1] - q @ (q.T @ white[:, -1])
-    free = len(values) - (trend.shape[1] if restricted else 0)
-    variance = max(float(left @ left) / free, 1e-300)
-    volume = float(np.log(np.maximum(np.abs(np.diag(r)), 1e-12)).sum()) if restricted else 0.0
+    products = white.T @ white
+    root = np.linalg.cholesky(products[:-1, :-1])
+    along = solve_triangular(root, products[:-1, -1], lower=True)
+    free = len(values) - (basis.shape[1] if restricted else 0)
+    variance = max(float(products[-1, -1] - along @ along) / free, 1e-300)
+    volume = float(np.log(np.diag(root)).sum()) if restricted else 0.0
     size = volume + float(np.log(scale).sum())
     return -0.5 * free * float(np.log(variance)) - size, float(np.sqrt(variance))

@@ -107,7 +107,8 @@ def search(problem: Problem, progress: Progress, other: Elsewhere | None = None)
     first = refit(problem)
     before = first.chi2 + (other.foretold(first)[1] if other else 0.0)
     base = Explanation(first, {}, before, other)
-    best, rivals, others = base, dict[str, Sequence[Explanation]](), list[Explanation]()
+    best, others = base, list[Explanation]()
+    rivals: Mapping[str, Sequence[Explanation]] = {}
     known = set[frozenset[tuple[str, ...]]]()
     while (
         best.labels not in known
@@ -123,7 +124,7 @@ def search(problem: Problem, progress: Progress, other: Elsewhere | None = None)
             break
         progress(f"other explanations of {len(better.terms)} terms")
         better, *apart = catalogued(better, best, tried)
-        best, rivals = polished(renewed(better), best, tried)
+        best, rivals = without_older_laws(*polished(renewed(better), best, tried), best)
         others = judged_alike(best, apart)
     return Search(base, best, rivals, others)
 
@@ -267,6 +268,20 @@ def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explana
     both = ranked([e for half in halves for e in extended(half, laws=False) if not e.fit.at_bound])
     close = [e for e in both if (better.evidence - e.evidence) / better.heat < THRESHOLDS.within]
     return [*close, better, *(e for e in both if e not in close)][: THRESHOLDS.rivals]
+
+
+def without_older_laws(
+    explanation: Explanation, rivals: Mapping[str, Sequence[Explanation]], before: Explanation
+) -> tuple[Explanation, Mapping[str, Sequence[Explanation]]]:
+    """The same with two effects in the place of a law that was there before: beside a new term they may say more."""
+    for name in explanation.laws:
+        if name not in before.terms or len(explanation.terms) == THRESHOLDS.most_terms:
+            continue
+        shorter = without(explanation, name)
+        two = catalogued(explanation, shorter, rivals[name])[0]
+        if two is not explanation:
+            return polished(renewed(two), shorter, [])
+    return explanation, rivals
 
 
 def polished(
