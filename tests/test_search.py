@@ -12,11 +12,11 @@ from rigs import LOAD, ROOM, SPEED, Floats, Instruments, Plant, experiment, hist
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.trial import formula
+from twindisc_cli.loop import search as module
 from twindisc_cli.loop.candidates import searched
 from twindisc_cli.loop.fit import at, fit
 from twindisc_cli.loop.problem import Case, Problem, case_of
 from twindisc_cli.loop.screen import leftover
-from twindisc_cli.loop import search as module
 from twindisc_cli.loop.search import Explanation, Search, chosen, extended, ranked, search, without_older_laws
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.experiment import Measured, Thermal
