@@ -50,6 +50,14 @@ def test_an_effect_without_a_covariate_of_its_own_takes_every_law_with_its_respo
     assert not found.rivals
 
 
+def test_a_law_over_the_covariate_of_an_effect_is_another_form_of_it_and_is_named():
+    other_form = member(("wear", "temperature"), -0.5, RISING - 0.3 * OTHER)
+    late = member(("wear", "energy"), -0.5, RISING - 0.9 * OTHER)
+    found = weighed(outcome([0.3, 0.6, 0.1], WARM, other_form, late), WARM.terms[0])
+    assert found.probability == pytest.approx(0.9)
+    assert found.rivals == [(("wear", "temperature"), pytest.approx(0.6))]
+
+
 def test_laws_stay_apart_in_the_set_of_a_law():
     found = weighed(outcome([0.6, 0.4], BY_ENERGY, BY_POWER), BY_ENERGY.terms[0])
     assert found.rivals == [(("wear", "power"), pytest.approx(0.4))]

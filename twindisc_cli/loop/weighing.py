@@ -32,7 +32,7 @@ def in_its_place(found: Outcome, name: str) -> list[tuple[int, Explanation, Labe
 class Weighed:
     """How probable a term of the answer is, NaN where nothing was resampled, and what cannot be told from it.
 
-    rivals: terms with their probability, by falling probability. chances: the probability of each term that stands in
+    probability: of an effect in any form, as a law of its own stage over its own covariate among them. rivals: terms with their probability, by falling probability. chances: the probability of each term that stands in
     its place, itself among them. same: laws that are something else in other words, with what they count for.
     """
 
@@ -45,6 +45,7 @@ class Weighed:
 def weighed(found: Outcome, name: str) -> Weighed:
     """Weigh a term against what stands for it in any explanation without it, alone or with others.
 
+    An effect of which the law over its own covariate is another form is as probable as both, and both are named.
     What does something else than the term where it is added in its place is no rival. The set ends where it is probable
     enough; while it is small, with the effects of the catalogue that are left.
     """
@@ -63,15 +64,17 @@ def weighed(found: Outcome, name: str) -> Weighed:
             chances[label] = chances.get(label, 0.0) + float(share)
         for label in {same.get(label, label) for label in labels}:
             together[label] = together.get(label, 0.0) + float(share)
-    probability = together.pop(own, 0.0)
+    held = together.pop(own, 0.0)
+    forms = {label for label in chances if _is_form(found, name, label, places) and same.get(label) != own}
+    probability = held + sum(chances[label] for label in forms)
     rivals = sorted(together.items(), key=lambda pair: -pair[1])
-    near, held = list[tuple[Label, float]](), probability
+    near = list[tuple[Label, float]]()
     for label, share in rivals:
         more = held < THRESHOLDS.set_share or (len(label) == 1 and len(near) + 1 < THRESHOLDS.small_set)
         if share > THRESHOLDS.rival_share and more:
             near.append((label, share))
         held += share
-    return Weighed(probability if np.isfinite(found.shares).all() else np.nan, near, chances, same)
+    return Weighed(min(probability, 1.0) if np.isfinite(found.shares).all() else np.nan, near, chances, same)
 
 
 def _stand_ins(found: Outcome, name: str, member: Explanation) -> list[Label]:
@@ -125,6 +128,15 @@ def _effect_of(found: Outcome, name: str, law: Label, places: Mapping[Label, Exp
         and alike(found, name, places[law], member) > THRESHOLDS.alike
     ]
     return max(near, key=lambda other: places[other].evidence, default=None)
+
+
+def _is_form(found: Outcome, name: str, label: Label, places: Mapping[Label, Explanation]) -> bool:
+    """Whether a label is the law of an effect's stage over its covariate, and does about what the effect does."""
+    if len(label) == 1 or label not in places or name not in catalogue():
+        return False
+    effect = catalogue()[name]
+    own = effect.over == label[1] and effect.stage == QUANTITIES[label[0]].stage
+    return own and alike(found, name, places[label], found.answer) > THRESHOLDS.resembles
 
 
 def alike(found: Outcome, name: str, one: Explanation, two: Explanation) -> float:
