@@ -51,7 +51,7 @@ def test_an_effect_without_a_covariate_of_its_own_takes_every_law_with_its_respo
 
 
 def test_a_law_over_the_covariate_of_an_effect_is_another_form_of_it_and_is_named():
-    other_form = member(("wear", "temperature"), -0.5, RISING - 0.3 * OTHER)
+    other_form = member(("wear", "temperature"), -0.5, RISING - 0.6 * OTHER)
     late = member(("wear", "energy"), -0.5, RISING - 0.9 * OTHER)
     found = weighed(outcome([0.3, 0.6, 0.1], WARM, other_form, late), WARM.terms[0])
     assert found.probability == pytest.approx(0.9)

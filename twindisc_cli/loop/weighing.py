@@ -32,8 +32,9 @@ def in_its_place(found: Outcome, name: str) -> list[tuple[int, Explanation, Labe
 class Weighed:
     """How probable a term of the answer is, NaN where nothing was resampled, and what cannot be told from it.
 
-    probability: of an effect in any form, as a law of its own stage over its own covariate among them. rivals: terms with their probability, by falling probability. chances: the probability of each term that stands in
-    its place, itself among them. same: laws that are something else in other words, with what they count for.
+    probability: of an effect in any form, as a law of its own stage over its own covariate, too. rivals: terms with
+    their probability, by falling probability. chances: the probability of each term that stands in its place, itself
+    among them. same: laws that are something else in other words, with what they count for.
     """
 
     probability: float
