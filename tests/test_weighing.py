@@ -19,14 +19,16 @@ def member(label, evidence, removes):
     effect = catalogue().get(name) or SimpleNamespace(channel="profile")
     return SimpleNamespace(
         terms=(name,), labels=frozenset({label}), evidence=evidence, heat=1.0, label=lambda name: label,
-        effect=lambda name: effect, fit=SimpleNamespace(residual=NOISE + RISING - removes, at_bound=()),
+        effect=lambda name: effect, here=evidence, fit=left(NOISE + RISING - removes),
     )  # fmt: skip
 
 
+def left(residual):
+    return SimpleNamespace(residual=residual, chi2=float(residual @ residual), at_bound=())
+
+
 def outcome(shares, *members):
-    base = SimpleNamespace(
-        terms=(), labels=frozenset(), evidence=-50.0, heat=1.0, fit=SimpleNamespace(residual=NOISE + RISING)
-    )
+    base = SimpleNamespace(terms=(), labels=frozenset(), evidence=-50.0, heat=1.0, fit=left(NOISE + RISING))
     return SimpleNamespace(
         answer=members[0], members=[*members, base], shares=np.array([*shares, 0.0]), search=SimpleNamespace(base=base)
     )
@@ -68,3 +70,10 @@ def test_an_effect_within_reach_is_named_though_the_set_is_full():
     late = member(("wear", "creepage"), -2.0, 0.5 * RISING + 0.5 * OTHER)
     found = weighed(outcome([0.87, 0.07, 0.06], WARM, severe, late), WARM.terms[0])
     assert [label for label, _ in found.rivals] == [("severe_wear_transition",)]
+
+
+@pytest.mark.parametrize("as_well", [True, False])
+def test_an_effect_that_fits_as_well_is_named_though_its_parameters_make_it_improbable(as_well):
+    severe = member(("severe_wear_transition",), -4.0, RISING if as_well else 0.6 * RISING)
+    found = weighed(outcome([0.98, 0.02], WARM, severe), WARM.terms[0])
+    assert [label for label, _ in found.rivals] == ([("severe_wear_transition",)] if as_well else [])

@@ -48,7 +48,8 @@ def weighed(found: Outcome, name: str) -> Weighed:
 
     An effect of which the law over its own covariate is another form is as probable as both, and both are named.
     What does something else than the term where it is added in its place is no rival. The set ends where it is probable
-    enough; while it is small, with the effects of the catalogue that are left.
+    enough; while it is small, with the effects of the catalogue that are left, or that fit as well and are less
+    probable for their parameters alone.
     """
     own, shares = found.answer.label(name), found.shares
     if not np.isfinite(shares).all():
@@ -71,8 +72,9 @@ def weighed(found: Outcome, name: str) -> Weighed:
     rivals = sorted(together.items(), key=lambda pair: -pair[1])
     near = list[tuple[Label, float]]()
     for label, share in rivals:
-        more = held < THRESHOLDS.set_share or (len(label) == 1 and len(near) + 1 < THRESHOLDS.small_set)
-        if share > THRESHOLDS.rival_share and more:
+        few = len(label) == 1 and len(near) + 1 < THRESHOLDS.small_set
+        likely = share > THRESHOLDS.rival_share and (few or held < THRESHOLDS.set_share)
+        if likely or (few and label in places and _fits_as_well(found, places[label])):
             near.append((label, share))
         held += share
     return Weighed(min(probability, 1.0) if np.isfinite(found.shares).all() else np.nan, near, chances, same)
@@ -129,6 +131,12 @@ def _effect_of(found: Outcome, name: str, law: Label, places: Mapping[Label, Exp
         and alike(found, name, places[law], member) > THRESHOLDS.alike
     ]
     return max(near, key=lambda other: places[other].evidence, default=None)
+
+
+def _fits_as_well(found: Outcome, member: Explanation) -> bool:
+    """Whether only its parameters are held against an explanation."""
+    misfit = [0.5 * e.fit.chi2 - (e.evidence - e.here) for e in (member, found.answer)]
+    return not member.fit.at_bound and (misfit[0] - misfit[1]) / found.answer.heat < THRESHOLDS.within
 
 
 def _is_form(found: Outcome, name: str, label: Label, places: Mapping[Label, Explanation]) -> bool:
