@@ -162,6 +162,16 @@ def test_what_comes_back_after_every_change_of_creepage_is_no_noise() -> None:
     assert correlation < 2.0 / np.sqrt(len(TIME))
 
 
+def test_records_with_places_of_their_own_are_whitened_by_their_own_spacing() -> None:
+    """Two profiles whose samples lie between each other: a sample's neighbour is the next of its own record."""
+    rng, y = np.random.default_rng(3), np.linspace(-2e-3, 2e-3, 801)
+    unit = np.concatenate([autoregressive(rng, len(y), 0.6) for _ in range(2)])
+    number = np.repeat([1, 2], len(y))
+    record = ProfileSamples(np.concatenate([y, y + 4e-7]), 1e-7 * unit, np.full(2 * len(y), 2), number)
+    white = profile_noise(experiment(HISTORY, measured=Measured(profile=record))).whiten(1e-7 * unit)
+    assert abs(float(np.mean(white[1:] * white[:-1]))) < 3.0 / np.sqrt(2 * len(y))
+
+
 def test_a_spike_in_correlated_noise_is_an_outlier() -> None:
     """Four standard deviations are little by themselves, but eight and a half beside neighbours correlated by 0.8."""
     dropped, others = [], []

@@ -58,7 +58,8 @@ def noise(test: Experiment) -> Noise:
     else:
         trend = polynomials(profile.y, record, 24, 3)
         found = estimate(profile.height, [trend], position, record, size, correlated=True)
-    spacing = float(np.median(np.diff(np.unique(profile.y))))
+    order = np.lexsort((profile.y, record))
+    spacing = float(np.median(np.diff(profile.y[order])[np.diff(record[order]) == 0]))
     kept = np.ones(len(profile.y), dtype=bool)
     for number in np.unique(record):
         here = np.flatnonzero(record == number)
