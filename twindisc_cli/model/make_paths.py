@@ -32,8 +32,10 @@ from twindisc_cli.physics.half_space.strips import StripContact
 
 ENDS = (0.0, 2.0, 16.0, 128.0, 512.0, path_table.MOST)
 """Sections over S1 at which a march with wider strips takes over."""
-FINER = {"hertz": (4, 0.02), "half_space": (2, 0.03)}
-"""How many times the strips of `wear`, and the growth of the section in a step."""
+FINER = {"hertz": (4, 0.02), "half_space": (4, 0.03)}
+"""How many times the strips of `wear`, at least, and the growth of the section in a step."""
+WIDEST = 0.025
+"""Width of a strip over half of the width of the patch where a march takes over, at most."""
 LOADS, PLACES = 20, 4
 """Principal components of the loads and of the wear indices."""
 COARSE = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, 65))
@@ -64,11 +66,9 @@ def marched(contact: Contact, ratio: float, wander: float) -> Marched:
     """March through the sections of the table; wander over b."""
     rig = rig_of(ratio)
     b, unit = float(rig.patch.b), wear.first_section(rig)
-    times, growth = FINER[contact]
     parts, strips = [], []
     for begin, end in pairwise(ENDS):
-        y = refined(wear._grid(rig, end * unit, wander * b), times)
-        nodes = wear._nodes(rig, end * unit, growth)
+        y, nodes = _grids(rig, contact, begin, end, wander)
         found = march(rig, contact, y, nodes, wander=wander * b)
         kept = (nodes >= begin * unit) & ((nodes < 0.999 * end * unit) | (end == ENDS[-1]))
         parts.append((_t(nodes[kept] / unit), *_read(rig, found.contact, y, kept)))
@@ -83,6 +83,16 @@ def marched(contact: Contact, ratio: float, wander: float) -> Marched:
     across, carried = np.exp(width(middle[1:])), [(y, row) for _, y, load in strips for row in load]
     loads = [_within(y, row, float(w)) for w, (y, row) in zip(across, carried, strict=True)]
     return Marched(t, numbers, spread, middle, np.concatenate([np.zeros((1, len(COARSE))), loads]))
+
+
+def _grids(rig: Rig, contact: Contact, begin: float, end: float, wander: float) -> tuple[Floats, Floats]:
+    """Strips, and nodes [m2] up to `end`, half as many long before `begin`; both sections over S1."""
+    (times, growth), b, unit = FINER[contact], float(rig.patch.b), wear.first_section(rig)
+    y, nodes = wear._grid(rig, end * unit, wander * b), wear._nodes(rig, end * unit, growth)
+    widest = WIDEST * b * max(1.0, np.cbrt(begin))
+    fine = refined(y, max(times, int(np.ceil((y[1] - y[0]) / widest))))
+    early = nodes < 0.5 * begin * unit
+    return fine, np.concatenate([nodes[early][::2], nodes[~early]])
 
 
 def _t(section: Floats) -> Floats:

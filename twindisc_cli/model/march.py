@@ -30,7 +30,7 @@ FLAT = np.geomspace(1e-10, 1e-4, 300, endpoint=False)
 SETTLED = 1e-2
 """Change of the line load, over its largest, at which a step of the half-space march ends; the next sets it right."""
 FEWEST = 2
-"""Strips on either side of the middle one that a circle is fitted to, at least."""
+"""Strips on either side of the middle one that a circle is fitted to, at least; a pressure hangs on more than these."""
 FINE = np.linspace(0.0, 1.0, 9)
 
 
@@ -227,19 +227,23 @@ def _pressed(contact: StripContact, normal_load: float, mirrored: bool) -> Press
 def _peak_pressure(contact: StripContact) -> Floats:
     """Largest pressure [Pa], (...), that hangs on no single strip.
 
-    At the edge of a patch line load and half-length are not resolved: the last strip's pressure depends on where the
-    edge lies in it. What counts are the strips further from the edges than half of the largest half-length
-    along rolling (or of the half-width, if less), and the means over bands twice as wide anywhere, the edges included.
+    At the edges of a patch line load and half-length are not resolved: the last strip's pressure depends on where the
+    edge lies in it. What counts are the strips further from any edge than half of the largest half-length along rolling
+    (or of the half-width, if less), and the means over bands twice as wide anywhere, the edges included; but nothing
+    less than three strips.
     """
     y, (first, last) = contact.y, (edge[..., None] for edge in contact.extent)
     reach = 0.5 * np.minimum(contact.half_length.max(axis=-1, keepdims=True), 0.5 * (last - first))
+    reach = np.maximum(reach, 1.5 * contact.strip_width)
+    loaded = (contact.line_load > 0.0).astype(float)
     inner = (y > first + reach) & (y < last - reach)
+    inner &= _integral(y, 1.0 - loaded, y + reach) == _integral(y, 1.0 - loaded, y - reach)
     starts = first + (last - first - 2.0 * reach) * np.linspace(0.0, 1.0, len(y))
-    load, area = (
+    load, area, strips = (
         _integral(y, values, starts + 2.0 * reach) - _integral(y, values, starts)
-        for values in (contact.line_load, 0.5 * np.pi * contact.half_length)
+        for values in (contact.line_load, 0.5 * np.pi * contact.half_length, loaded)
     )
-    band = np.divide(load, area, out=np.zeros_like(load), where=area > 0.0)
+    band = np.divide(load, area, out=np.zeros_like(load), where=strips > FEWEST)
     return np.asarray(np.maximum(np.max(contact.centre_pressure * inner, axis=-1), band.max(axis=-1)))
 
 

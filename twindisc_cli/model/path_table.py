@@ -36,7 +36,7 @@ WANDERS = np.array([0.0, 0.15, 0.3, 0.5, 0.75, 1.0, 1.5, 2.2])
 RATIOS = np.linspace(-6.0, 3.0, 13)
 """ln q."""
 FIRST, MOST = 0.3, 2048.0
-NODES = np.linspace(0.0, np.log1p(MOST / FIRST), 46)
+NODES = np.linspace(0.0, np.log1p(MOST / FIRST), 91)
 """t."""
 ETA = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, 257))
 """Places over the half-width, denser towards the edge, at which the M_k are known."""
