@@ -409,3 +409,10 @@ def test_steps_in_single_precision_end_where_double_precision_does():
     assert rough.force_x == pytest.approx(fine.force_x, rel=1e-5)
     again = solve(*hertz(30), creepage_x=0.002, spin=5.0, tolerance=1e-11, start=rough.traction)
     assert again.force_x == pytest.approx(fine.force_x, rel=1e-9)
+
+
+@pytest.mark.parametrize("n", [20, 40, 80])
+def test_the_solver_stops_a_hundredth_of_the_grids_error_short(n):
+    """The limit of T/N is 0.3255, from grids of 160 and 320 elements."""
+    found, settled = (solve(*hertz(n), creepage_x=0.002, **given).force_x / LOAD for given in ({}, {"tolerance": 1e-8}))
+    assert abs(found - settled) < 0.02 * abs(settled - 0.3255)
