@@ -56,6 +56,18 @@ def test_one_side_of_a_symmetric_track_is_all_of_it():
     assert one.approach == pytest.approx(float(whole.approach), rel=1e-9)
 
 
+@pytest.mark.parametrize("strips", [160, 161])
+def test_both_sides_of_a_symmetric_gap_are_solved_as_one(strips):
+    """What breaks the symmetry by less than counts finds the same on all strips."""
+    y = np.linspace(-0.6e-3, 0.6e-3, strips)
+    given = {"y": y, "relative_accuracy": 1e-10, **RIG}
+    one, other = (solve_strips(gap=worn_gap(y) + tilt * y, **given) for tilt in (0.0, 1e-12))
+    assert np.array_equal(one.line_load, one.line_load[::-1])
+    assert one.line_load == pytest.approx(other.line_load, rel=1e-6, abs=1e-6 * other.line_load.max())
+    assert one.half_length == pytest.approx(other.half_length, rel=1e-6, abs=1e-6 * other.half_length.max())
+    assert float(one.approach) == pytest.approx(float(other.approach), rel=1e-9)
+
+
 @pytest.mark.parametrize("strips", [128, 256])
 def test_worn_flat_agrees_with_contact(strips):
     y = np.linspace(-0.6e-3, 0.6e-3, strips)

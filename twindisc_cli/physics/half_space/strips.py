@@ -123,8 +123,8 @@ class StripContact:
 class _Problem:
     """What is given, over a window of strips.
 
-    y (strip,), gap (case, strip), compliance (case, strip, strip), the rest (case, 1); mirrored: y starts at 0, and
-    what lies beyond it is the mirror image.
+    y (strip,), gap (case, strip), compliance (case, strip, strip), the rest (case, 1); mirrored: y starts at 0 or
+    half a strip beside it, and what lies beyond is the mirror image.
     """
 
     y: Array
@@ -142,7 +142,12 @@ class _Problem:
     def total(self, values: Array) -> Array:
         """Sum over all strips of values (case, strip), those beyond the mirror included: (case, 1)."""
         whole = values.sum(-1, keepdims=True)
-        return np.asarray(2.0 * whole - values[:, :1] * (self.y[0] == 0.0) if self.mirrored else whole)
+        return np.asarray(2.0 * whole - values[:, :1] * self.twins.start if self.mirrored else whole)
+
+    @property
+    def twins(self) -> slice:
+        """The strips that have a mirror image: all but one at y = 0."""
+        return slice(int(self.y[0] < 0.25 * self.width), None)
 
     def carried(self, load: Array) -> Array:
         """A line load (case, strip) made to be N in all: strips that have just entered or left have changed its sum."""
@@ -198,9 +203,17 @@ def solve_strips(
     compliance         growth of the gap at strip i per line load at strip j [m2/N], shape (..., strip, strip)
     start              an earlier solution of the same shape, close to this one
     relative_accuracy  of the iteration, in the line load over its largest value; the strips' own width comes on top
-    mirrored           y starts at 0, and gap and compliance hold for the mirror image as well; so does what is found
+    mirrored           y starts at 0, or half a strip beside it, and gap and compliance hold for the mirror image as
+                       well; so does what is found. A gap on both sides that is its own mirror image is solved so
     """
-    gap = np.asarray(gap, dtype=float)
+    y, gap = np.asarray(y, dtype=float), np.asarray(gap, dtype=float)
+    if compliance is None and start is None and not mirrored and _is_symmetric(y, gap):
+        side = slice(y.size // 2, None)
+        half = solve_strips(
+            y=y[side], gap=gap[..., side], curvature_x=curvature_x, normal_load=normal_load,
+            effective_modulus=effective_modulus, relative_accuracy=relative_accuracy, mirrored=True,
+        )  # fmt: skip
+        return replace(half, y=y, half_length=_unfolded(half.half_length, y), line_load=_unfolded(half.line_load, y))
     stacked = () if compliance is None else np.shape(compliance)[:-2]
     strips = Strips.of(
         y=y,
@@ -289,6 +302,19 @@ class Strips:
             compliance = np.broadcast_to(compliance, (*self.cases, count, count)).reshape(-1, count, count)
         gap = np.broadcast_to(gap, (*self.cases, count)).reshape(-1, count)
         return _Problem(self.y, gap, self.curvature, self.load, self.modulus, compliance, self.mirrored)
+
+
+def _is_symmetric(y: Array, gap: Array) -> bool:
+    """Whether places and gap are their own mirror images, to rounding."""
+    if y.ndim != 1 or y.size < 2 * FEWEST_STRIPS or gap.shape[-1:] != y.shape or not np.isfinite(gap).all():
+        return False
+    places, gaps = (np.abs(one - other).max() for one, other in ((y, -y[::-1]), (gap, gap[..., ::-1])))
+    return bool(places < 1e-9 * np.ptp(y) and gaps <= 1e-12 * np.ptp(gap))
+
+
+def _unfolded(values: Array, y: Array) -> Array:
+    """Both sides of the strips y from one, (..., strip); an odd one in the middle is no twin."""
+    return np.concatenate([values[..., y.size % 2 :][..., ::-1], values], axis=-1)
 
 
 def equivalent_ellipse(contact: StripContact) -> tuple[Array, Array]:
@@ -410,7 +436,7 @@ def _influence(problem: _Problem, half_length: Array) -> StripFunctions:
     over_strip = StripFunctions(*(values[:, 1 : y.size + 1] - values[:, : y.size] for values in found))
     if problem.mirrored:
         for here, values in zip(over_strip, found, strict=True):
-            here[..., 1:] += (values[:, y.size + 2 :] - values[:, y.size + 1 : -1])[..., 1:]
+            here[..., problem.twins] += (values[:, y.size + 2 :] - values[:, y.size + 1 : -1])[..., problem.twins]
     if problem.compliance is not None:
         growth = np.pi * problem.modulus[..., None] * problem.compliance
         np.add(over_strip.deflection, growth, out=over_strip.deflection)
@@ -466,7 +492,7 @@ def _overlapping(problem: _Problem, state: _State, part: slice, beyond: slice) -
     here, there = problem.y[part], problem.y[beyond, None]
     inverse = problem.width / np.abs(there - here)
     if problem.mirrored:
-        inverse[:, 1:] += problem.width / (there + here[1:])
+        inverse[:, problem.twins] += problem.width / (there + here[problem.twins])
     influence = inverse / (np.pi * problem.modulus[..., None])
     if problem.compliance is not None:
         influence = influence + problem.compliance[:, beyond, part]
