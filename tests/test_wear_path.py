@@ -8,6 +8,7 @@ from rigs import RADIUS, rig
 
 from twindisc_cli.model import wear
 from twindisc_cli.model.experiment import Contact
+from twindisc_cli.model.march import march
 from twindisc_cli.model.patch import weighted_paths
 from twindisc_cli.model.wear import WearPath, first_section, wear_path
 from twindisc_cli.physics.half_space import OutOfRangeError
@@ -187,6 +188,17 @@ def test_the_peak_pressure_of_a_worn_track_is_that_of_the_full_solver() -> None:
         effective_modulus=disc.effective_modulus,
     )
     assert path.p0[node] == pytest.approx(full.pressure.max(), rel=0.01)
+
+
+def test_a_strip_that_has_just_touched_bears_no_peak_pressure() -> None:
+    """Under a wide wander new patches come up far from the others, each with a single strip: p0 does not jump."""
+    of = rig(crown=45.0 * RADIUS)
+    section, wander = 900.0 * first_section(of), 2.2 * float(of.patch.b)
+    usual = wear._grid(of, section, wander)
+    y = np.linspace(usual[0], usual[-1], 2 * len(usual) - 1)
+    nodes = wear._nodes(of, section, 0.5 * wear.GROWTH)
+    p0 = march(of, "half_space", y, nodes, wander=wander).contact.p0[0]
+    assert np.abs(np.diff(np.log(p0))).max() < 0.1
 
 
 def test_a_node_is_read_exactly_and_between_nodes_on_a_line() -> None:
