@@ -10,9 +10,10 @@ Where nearly all of the drive is sideways, forces turn over within less than two
 twice as many angles psi, and at twice as many sizes where slip begins; the rest of these finer nodes, and twice as many
 ratios a/b, are interpolated with the place at which the lateral force changes its sign held fast.
 
-For nu other than 0.3 the table adds the difference at nu = 0 and 0.5, solved at fewer nodes. Made again from nothing, one
-departure in 50,000 differed, by one of its units (2e-4); the differences by nu did by 6e-5 (root mean square), 0.003 at
-most, since the solver stops at a tolerance.
+For nu other than 0.3 the table adds the difference at nu = 0 and 0.5, solved at fewer nodes.
+
+Made again from nothing, one departure in 50,000 differed, by one of its units (2e-4); the differences by nu did by 6e-5
+(root mean square), 0.003 at most, since the solver stops at a tolerance.
 """
 
 from __future__ import annotations
