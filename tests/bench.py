@@ -306,25 +306,32 @@ def wear_speed() -> Iterator[Row]:
 
 
 def wear_paths() -> Iterator[Row]:
-    """Paths read off the table, against the march on twice the strips with half the steps, at places drawn between."""
+    """Paths read off the table, against the march on four times the strips with half the steps, at places between."""
     from twindisc_cli.model import path_table, wear
     from twindisc_cli.model.make_paths import refined, rig_of
     from twindisc_cli.model.march import march
 
     for contact in ("hertz", "half_space"):
-        rng, depths, areas, seconds = np.random.default_rng(11), [], [], []
+        rng, depths, areas, pressures, seconds = np.random.default_rng(11), [], [], [], []
         for draw in range(40):
             rig = rig_of(float(np.exp(rng.uniform(*path_table.RATIOS[[0, -1]]))))
             section = float(np.exp(rng.uniform(0.0, np.log(1000.0)))) * wear.first_section(rig)
             wander = float(path_table.WANDERS[draw % len(path_table.WANDERS)] * rig.patch.b)
-            nodes, y = wear._nodes(rig, section, 0.5 * wear.GROWTH), refined(wear._grid(rig, section, wander), 2)
+            nodes, y = wear._nodes(rig, section, 0.5 * wear.GROWTH), refined(wear._grid(rig, section, wander), 4)
             marched = march(rig, contact, y, nodes, wander=wander)
             path = wear.tabulated_path(rig, contact, section, wander)
             seconds.append(best(lambda s=section, w=wander, r=rig, c=contact: wear.tabulated_path(r, c, s, w)))
-            depths.append(100.0 * abs(path.depth[-1].max() / marched.depth[0, -1].max() - 1.0))
+            middle = len(y) // 2
+            strip = marched.depth[0, -1, middle - 2 : middle + 3] @ np.array([0.125, 0.25, 0.25, 0.25, 0.125])
+            depths.append(100.0 * abs(path.depth[-1, len(path.y) // 2] / strip - 1.0))
             areas.append(100.0 * np.abs(path.area / np.interp(path.section, nodes, marched.contact.area[0]) - 1.0))
+            off = 100.0 * np.abs(path.p0 / np.interp(path.section, nodes, marched.contact.p0[0]) - 1.0)
+            pressures.append((rig.patch.a / rig.patch.b, off))
         at_nodes = np.concatenate(areas)
         yield at_most(f"{contact}, path from the table against the march, 40 drawn: depth", max(depths), 0.05, "%")
+        for name, chosen in (("a/b > 0.3", True), ("slender patches", False)):
+            off = np.concatenate([of for ratio, of in pressures if (ratio > 0.3) == chosen])
+            yield Row(f"  p0, 95 % of the nodes within, {name}", f"{np.quantile(off, 0.95):.3g} %")
         yield at_most("  area, 95 % of the nodes within", float(np.quantile(at_nodes, 0.95)), 0.5, "%")
         yield Row("  area, the largest (strips at the edge of the march jump)", f"{at_nodes.max():.3g} %")
         yield at_most("  a path, median", float(np.median(seconds)) * 1e3, 2.0, "ms")

@@ -64,7 +64,8 @@ def test_a_patch_that_falls_apart_is_that_of_the_march() -> None:
     path = wear.tabulated_path(of, "half_space", section, wander)
     off = np.abs(path.area / np.interp(path.section, nodes, marched.contact.area[0]) - 1.0)
     assert np.quantile(off, 0.95) < 0.008
-    assert np.any(path.line_load[:, len(path.y) // 2] == 0.0)
+    assert path.line_load[:, len(path.y) // 2].min() < 0.02 * path.line_load.max()
+    assert path.line_load.min() >= 0.0, "no wear comes back"
 
 
 @both

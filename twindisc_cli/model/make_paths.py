@@ -1,18 +1,18 @@
 """Make paths_hertz.npz and paths_half_space.npz, shipped beside this file: `python -m twindisc_cli.model.make_paths`.
 
-Rigs of all curvature ratios of `path_table` are marched through all of its sections and wanders, on twice the strips
-and with half the steps of `wear`, in several marches whose strips suit their last section. What strips and steps leave
-of noise, 0.1 to 0.3 % of what hangs on the edge of a patch, is smoothed by a spline over t. Loads and wear indices
-across the patch are given by their principal components. Ten minutes.
+Rigs of all curvature ratios of `path_table` are marched through all of its sections and wanders, on four times the
+strips of `wear` or more and with half the steps, in several marches whose strips suit their sections. What strips and
+steps leave of noise is smoothed by a spline over t. Loads and wear indices across the patch are given by their principal
+components. Eight minutes on one core.
 
-Against the march at places drawn between the nodes (`make bench`, tests/test_path_table.py), from S1, the shortest path
-that is asked for, to 1000 S1:
+Against the march on four times the strips with half the steps, at 40 places drawn between the nodes (`make bench`), from
+S1, the shortest path that is asked for, to 1000 S1:
 
                           hertz      half_space
-    greatest depth        0.04 %     0.06 %
-    a, b, area            0.05 %     0.6 % at 95 % of the nodes (0.45 % up to 300 S1), most of it the march's own
-    p0                    0.05 %     `pressure_error`: 3 % where a/b > 0.3, up to 40 % on deep tracks of slender patches
-                                     (a/b < 0.2), whose pressure at the shoulders no strips resolve
+    greatest depth        0.01 %     0.04 %
+    area                  0.02 %     0.2 % at 95 % of the nodes
+    p0                    0.02 %     1 % at 95 % of the nodes; `pressure_error` tells up to 14 % on deep tracks, whose
+                                     pressure at the shoulders no strips resolve
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ NODES = np.linspace(0.0, np.log1p(MOST / FIRST), 91)
 """t."""
 ETA = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, 257))
 """Places over the half-width, denser towards the edge, at which the M_k are known."""
-ERRORS: dict[Contact, float] = {"hertz": 4e-4, "half_space": 6e-4}
+ERRORS: dict[Contact, float] = {"hertz": 1e-4, "half_space": 4e-4}
 """Of the greatest depth, relative."""
 LARGEST = 32767
 """Numbers are kept as integers of at most this size."""
@@ -112,7 +112,7 @@ def _shares(half_width: Floats, departure: Floats, y: Floats) -> Floats:
     off = (1.0 - part) * np.take_along_axis(departure, left, 1) + part * np.take_along_axis(departure, left + 1, 1)
     within = 0.75 * eta - 0.25 * eta**3 + off
     one_side = np.maximum(np.diff(within, axis=1), 0.0)
-    middle = 2.0 * within[:, :1]
+    middle = 2.0 * np.maximum(within[:, :1], 0.0)
     both = np.concatenate([one_side[:, ::-1], middle, one_side], axis=1)
     return np.asarray(both / both.sum(axis=1, keepdims=True))
 
