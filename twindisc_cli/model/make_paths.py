@@ -2,11 +2,11 @@
 
 Rigs of all curvature ratios of `path_table` are marched through all of its sections and wanders, on four times the
 strips of `wear` or more and with half the steps, in several marches whose strips suit their sections. What strips and
-steps leave of noise is smoothed by a spline over t. Loads and wear indices across the patch are given by their principal
+steps leave of noise is smoothed by a spline over t. Loads and wear indices across the patch are given by principal
 components. Eight minutes on one core.
 
-Against the march on four times the strips with half the steps, at 40 places drawn between the nodes (`make bench`), from
-S1, the shortest path that is asked for, to 1000 S1:
+Against the march on four times the strips with half the steps, at 40 places drawn between the nodes (`make bench`),
+from S1, the shortest path that is asked for, to 1000 S1:
 
                           hertz      half_space
     greatest depth        0.01 %     0.04 %
