@@ -49,6 +49,7 @@ _KRYLOV = 40  # largest subspace of an inner solve
 _INNER = 0.1  # its relative accuracy
 _COARSE_TOLERANCE = 1e-3
 _MATCHED = 5e-3  # tolerance times the root of the number of elements: the grid's error of T/(mu N) is near 0.25 over it
+_OF_A_LAW = 1e-5  # tolerance where mu falls with slip, for the bound is put in again from the slip found
 _PRACTICALLY_SLIPPING = 0.98  # of the bound, on a guess from a coarser grid
 _SLIP_WEIGHT = 0.4  # normalised |s| G / (mu p) from which slip outweighs elasticity in the preconditioner
 SPIN_AHEAD = 1.0 / 6.0
@@ -162,7 +163,7 @@ def solve(
     stiffness_difference   K = G/4 [(1 - 2 nu_1)/G_1 - (1 - 2 nu_2)/G_2] of unequal bodies [1]
     start           tractions [Pa] of a similar case on this grid, (2, y, x)
     tolerance       on the slip condition, root mean square over the largest rigid slip; left out, what it leaves of
-                    error is a hundredth of the grid's own
+                    error is a hundredth of the grid's own (under one mu)
     """
     dx, dy = _spacing(x, pressure.shape[1]), _spacing(y, pressure.shape[0])
     bound = _bound(mu(np.zeros_like(pressure)) if callable(mu) else mu, pressure)
@@ -173,7 +174,7 @@ def solve(
     ahead = np.array([0.0, spin * SPIN_AHEAD * dx])[:, None, None]
     case = _Case(bound / shear_modulus, rigid + ahead, dx / dy, poisson)
     if tolerance is None:
-        tolerance = _MATCHED / float(np.sqrt(case.contact.sum()))
+        tolerance = _OF_A_LAW if callable(mu) else _MATCHED / float(np.sqrt(case.contact.sum()))
     guess = _guess(case) if start is None else _onto_bound(case, start / shear_modulus)
     solved = case, *_converged(case, guess, tolerance)
     if callable(mu):
