@@ -1,7 +1,8 @@
 """Measured numbers beside their targets: `make bench`, or `python tests/bench.py SECTION ...` for some sections.
 
-Accuracy against closed forms and CONTACT (tests/reference, and the tables of the tests), speed as processor seconds, the best of several
-runs, peak memory of each command as a process of its own. Nothing is asserted; a part that cannot run says why.
+Accuracy against closed forms and CONTACT (tests/reference, and the tables of the tests), speed as the fewest processor
+seconds of several runs, peak memory of each command as a process of its own. Nothing is asserted; a part that cannot
+run says why.
 """
 
 from __future__ import annotations
