@@ -296,7 +296,7 @@ def _divided(path: WearPath, section: float) -> tuple[WearPath, int]:
     return path.on(np.interp(np.arange(parts * last + 1) / parts, np.arange(last + 1), path.section)), parts * steps
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=64)
 def _marched_evenly(
     rig: Rig, contact: Contact, wander: float, start: Start | None, half: float, count: int, nodes: tuple[float, ...]
 ) -> WearPath:
