@@ -144,3 +144,5 @@ QUANTITIES: Mapping[str, Quantity] = {
     ),
     "profile": Quantity("sensor", "profile", "shift", "the recorded profile", ("y_over_edge",), _profile, "um", 1e-6),
 }
+MULTIPLIED: Mapping[str, str] = {"mu": "mu", "K": "wear", "convection_W_K": "convection"}
+"""Which quantity multiplies a base parameter, whose level it then shares."""

@@ -34,7 +34,7 @@ from twindisc_cli.loop.diagnosis import (
 from twindisc_cli.loop.explain import Outcome, Progress, explain
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.holdout import steps_withheld
-from twindisc_cli.loop.intervals import base_parameters, term_parameters
+from twindisc_cli.loop.intervals import base_parameters, term_parameters, widened
 from twindisc_cli.loop.screen import Leftover, leftover
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.thresholds import THRESHOLDS
@@ -249,7 +249,7 @@ def _band(fitted: Fit, name: str, trial: Trial, law: Law) -> LawCurve:
     own = [i for i, p in enumerate(fitted.problem.parameters) if p.term == name]
     generator = np.random.default_rng(0)
     lower, upper = fitted.problem.bounds
-    drawn = generator.multivariate_normal(fitted.theta[own], fitted.covariance[np.ix_(own, own)], DRAWS, method="eigh")
+    drawn = generator.multivariate_normal(fitted.theta[own], widened(fitted)[np.ix_(own, own)], DRAWS, method="eigh")
     drawn = np.clip(drawn, lower[own], upper[own])
     parameters = [fitted.problem.parameters[i] for i in own]
     one = 1.0 if law.of.kind == "factor" else 0.0

@@ -21,6 +21,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import ndtri
 
+from twindisc_cli.laws.quantities import MULTIPLIED
 from twindisc_cli.loop.diagnosis import Estimate
 from twindisc_cli.loop.explain import Outcome
 from twindisc_cli.loop.fit import Fit
@@ -33,8 +34,6 @@ INTERVAL = 2.706
 LEVELS = (0.05, 0.95)
 SURE = 2.0
 """Its own standard errors by which a scatter of blocks must be larger than that of samples to count."""
-QUANTITY = {"mu": "mu", "K": "wear", "convection_W_K": "convection"}
-"""What a law changes that says what a base parameter means."""
 TINY = 1e-300
 NORMAL = np.asarray(ndtri((np.arange(401) + 0.5) / 401))
 
@@ -86,7 +85,7 @@ def _spread(found: Outcome, wide: Sequence[Floats], name: str, case: int | None)
 
 def _laws_of(explanation: Explanation, name: str) -> list[str]:
     """Covariates of an explanation's laws that say what a base parameter means."""
-    return sorted(law.covariate for law in explanation.laws.values() if law.quantity == QUANTITY.get(name))
+    return sorted(law.covariate for law in explanation.laws.values() if law.quantity == MULTIPLIED.get(name))
 
 
 def _number(fitted: Fit, name: str, case: int | None) -> int:
@@ -97,6 +96,12 @@ def _imitated(fitted: Fit) -> Floats:
     """What the tolerances do to the samples, as far as base parameters can imitate it (sample, nuisance)."""
     nuisance = fitted.problem.nuisance
     return np.zeros((len(fitted.residual), 1)) if nuisance is None else nuisance.imitated
+
+
+def widened(fitted: Fit) -> Floats:
+    """Covariance of the parameters (parameter, parameter), widened by what the fit leaves."""
+    wide = _wide(fitted)
+    return np.asarray(fitted.covariance * wide * wide[:, None])
 
 
 def _wide(fitted: Fit) -> Floats:

@@ -20,7 +20,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from twindisc_cli.laws.covariates import COVARIATES
-from twindisc_cli.laws.quantities import QUANTITIES
+from twindisc_cli.laws.quantities import MULTIPLIED, QUANTITIES
 from twindisc_cli.laws.trial import Trial, bins, curve, formula
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.problem import Case, Problem
@@ -32,7 +32,7 @@ from twindisc_cli.model.forward import Prediction
 MOST_BINS = 28
 TIME_BINS = 60
 ACROSS_BINS = 40
-KNOTS = 15
+KNOTS = 20
 ACROSS_KNOTS = 27
 LEVELS = np.array([0.1, 0.3, 1.0, 3.0])
 LENGTHS = np.array([0.08, 0.15, 0.3, 0.6, 1.2])
@@ -141,17 +141,21 @@ class Pair:
         return {name if name in pure else COVARIATES[self.covariate].key(name): v for name, v in start.items()}
 
     def _curve(self, length: float, level: float) -> Trial:
-        """A smooth curve through at most so many of the places."""
+        """A smooth curve through the places, as its prior lets expect it between knots at some of them.
+
+        Of what multiplies a base parameter it has no level of its own: the parameter is the mean over the places.
+        """
         most = ACROSS_KNOTS if self.covariate == "y_over_edge" else KNOTS
-        at = self.places if len(self.places) <= most else np.interp(
-            np.linspace(0.0, len(self.places) - 1.0, most), np.arange(len(self.places)), self.places
-        )  # fmt: skip
-        span = self.places[-1] - self.places[0]
-        root = np.linalg.cholesky(_matern(at, length, span) + 1e-9 * np.eye(len(at)))
-        mix = np.asarray(level * root, dtype=np.float64)
+        places, count = self.places, len(self.places)
+        knots = places if count <= most else np.interp(np.linspace(0.0, count - 1.0, most), np.arange(count), places)
+        prior = _matern(np.concatenate([places, knots]), length)[:, count:]
+        root = np.linalg.cholesky(prior[count:] + 1e-9 * np.eye(len(knots)))
+        mix = np.asarray(level * np.linalg.solve(root, prior[:count].T).T, dtype=np.float64)
         if self.covariate == "y_over_edge":
             mix[[0, -1]] = 0.0
-        return curve(self.quantity, self.covariate, at, mix)
+        if self.quantity in MULTIPLIED.values():
+            mix -= mix.mean(axis=0)
+        return curve(self.quantity, self.covariate, places, mix)
 
 
 def _chosen(shape: str) -> int:
@@ -159,9 +163,9 @@ def _chosen(shape: str) -> int:
     return {"step": 1, "window": 2}.get(shape, 0)
 
 
-def _matern(at: Floats, length: float, span: float | None = None) -> Floats:
+def _matern(at: Floats, length: float) -> Floats:
     """Matern covariance of smoothness 5/2 between places, its length in spans of the covariate."""
-    distance = np.abs(at[:, None] - at) / max(span or float(np.ptp(at)), 1e-300) * np.sqrt(5.0) / length
+    distance = np.abs(at[:, None] - at) / max(float(np.ptp(at)), 1e-300) * np.sqrt(5.0) / length
     return np.asarray((1.0 + distance + distance**2 / 3.0) * np.exp(-distance))
 
 
