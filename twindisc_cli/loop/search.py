@@ -225,14 +225,20 @@ def _trial(proposal: Proposal) -> dict[str, Effect]:
 def chosen(before: Explanation, tried: Sequence[Explanation]) -> Explanation | None:
     """The best of the explanations, an effect of the catalogue before a law; None where none says enough.
 
-    A parameter that ran into a bound carries no explanation.
+    A law of the rig comes before one of a sensor that says the same. A parameter that ran into a bound carries no
+    explanation.
     """
     enough = [e for e in tried if _says_enough(e, before) and not e.fit.at_bound]
     if not enough:
         return None
     best = max(enough, key=lambda e: e.evidence)
     close = [e for e in enough if (best.evidence - e.evidence) / best.heat < THRESHOLDS.within]
-    return max(close, key=lambda e: (-len(e.laws), e.evidence))
+    return max(close, key=lambda e: (-len(e.laws), e.evidence / best.heat - THRESHOLDS.recorded * _recorded(e)))
+
+
+def _recorded(explanation: Explanation) -> int:
+    """How many laws of what a sensor records, whatever happens in the rig, are in an explanation."""
+    return sum(law.stage == "sensor" for law in explanation.laws.values())
 
 
 def _says_enough(explanation: Explanation, before: Explanation) -> bool:

@@ -27,6 +27,8 @@ class Thresholds:
     law_seen            what a law must add where a generic function of its channel is significant, too.
     within              cooled difference of evidence up to which two explanations cannot be told apart: 3 nats are odds
                         of twenty to one (H. Jeffreys, Theory of Probability, 1961).
+    recorded            price [nats, cooled] of a law of what a sensor records beside one of the rig: where both say the
+                        same (friction that settles, a zero that settles) the rig's is given and the sensor's told.
     cooling             by how much differences are cooled, per square root of what was explained [1]: the formulas'
                         own error grows with the effect (seeds: 20 units of chi2 left by the true law at 190,000).
     formulas            families of curves that a law is chosen from: the choice costs its logarithm.
@@ -89,6 +91,7 @@ class Thresholds:
     law_enough: float = 6.0
     law_seen: float = 1.5
     within: float = 3.0
+    recorded: float = 1.0
     cooling: float = 0.02
     formulas: int = 9
     odd: float = 2.0
