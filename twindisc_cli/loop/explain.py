@@ -154,14 +154,17 @@ def _first_honest(
     before: Fit,
     masks: Sequence[Mapping[str, Mask]],
 ) -> tuple[Judged, dict[frozenset[tuple[str, ...]], str]]:
-    """The first explanation whose error rises nowhere: the answer, others, parts of it; the base model raises none."""
+    """The first explanation whose error rises nowhere: the answer, others, parts of it; the base model raises none.
+
+    What says no more than the base model does is no answer, whatever was refused before it.
+    """
     seen = [without(test, mask) for test, mask in zip(tests, masks, strict=True)]
     apart = any(mask.any() for test in masks for mask in test.values())
     seen_before = plain_fit(problem_of(seen), before) if apart else before
     refused = {}
-    others = [m for m in members if m.labels != answer.labels and m.terms]
-    shorter = [m for m in others if m.labels < answer.labels]
     base = next(m for m in members if not m.terms)
+    others = [m for m in members if m.labels != answer.labels and m.evidence - base.evidence > THRESHOLDS.enough]
+    shorter = [m for m in others if m.labels < answer.labels]
     for member in [answer, *others[: THRESHOLDS.most_refused], *shorter, base]:
         if member.labels in refused:
             continue
