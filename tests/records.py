@@ -72,12 +72,13 @@ def half(test: Experiment, number: int, *, seed: int) -> Experiment:
 class Said:
     """What is named with its probability, and with it all that these data cannot tell from it.
 
-    parameters of the terms and of the model, and curves of the laws, each with its interval, by name.
+    parameters of the terms, base parameters and curves of the laws, each with its interval, by name.
     """
 
     named: dict[str, float]
     near: set[str]
     parameters: dict[str, Estimate]
+    base: dict[str, Estimate]
     curves: dict[str, LawCurve]
 
 
@@ -89,7 +90,7 @@ def said(answer: Diagnosis) -> Said:
     beside |= {other for effect in answer.effects for other in effect.alternatives}
     parameters = {f"{t.name}.{key}": e for t in (*answer.effects, *answer.laws) for key, e in t.parameters.items()}
     curves = {law.name: law.curve for law in answer.laws}
-    return Said(named, {*named, *beside}, parameters | dict(answer.base), curves)
+    return Said(named, {*named, *beside}, parameters, dict(answer.base), curves)
 
 
 def of_halves(name: str, seed: int) -> tuple[Said, Said]:
@@ -111,12 +112,13 @@ def whole(name: str) -> Said:
 
 
 def holds(interval: Said, found: Said) -> list[bool]:
-    """Whether the 90 % intervals hold what was found on other samples: parameters, and nine tenths of a curve."""
-    held = [
-        told.low <= found.parameters[name].value <= told.high
-        for name, told in interval.parameters.items()
-        if name in found.parameters
-    ]
+    """Whether the 90 % intervals hold what was found on other samples: parameters, and nine tenths of a curve.
+
+    Base parameters mean the same beside the same terms only: mu is the mean over a law of mu, and not over a shift.
+    """
+    same = interval.named.keys() == found.named.keys()
+    mine, others = (one.parameters | (one.base if same else {}) for one in (interval, found))
+    held = [told.low <= others[name].value <= told.high for name, told in mine.items() if name in others]
     for name, told in interval.curves.items():
         if name in found.curves:
             value = np.interp(told.at, found.curves[name].at, found.curves[name].value)
