@@ -1,6 +1,6 @@
 """python tests/records.py: what the loop says of records that nobody made up, and how well that comes back.
 
-Five minutes on two cores. The halves and the choices are drawn from SEED, which nothing was calibrated on.
+Two minutes on two cores. The halves and the choices are drawn from SEED, which nothing was calibrated on.
 """
 
 from __future__ import annotations
