@@ -662,6 +662,18 @@ def worn_law() -> Iterator[Row]:
     yield at_most("  with a lateral wander of 0.15 mm", max(off), 0.003)
 
 
+def power_of_strips() -> Iterator[Row]:
+    """Power per strip in partial slip against the solver, over the largest, on patches it was not made with."""
+    from test_partial_slip import off
+
+    creepages = np.array([1.0, 1.25, 1.5, 2.0])
+    for name, section in (("new", 0.0), ("worn to 4 S1", 4.0), ("worn to 40 S1", 40.0)):
+        errors = np.array([off(ratio, section, 96, creepages) for ratio in (0.35, 0.8, 1.5)])
+        inside, outermost, by_load = 100.0 * errors.max(axis=(0, 2))
+        yield at_most(f"power of a strip, xi >= 1, on three patches {name}", inside, 2.0, "%")
+        yield Row("  on the outermost fortieth of the width; taken as load", f"{outermost:.2f} %; {by_load:.0f} %")
+
+
 def worn_ellipse(model: Any, found: Any) -> tuple[np.ndarray, np.ndarray]:
     """T/N of the model at the creepages in the end, and of the solver on the ellipse, from 60 and 120 elements."""
     from test_worn import CREEPAGE, at_the_end
@@ -862,6 +874,7 @@ SECTIONS = {
     "closed forms": closed_forms,
     "worn profile": worn_profile,
     "worn law": worn_law,
+    "power of strips": power_of_strips,
     "contact speed": contact_speed,
     "commands": commands,
     "campaigns: workers": campaigns(bench_campaigns.workers),

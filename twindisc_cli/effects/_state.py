@@ -82,7 +82,7 @@ class State:
 
     From the pass before, since the stages feed each other: temperature [K] of the disc, energy [J] dissipated so far,
     wear_index = T gamma / A, the energy dissipated per length rolled and area of the patch [N/m2], power_before [W];
-    flash [K], how much hotter than the disc the patch is on its mean.
+    normalised_creepage, linear force over mu N [1]; flash [K], how much hotter than the disc the patch is on its mean.
 
     Known where K of strips across the track is asked for, each (set, strip), with their wear_index: place [m] of the
     strip, passes of the contact over it so far [1].
@@ -105,6 +105,7 @@ class State:
     energy: Floats
     wear_index: Floats
     power_before: Floats
+    normalised_creepage: Floats
     environment: Floats
 
     mu: Floats = field(default_factory=_not_yet)

@@ -33,7 +33,15 @@ from twindisc_cli.model.patch import OwnPaths, Patch, Paths, WeightedPaths, stri
 from twindisc_cli.model.points import Points, operating_points
 from twindisc_cli.model.surface import Stops, recorded_sections, worn_surface
 from twindisc_cli.model.traction_law import traction_law
-from twindisc_cli.model.wear import SHARES, Course, WearPath, first_section, local_paths, wear_path
+from twindisc_cli.model.wear import (
+    CREEPAGES,
+    SHARES,
+    Course,
+    WearPath,
+    first_section,
+    local_paths,
+    wear_path,
+)
 from twindisc_cli.physics import combined, disc_heat, polach, spin
 from twindisc_cli.physics.flash import flash_temperature
 
@@ -212,6 +220,7 @@ class _Chain:
             temperature=np.full(shape, test.thermal.initial_temperature if test.thermal else environment),
             energy=np.zeros(shape),
             wear_index=np.full(shape, 1e-30),
+            normalised_creepage=np.full(shape, CREEPAGES[-1]),
             power_before=np.full(shape, 1e-30),
             power=np.full(shape, 1e-30),
         )
@@ -228,6 +237,7 @@ class _Chain:
             temperature=before.temperature,
             energy=before.energy,
             wear_index=before.wear_index,
+            normalised_creepage=before.normalised_creepage,
             power_before=before.power,
             flash_before=before.flash_before,
         )
@@ -286,6 +296,7 @@ class _Chain:
     def _local(self, state: State, before: State) -> State:
         """The mean of what differs from strip to strip, each weighted by the energy it dissipates.
 
+        Place and passes of strips are weighted by their load, which it is where all slides.
         The mean of a product of what the wear index does and what place and passes do is taken for the product of both.
         """
         if not self.is_local:
@@ -293,8 +304,8 @@ class _Chain:
         ratio = before.normal_load / before.nominal_load
         section = self.section(before)
         paths = self._paths(before, section)
-        spread = paths.at(lambda path: path.spread, section / paths.scaling.to(ratio).section)
-        index = state.wear_index[..., None] * spread
+        own = section / paths.scaling.to(ratio).section
+        index = state.wear_index[..., None] * paths.read(WearPath.spread_at, own, state.normalised_creepage)
         factor = self._by_index(index.reshape(self.sets, -1)).reshape(index.shape) @ SHARES
         if self._local_laws:
             place, load, passes = strips_passed(paths, section, ratio, state.cycles)
@@ -309,7 +320,8 @@ class _Chain:
         scaled = paths.scaling.to(np.broadcast_to(state.normal_load / state.nominal_load, section.shape))
         own = np.maximum.accumulate(section / scaled.section, axis=1)
         pace = state.power / np.maximum(state.rolling_speed, _STANDING) / (scaled.along * scaled.across)
-        course = Course(own[of], pace[of], np.broadcast_to(state.cycles, own.shape)[of])
+        creepage, cycles = (np.broadcast_to(v, own.shape)[of] for v in (state.normalised_creepage, state.cycles))
+        course = Course(own[of], pace[of], creepage, cycles)
         rig, factors = self.model.experiment.rig, partial(self._factors, of=of)
         by_place = any(law.covariate == "place" for law in self._local_laws)
         found = [local_paths(rig, path, course, factors, by_place=by_place) for path in paths.parts]
@@ -335,13 +347,14 @@ class _Chain:
         """Traction of the patch as worn so far, the power and the energy."""
         section = self.section(state)
         patch = self._paths(state, section).patch(section, state.normal_load / state.nominal_load)
-        force, work = self._rolling(state, patch)
+        force, work, xi = self._rolling(state, patch)
         power = state.rolling_speed * work
         return state.replace(
             traction_ratio=force / state.recorded_load,
             power=power,
             energy=np.cumsum(power * state.duration, axis=1),
             wear_index=power / np.maximum(state.rolling_speed, _STANDING) / patch.area,
+            normalised_creepage=xi,
             flash_before=partial(self._flash, power, state.creepage, state.rolling_speed, patch),
         )
 
@@ -362,25 +375,26 @@ class _Chain:
             line=self.model.experiment.rig.is_line,
         ).mean
 
-    def _rolling(self, state: State, patch: Patch) -> tuple[Floats, Floats]:
-        """Longitudinal force [N], and the work of all forces and the spin moment per length rolled [N]."""
+    def _rolling(self, state: State, patch: Patch) -> tuple[Floats, Floats, Floats]:
+        """Longitudinal force, work of all forces and the spin moment per length rolled [N], normalised creepage."""
         if self.model.experiment.rig.is_line:
             return self._rolling_along_a_line(state, patch)
         capacity = state.mu * state.normal_load
         drive = state.slope / capacity
         x = patch.stiffness * drive * state.creepage
         if not (np.any(state.lateral_creepage) or np.any(state.spin)):
-            force = capacity * self._law(state, np.maximum(np.abs(x), 1e-30), patch) * np.sign(x)
-            return force, force * state.creepage
+            size = np.maximum(np.abs(x), 1e-30)
+            force = capacity * self._law(state, size, patch) * np.sign(x)
+            return force, force * state.creepage, size
         y = patch.stiffness_y * drive * state.lateral_creepage
         z = spin.stiffness(patch.stiffness, patch.stiffness_y, patch.a, patch.b) * drive * state.spin
         size = np.maximum(np.sqrt(x**2 + y**2 + z**2), 1e-30)
         level = capacity * self._law(state, size, patch)
         along, across, turn = spin.quotients(x, y, z, patch.ratio, self.model.experiment.rig.poisson_ratio)
         sideways = across * state.lateral_creepage + turn * spin.arm(patch.a, patch.b) * state.spin
-        return level * along, level * (along * state.creepage + sideways)
+        return level * along, level * (along * state.creepage + sideways), size
 
-    def _rolling_along_a_line(self, state: State, patch: Patch) -> tuple[Floats, Floats]:
+    def _rolling_along_a_line(self, state: State, patch: Patch) -> tuple[Floats, Floats, Floats]:
         """The same for a line contact, where spin acts on T like a lateral creepage."""
         drive = state.slope / (state.mu * state.normal_load)
         sideways = np.hypot(state.lateral_creepage, state.spin * patch.a * SPIN_ARM_OF_A_LINE)
@@ -388,7 +402,7 @@ class _Chain:
         size = np.maximum(np.hypot(along, across), 1e-30)
         traction = state.mu * state.normal_load * self._law(state, size, patch)
         east, north = combined.direction(along, across, state.creepage, sideways)
-        return traction * east, traction * (east * state.creepage + north * sideways)
+        return traction * east, traction * (east * state.creepage + north * sideways), size
 
     def _law(self, state: State, xi: Floats, patch: Patch) -> Floats:
         """T/(mu N) of the declared traction law, moved towards the exact theory where an effect says so.

@@ -36,8 +36,10 @@ FINER = {"hertz": (4, 0.02), "half_space": (4, 0.03)}
 """How many times the strips of `wear`, at least, and the growth of the section in a step."""
 WIDEST = 0.025
 """Width of a strip over half of the width of the patch where a march takes over, at most."""
-LOADS, PLACES = 20, 4
-"""Principal components of the loads and of the wear indices."""
+LOADS = 20
+"""Principal components of the loads."""
+PLACES = {"hertz": 4, "half_space": 12}
+"""Principal components of the wear indices."""
 COARSE = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, 65))
 """Places over the half-width at which loads are smoothed."""
 
@@ -46,7 +48,8 @@ COARSE = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, 65))
 class Marched:
     """All marches of one rig: numbers as in the table at t (node, number), loads in the middle of steps (step, place).
 
-    loads: C at the COARSE places less that of a parabola; spread: wear index over the mean of the patch (node, place).
+    loads: C at the COARSE places less that of a parabola; spread: wear index over the mean (node, creepage,
+    place).
     """
 
     t: Floats
@@ -114,7 +117,7 @@ def _read(rig: Rig, found: Pressed, y: Floats, kept: Mask) -> tuple[Floats, Floa
     numbers = np.stack([none, *logs, own["square"], own["stiffening"] - 1.0, none], axis=-1)
     ellipse = bool(np.all(own["square"] == 0.0))
     half_width = own["b"] if ellipse else StripContact(y, load, load, np.zeros(())).extent[1]
-    return numbers, half_width / b, wear._spread(load, found.intensity[0][kept], own["area"])
+    return numbers, half_width / b, wear._spread(y, load, found.intensity[0][kept], own["area"])
 
 
 def _within(y: Floats, load: Floats, half_width: float) -> Floats:
@@ -147,7 +150,8 @@ def make(contact: Contact) -> None:
     numbers[:, :, 0] = 0.0  # Hertz
     mean = spread.mean(axis=(0, 1, 2))
     loads, modes = _components(load, 0 if contact == "hertz" else LOADS)
-    spreads, places = _components(spread - mean, 0 if contact == "hertz" else PLACES)
+    flat = (spread - mean).reshape(*spread.shape[:3], -1)
+    spreads, places = _components(flat, PLACES[contact])
     values = np.concatenate([numbers, loads, spreads], axis=-1)
     step = np.maximum(np.abs(values).max(axis=(0, 1, 2)), 1e-30) / path_table.LARGEST
     np.savez_compressed(
@@ -156,7 +160,7 @@ def make(contact: Contact) -> None:
         step=step,
         modes=_finer(modes).astype(np.float32),
         spread=mean.astype(np.float32),
-        places=places.astype(np.float32),
+        places=places.reshape(-1, *mean.shape).astype(np.float32),
     )
 
 

@@ -49,8 +49,12 @@ class Paths(ABC):
         """The wear paths that are added up, of the first set where each has its own."""
 
     @abstractmethod
+    def read(self, quantity: Callable[..., Floats], *where: Floats) -> Floats:
+        """What `quantity` reads off a path at worn sections [m2] and whatever else, (set, point): (set, point, ...)."""
+
     def at(self, values: Callable[[WearPath], Floats], section: Floats) -> Floats:
         """A quantity (node, ...) of the paths at worn sections (set, point) [m2]: (set, point, ...)."""
+        return self.read(lambda path, own: path.at(values(path), own), section)
 
     def patch(self, section: Floats, load_ratio: Floats) -> Patch:
         """The contact at worn sections (set, point) [m2] under `load_ratio` times the load of the paths."""
@@ -87,10 +91,9 @@ class WeightedPaths(Paths):
     def first(self) -> Paths:  # noqa: D102
         return replace(self, weights=[weight[:1] for weight in self.weights])
 
-    def at(self, values: Callable[[WearPath], Floats], section: Floats) -> Floats:
-        """A quantity (node, ...) of the paths at worn sections (set, point) [m2]: (set, point, ...)."""
-        found = [path.at(values(path), section) for path in self.parts]
-        extra = found[0].ndim - section.ndim
+    def read(self, quantity: Callable[..., Floats], *where: Floats) -> Floats:  # noqa: D102
+        found = [quantity(path, *where) for path in self.parts]
+        extra = found[0].ndim - where[0].ndim
         parts = [w[(..., *[None] * extra)] * f for w, f in zip(self.weights, found, strict=True)]
         return np.asarray(sum(parts[1:], parts[0]))
 
@@ -110,9 +113,9 @@ class OwnPaths(Paths):
     def first(self) -> Paths:  # noqa: D102
         return self.sets[0].first
 
-    def at(self, values: Callable[[WearPath], Floats], section: Floats) -> Floats:
-        """A quantity (node, ...) of the paths at worn sections (set, point) [m2]: (set, point, ...)."""
-        return np.concatenate([own.at(values, row[None]) for own, row in zip(self.sets, section, strict=True)])
+    def read(self, quantity: Callable[..., Floats], *where: Floats) -> Floats:  # noqa: D102
+        rows = zip(self.sets, *where, strict=True)
+        return np.concatenate([own.read(quantity, *(values[None] for values in row)) for own, *row in rows])
 
 
 def strips_passed(paths: Paths, section: Floats, load_ratio: Floats, cycles: Floats) -> tuple[Floats, Floats, Floats]:

@@ -53,7 +53,7 @@ class Tabulated:
     """A path at worn sections (node,), on strips (strip,), dimensionless but for what the strips are measured in.
 
     a, b over those of the unworn patch, area and p0 likewise; square, stiffening [1] as in `worn`; load: share of N on
-    each strip (node, strip); spread: wear index over the mean of the patch, at the places of `wear` (node, place);
+    each strip (node, strip); spread: wear index over the mean of the patch, as in `wear` (node, creepage, place);
     pressure_error: of p0, relative.
     """
 
@@ -90,7 +90,7 @@ def tabulated(contact: Contact, *, ratio: float, section: Floats, wander: float,
         stiffening=1.0 + values[:, 6],
         pressure_error=float(values[-1, 7]),
         load=_shares(half_width, values[:, 8:first] @ modes, y),
-        spread=known["spread"] + values[:, first:] @ places,
+        spread=known["spread"] + np.tensordot(values[:, first:], places, axes=1),
     )
 
 
@@ -119,7 +119,7 @@ def _shares(half_width: Floats, departure: Floats, y: Floats) -> Floats:
 
 @cache
 def _table(contact: Contact) -> dict[str, Floats]:
-    """values (wander, ratio, node, number), modes (mode, ETA), spread (place,), places (mode, place)."""
+    """values (wander, ratio, node, number), modes (mode, ETA), spread (creepage, place), places (mode, ...)."""
     name = f"paths_{contact}.npz"
     with (files("twindisc_cli.model") / name).open("rb") as stream, np.load(stream) as data:
         known = {key: np.asarray(data[key], dtype=float) for key in data.files}

@@ -9,9 +9,9 @@
 
 Where K is uniform over y the profile depends on K and the history only through S, so one path serves every K and
 every history. Contact "hertz" refits the best circle inside the patch and keeps the ellipse; contact "half_space"
-lets the patch follow the worn profile. Partial slip moves the wear from strip to strip; it is left out, since what is
-dissipated there is a small part of any test that wears. Against the solver on four worn tracks the power of a strip is
-off by up to 14 % of the largest at a normalised creepage of 1, 1.5 % at 2 and 0.7 % at 3.
+lets the patch follow the worn profile. Partial slip moves the wear from strip to strip; this is left out of the
+profile, since what is dissipated there is a small part of any test that wears. The wear index of a strip has it, by
+`partial_slip`.
 
 A path comes from `path_table` where that reaches, and else from a march. Of a marched one `error` is the difference to
 a path of twice the step, over three; `pressure_error` is such a difference as it stands.
@@ -25,9 +25,10 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import erf
 
-from twindisc_cli.model import path_table
+from twindisc_cli.model import partial_slip, path_table
 from twindisc_cli.model.experiment import Contact, Floats, Rig, Start
 from twindisc_cli.model.march import Loaded, March, march, spreading
 from twindisc_cli.model.traction_law import creep_stiffness
@@ -44,6 +45,8 @@ PLACES = 0.5 * (_EDGES[1:] + _EDGES[:-1])
 dissipated in strips of a higher wear index."""
 SHARES = np.diff(0.5 * _EDGES * (3.0 - _EDGES**2))
 """Share of the energy that each of the PLACES stands for."""
+CREEPAGES = np.array([0.2, 0.6, 1.0, 1.35, 1.7, 2.0, 2.36])
+"""Normalised creepages at which the wear index of strips is known; from the last one on all slides."""
 SAMPLES = 4
 """How often in a step of a march the history is asked."""
 BEYOND = 1.2
@@ -102,7 +105,7 @@ class WearPath:
     pressure, area of the patch [m2], stiffness and stiffness_y [N], force per creepage along and across rolling of a
     patch that sticks all over, square [1] its squareness (`worn`), edge [m] half-width of the worn zone: each (node,);
     y [m] (strip,); depth [m], line_load [N/m]: (node, strip); spread: wear index of a strip over the mean of the patch,
-    at PLACES (node, place); error: relative error of the greatest depth; pressure_error: of
+    at CREEPAGES and PLACES (node, creepage, place); error: relative error of the greatest depth; pressure_error: of
     p0, at the node where it is largest. contact, wander [m] and start are those of the march.
     """
 
@@ -140,10 +143,31 @@ class WearPath:
         """Values (node, ...) at worn sections (...) [m2], linear between the nodes: (section..., ...)."""
         if values.ndim == 1:
             return np.interp(section, self.section, values)
-        right = np.clip(np.searchsorted(self.section, section), 1, len(self.section) - 1)
-        start, end = self.section[right - 1], self.section[right]
-        part = np.clip((section - start) / (end - start), 0.0, 1.0)[..., None]
+        right, part = _between(self.section, section)
+        part = part[(..., *[None] * (values.ndim - 1))]
         return np.asarray((1.0 - part) * values[right - 1] + part * values[right])
+
+    def spread_at(self, section: Floats, creepage: Floats) -> Floats:
+        """`spread` at worn sections [m2] and normalised creepages (...), linear between what is known: (..., place)."""
+        found = self.at(self.spread[:, -1], section)
+        partly = creepage < CREEPAGES[-1]
+        if partly.any():
+            (node, part), (column, share) = (
+                _between(known, values[partly]) for known, values in ((self.section, section), (CREEPAGES, creepage))
+            )
+            below, above = (
+                (1.0 - share)[:, None] * self.spread[row, column - 1] + share[:, None] * self.spread[row, column]
+                for row in (node - 1, node)
+            )
+            found[partly] = (1.0 - part)[:, None] * below + part[:, None] * above
+        return found
+
+
+def _between(known: Floats, values: Floats) -> tuple[NDArray[np.intp], Floats]:
+    """The first of ascending numbers behind each value, and how far from the one before to it the value lies."""
+    right = np.clip(np.searchsorted(known, values), 1, len(known) - 1)
+    start, end = known[right - 1], known[right]
+    return right, np.clip((values - start) / (end - start), 0.0, 1.0)
 
 
 def wear_path(
@@ -242,12 +266,13 @@ Factors = Callable[[Floats, Floats, Floats], Floats]
 class Course:
     """A history as the strips see it, of each case after each of its pieces, (case, point).
 
-    section  worn [m2], of the discs under the path's load;   pace  energy dissipated per length rolled [N]
-    cycles   revolutions so far
+    section   worn [m2], of the discs under the path's load;   pace  energy dissipated per length rolled [N]
+    creepage  normalised [1];   cycles  revolutions so far
     """
 
     section: Floats
     pace: Floats
+    creepage: Floats
     cycles: Floats
 
 
@@ -268,9 +293,9 @@ def local_paths(rig: Rig, path: WearPath, course: Course, factors: Factors, *, b
     nodes = path.section[: steps + 1]
     along = nodes[:-1, None] + (np.arange(SAMPLES) + 0.5) / SAMPLES * np.diff(nodes)[:, None]
     piece = np.minimum([np.searchsorted(own, along) for own in section], section.shape[1] - 1)
-    pace = np.take_along_axis(course.pace[:, None, :], piece, axis=-1)
+    pace, creepage = (np.take_along_axis(of[:, None, :], piece, axis=-1) for of in (course.pace, course.creepage))
     cycles = [np.interp(along, own, passed) for own, passed in zip(section, course.cycles, strict=True)]
-    favoured = _Favoured(pace, np.array(cycles), factors, np.full((len(section), len(path.y)), np.inf))
+    favoured = _Favoured(pace, creepage, np.array(cycles), factors, np.full((len(section), len(path.y)), np.inf))
     marched = march(
         rig, path.contact, path.y, nodes,
         wander=path.wander, cases=len(section), weights=favoured, mirrored=not by_place, start=path.start,
@@ -282,7 +307,7 @@ def local_paths(rig: Rig, path: WearPath, course: Course, factors: Factors, *, b
     )
     own = _read(
         rig, marched, y=path.y, nodes=nodes, contact=path.contact, wander=path.wander, start=path.start,
-        errors=(path.error, path.pressure_error),
+        errors=(path.error, path.pressure_error), creepages=CREEPAGES[-1:],
     )  # fmt: skip
     path, even = path.on(nodes), even.on(nodes)
     return [_moved(path, one, even) for one in own]
@@ -303,9 +328,11 @@ def _marched_evenly(
     """The path marched through nodes [m2] on so many strips within a half-width [m], all of which wear by one K."""
     y, along = np.linspace(-half, half, count), np.array(nodes)
     marched = march(rig, contact, y, along, wander=wander, start=start, settled=PASSING)
-    return _read(rig, marched, y=y, nodes=along, contact=contact, wander=wander, start=start, errors=(np.nan, np.nan))[
-        0
-    ]
+    (own,) = _read(
+        rig, marched, y=y, nodes=along, contact=contact, wander=wander, start=start,
+        errors=(np.nan, np.nan), creepages=CREEPAGES[-1:],
+    )  # fmt: skip
+    return own
 
 
 def _share(part: Floats, whole: Floats) -> Floats:
@@ -320,7 +347,8 @@ def _share(part: Floats, whole: Floats) -> Floats:
 def _moved(path: WearPath, own: WearPath, even: WearPath) -> WearPath:
     """The path, moved as far as the march with own wear coefficients lies from that with even ones, node by node.
 
-    What the steps of both marches leave of error is the same to first order, and falls out.
+    What the steps of both marches leave of error is the same to first order, and falls out. Wear indices of both are
+    known where all slides; in partial slip they lie as far apart.
     """
 
     def ratio(name: str) -> Floats:
@@ -349,22 +377,24 @@ def _moved(path: WearPath, own: WearPath, even: WearPath) -> WearPath:
 class _Favoured:
     """Weights of a march by the wear index of each strip, its place and the passes over it.
 
-    pace: energy per length rolled [N], cycles: revolutions so far, at SAMPLES of each step (case, step, sample);
-    first: revolutions before the first contact of each strip (case, strip), filled in as the march goes.
+    pace: energy per length rolled [N], creepage: normalised [1], cycles: revolutions so far, at SAMPLES of each step
+    (case, step, sample); first: revolutions before the first contact of each strip (case, strip), filled in as the
+    march goes.
     """
 
     pace: Floats
+    creepage: Floats
     cycles: Floats
     factors: Factors
     first: Floats
 
     def __call__(self, step: int, y: Floats, loaded: Loaded) -> Floats:
         """K of each strip over the mean of the energy's, (case, strip), itself a mean over the step."""
-        index = self.pace[:, step, :, None] * loaded.intensity[:, None, :]
-        factor = self._factor(step, y, loaded, index)
-        share = loaded.line_load * np.where((y > 0.0) & (y[0] == 0.0), 2.0, 1.0)
-        share = share / share.sum(axis=-1, keepdims=True)
-        mean = factor @ share[..., None]
+        load, intensity = loaded.line_load[:, None, :], loaded.intensity[:, None, :]
+        power = _power_over_load(y, load, intensity, self.creepage[:, step, :, None])
+        factor = self._factor(step, y, loaded, self.pace[:, step, :, None] * intensity * power)
+        share = power * load * _sides(y)
+        mean = np.sum(factor * share, axis=-1, keepdims=True) / share.sum(axis=-1, keepdims=True)
         return np.asarray(np.where(mean > 0.0, factor / np.where(mean > 0.0, mean, 1.0), 1.0).mean(axis=1))
 
     def _factor(self, step: int, y: Floats, loaded: Loaded, index: Floats) -> Floats:
@@ -387,8 +417,9 @@ def _read(
     wander: float,
     start: Start | None,
     errors: tuple[float, float],
+    creepages: Floats = CREEPAGES,
 ) -> list[WearPath]:
-    """The path of each case of a march."""
+    """The path of each case of a march, with the wear index of strips at some of the CREEPAGES."""
     found = marched.contact
     stiffness, stiffness_y = creep_stiffness(rig, found.a, found.b)
     return [
@@ -405,7 +436,7 @@ def _read(
             stiffness_y=stiffness_y[i] * found.stiffening[i],
             square=found.square[i],
             edge=_edges(y, depth, found.b[i]),
-            spread=_spread(found.line_load[i], found.intensity[i], found.area[i]),
+            spread=_spread(y, found.line_load[i], found.intensity[i], found.area[i], creepages),
             error=errors[0],
             pressure_error=errors[1],
             contact=contact,
@@ -416,12 +447,30 @@ def _read(
     ]
 
 
-def _spread(line_load: Floats, intensity: Floats, area: Floats) -> Floats:
-    """Wear index over the mean of the patch (node, place), of line load and intensity (node, strip), area (node,)."""
-    shares, order = 0.5 * PLACES * (3.0 - PLACES**2), np.argsort(-intensity, axis=-1)
-    energy, index = (np.take_along_axis(v, order, axis=-1) for v in (line_load, intensity * area[:, None]))
+def _spread(y: Floats, line_load: Floats, intensity: Floats, area: Floats, creepages: Floats = CREEPAGES) -> Floats:
+    """Wear index over the mean of the patch (node, creepage, place), of strips (node, strip) and the area (node,)."""
+    load, intensity = line_load[:, None, :], intensity[:, None, :]
+    power = _power_over_load(y, load, intensity, creepages[:, None])
+    energy, index = power * load, power * intensity * area[:, None, None]
+    shares, order = 0.5 * PLACES * (3.0 - PLACES**2), np.argsort(-index, axis=-1)
+    energy, index = (np.take_along_axis(v, order, axis=-1).reshape(-1, len(y)) for v in (energy, index))
     middle = (np.cumsum(energy, axis=-1) - 0.5 * energy) / energy.sum(axis=-1, keepdims=True)
-    return np.array([np.interp(shares, *strips) for strips in zip(middle, index, strict=True)])
+    found = [np.interp(shares, *strips) for strips in zip(middle, index, strict=True)]
+    return np.array(found).reshape(*power.shape[:-1], len(PLACES))
+
+
+def _power_over_load(y: Floats, line_load: Floats, intensity: Floats, creepage: Floats) -> Floats:
+    """`partial_slip.power_over_load` by the intensity of strips, of one side of the track where y starts at 0."""
+    if creepage.min() >= CREEPAGES[-1]:
+        return np.ones_like(line_load)
+    carried = np.sum(line_load * _sides(y), axis=-1, keepdims=True) * (y[1] - y[0])
+    length = np.divide(line_load, 2.0 * carried * intensity, out=np.zeros_like(line_load), where=intensity > 0.0)
+    return partial_slip.power_over_load(y, length, line_load, creepage, mirrored=bool(y[0] == 0.0))
+
+
+def _sides(y: Floats) -> Floats:
+    """How many strips of the track each of y is: two where y starts at 0 and lies on one side of it."""
+    return np.where((y > 0.0) & (y[0] == 0.0), 2.0, 1.0)
 
 
 def _worn_strip(rig: Rig, section: float, wander: float) -> WearPath:
@@ -458,7 +507,7 @@ def _worn_strip(rig: Rig, section: float, wander: float) -> WearPath:
         edge=np.full_like(nodes, half + 2.0 * wander),
         error=0.0,
         pressure_error=0.0,
-        spread=np.ones((len(nodes), len(PLACES))),
+        spread=np.ones((len(nodes), len(CREEPAGES), len(PLACES))),
         wander=wander,
         scaling=STRAIGHT,
     )
