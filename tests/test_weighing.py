@@ -77,3 +77,16 @@ def test_an_effect_that_fits_as_well_is_named_though_its_parameters_make_it_impr
     severe = member(("severe_wear_transition",), -4.0, RISING if as_well else 0.6 * RISING)
     found = weighed(outcome([0.98, 0.02], WARM, severe), WARM.terms[0])
     assert [label for label, _ in found.rivals] == ([("severe_wear_transition",)] if as_well else [])
+
+
+def test_the_set_of_an_effect_is_small_with_effects_before_laws():
+    rising = [
+        member(("wear", c), -1.0, RISING + k * OTHER) for c, k in (("energy", -0.5), ("power", 0.6), ("creepage", 2.0))
+    ]
+    severe, settling = (
+        member((name,), -2.0, RISING - k * OTHER)
+        for name, k in (("severe_wear_transition", 0.7), ("running_in_wear", 0.4))
+    )
+    shares = [0.25, 0.2, 0.15, 0.15, 0.12, 0.13]
+    found = weighed(outcome(shares, WARM, *rising, severe, settling), WARM.terms[0])
+    assert [label for label, _ in found.rivals] == [("running_in_wear",), ("severe_wear_transition",)]

@@ -73,7 +73,7 @@ class Thresholds:
     rival_share         share of the resamples from which on an explanation is named as an alternative.
     set_share           share of the resamples at which a set ends: 0.85 left out the truth in none of 40 tests of the
                         seeds, and kept 28 of 30 sets to three members, 0.95 kept 24.
-    small_set           members up to which effects of the catalogue are named beyond that share.
+    small_set           members of the set of an effect at most, and up to which effects are named beyond that share.
     established, probable  probability from which on the words are used.
     separated           explanations between which the next experiment decides.
     """

@@ -49,7 +49,7 @@ def weighed(found: Outcome, name: str) -> Weighed:
     An effect of which the law over its own covariate is another form is as probable as both, and both are named.
     What does something else than the term where it is added in its place is no rival. The set ends where it is probable
     enough; while it is small, with the effects of the catalogue that are left, or that fit as well and are less
-    probable for their parameters alone.
+    probable for their parameters alone. That of an effect is small, with effects before laws.
     """
     own, shares = found.answer.label(name), found.shares
     if not np.isfinite(shares).all():
@@ -69,15 +69,21 @@ def weighed(found: Outcome, name: str) -> Weighed:
     held = together.pop(own, 0.0)
     forms = {label for label in chances if _is_form(found, name, label, places) and same.get(label) != own}
     probability = held + sum(chances[label] for label in forms)
-    rivals = sorted(together.items(), key=lambda pair: -pair[1])
-    near = list[tuple[Label, float]]()
+    rivals = sorted(together.items(), key=_falling)
+    laws, effects = list[tuple[Label, float]](), list[tuple[Label, float]]()
     for label, share in rivals:
-        few = len(label) == 1 and len(near) + 1 < THRESHOLDS.small_set
+        few = len(label) == 1 and len(effects) + 1 < THRESHOLDS.small_set
         likely = share > THRESHOLDS.rival_share and (few or held < THRESHOLDS.set_share)
         if likely or (few and label in places and _fits_as_well(found, places[label])):
-            near.append((label, share))
+            (effects if len(label) == 1 else laws).append((label, share))
         held += share
+    near = [*effects, *laws][: THRESHOLDS.small_set - 1] if len(own) == 1 else sorted([*effects, *laws], key=_falling)
     return Weighed(min(probability, 1.0) if np.isfinite(found.shares).all() else np.nan, near, chances, same)
+
+
+def _falling(weighed_label: tuple[Label, float]) -> float:
+    """Sorts labels by falling probability."""
+    return -weighed_label[1]
 
 
 def _stand_ins(found: Outcome, name: str, member: Explanation) -> list[Label]:
