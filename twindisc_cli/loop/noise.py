@@ -225,16 +225,26 @@ class _Record:
 def _criterion(record: _Record, trend: Floats, kept: Mask) -> float:
     """Akaike's criterion for few samples: the least belongs to the trend that the samples ask for.
 
-    A sample that strays from a trend is a column of its own: a rich trend hides strays, a poor one makes some.
+    A sample that strays from a trend is a column of its own, which leaves of the others what leaving it out would: a
+    rich trend hides strays, a poor one makes some.
 
     Source: C. M. Hurvich, C.-L. Tsai, Biometrika 76 (1989) 297-307.
     """
-    strays = np.eye(len(kept))[:, ~kept]
-    basis = span_of(np.concatenate([trend, strays], axis=1))
-    left = record.values - basis @ (basis.T @ record.values)
-    samples, columns = len(left), int(basis.shape[1])
-    likely = [_likelihood(left, basis, link, restricted=False)[0] for link in record.links]
-    return 2.0 * columns * samples / max(samples - columns - 1, 1) - 2.0 * max(likely)
+    near = record.only(kept)
+    basis, left = _apart(near.values, trend[kept])
+    samples, columns = len(kept), int(basis.shape[1] + np.sum(~kept))
+    likely = []
+    for link, every in zip(near.links, record.links, strict=True):
+        _, std = _likelihood(left, basis, link, restricted=False)
+        power = max(std**2 * len(left), 1e-300)
+        likely.append(-0.5 * samples * np.log(power / samples) - 0.5 * np.sum(np.log1p(-(every**2))))
+    return float(2.0 * columns * samples / max(samples - columns - 1, 1) - 2.0 * max(likely))
+
+
+def _apart(values: Floats, trend: Floats) -> tuple[Floats, Floats]:
+    """Orthonormal columns of a trend (sample, column), and values (sample,) without what these reach."""
+    basis = span_of(trend)
+    return basis, values - basis @ (basis.T @ values)
 
 
 def scatter(values: Floats) -> float:
@@ -304,8 +314,8 @@ def _reml(record: _Record, trend: Floats) -> tuple[tuple[float, float], tuple[fl
 
     Near is LONGER standard errors of a correlation, root of (1 - rho^2) / samples, and NEAR in the logarithm.
     """
-    basis, grid = span_of(trend), record.grid
-    left = record.values - basis @ (basis.T @ record.values)
+    grid = record.grid
+    basis, left = _apart(record.values, trend)
     found = [_likelihood(left, basis, link) for link in record.links]
     likely = np.array([likelihood for likelihood, _ in found]) + np.log1p(-grid)
     best = int(np.argmax(likely))
