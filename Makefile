@@ -139,8 +139,9 @@ lint: $(DEVELOPMENT)
 fuzz: $(DEVELOPMENT)
 	$(BIN)/python -m tests.fuzz $(FUZZ)
 
+# Cases are drawn anew by a seed: BENCH="--seed 7 drawn"
 bench: $(DEVELOPMENT)
-	$(BIN)/python tests/bench.py
+	$(BIN)/python tests/bench.py $(BENCH)
 
 # The table goes into the README, between its two marks.
 score: $(DEVELOPMENT)

@@ -1,4 +1,4 @@
-"""Measured numbers beside their targets: `make bench`, or `python tests/bench.py SECTION ...` for some sections.
+"""Measured numbers beside their targets: `make bench`, or `python tests/bench.py [--seed N] SECTION ...` for some.
 
 Accuracy against closed forms and CONTACT (tests/reference, and the tables of the tests), speed as the fewest processor
 seconds of several runs, peak memory of each command as a process of its own. Nothing is asserted; a part that cannot
@@ -7,6 +7,7 @@ run says why.
 
 from __future__ import annotations
 
+import argparse
 import os
 import re
 import subprocess
@@ -19,6 +20,7 @@ from time import perf_counter, process_time
 from typing import Any
 
 import bench_campaigns
+import bench_physics
 import numpy as np
 
 ROOT = Path(__file__).parents[1]
@@ -887,12 +889,23 @@ SECTIONS = {
 }
 
 
-def main(chosen: list[str]) -> None:
+def drawn(section: Callable[..., Iterator[Any]], seed: int) -> Callable[[], Iterator[Row]]:
+    """A section whose cases are drawn with a seed of their own."""
+    return lambda: section(np.random.default_rng(seed), at_most)
+
+
+def main(arguments: list[str]) -> None:
     """Print the rows of the chosen sections, or of all."""
+    parser = argparse.ArgumentParser(description="Measured numbers beside their targets.")
+    parser.add_argument("--seed", type=int, default=1, help="of the cases that are drawn")
+    parser.add_argument("section", nargs="*", help="words in the names of sections; left out: all")
+    given = parser.parse_args(arguments)
+    chosen = given.section
     threads = os.environ.get("OMP_NUM_THREADS", "all")
     print(f"{os.cpu_count()} cores, {threads} threads; load of the machine now: {os.getloadavg()[0]:.1f}")
     rows: list[Row] = []
-    for name, section in SECTIONS.items():
+    sections = SECTIONS | {name: drawn(section, given.seed) for name, section in bench_physics.SECTIONS.items()}
+    for name, section in sections.items():
         if chosen and not any(word.lower() in name.lower() for word in chosen):
             continue
         print(f"\n{name}")

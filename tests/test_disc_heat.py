@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from twindisc_cli.physics import disc_heat
 
@@ -39,22 +40,35 @@ def test_many_parameter_sets_are_each_alone():
         assert together[i] == pytest.approx(alone, rel=1e-14)
 
 
-def test_a_shaft_is_the_two_body_exponential():
-    """Two heat capacities joined by G: the eigenvalues of the linear system give the closed form."""
-    capacity, shaft, conductance, convection = 100.0, 400.0, 0.8, 1.5
-    parts = np.full(4000, 0.25)
+@pytest.mark.parametrize("convection", [1.5, 1e-6, 0.0])
+@pytest.mark.parametrize(("conductance", "shaft"), [(0.8, 400.0), (20.0, 20.0), (0.01, 20000.0), (1.5, 100.0)])
+def test_a_shaft_is_the_two_body_exponential(convection, conductance, shaft):
+    """Disc and shaft through drives and pauses of up to an hour, against the exponential of their matrix."""
+    capacity, duration = 100.0, np.array([60.0, 3600.0, 0.5, 900.0, 3600.0])
+    power, room = np.array([20.0, 0.0, 300.0, 45.0, 0.0]), np.array([293.15, 290.0, 295.0, 293.15, 288.0])
     found = disc_heat.temperatures(
-        power=20.0, duration=parts, capacity=capacity, convection=convection, environment=300.0, initial=300.0,
+        power=power, duration=duration, capacity=capacity, convection=convection, environment=room, initial=300.0,
         shaft_conductance=conductance, shaft_capacity=shaft,
     )[0]  # fmt: skip
-    rates = np.array(
-        [[-(convection + conductance) / capacity, conductance / capacity], [conductance / shaft, -conductance / shaft]]
-    )
-    steady = np.linalg.solve(rates, [-20.0 / capacity, 0.0])
-    values, vectors = np.linalg.eig(rates)
-    weights = np.linalg.solve(vectors, -steady)
-    closed = steady[0] + np.exp(np.cumsum(parts)[:, None] * values) @ (weights * vectors[0])
-    assert found - 300.0 == pytest.approx(closed, abs=2e-3)
+    state, expected = np.array([300.0, 300.0]), []
+    for heat, time, outside in zip(power, duration, room, strict=True):
+        rates = np.zeros((3, 3))
+        rates[:2, :2] = [[-(convection + conductance), conductance], [conductance, -conductance]]
+        rates[0, 2] = heat + convection * outside
+        rates[:2] /= np.array([[capacity], [shaft]])
+        state = (expm(rates * time) @ np.append(state, 1.0))[:2]
+        expected.append(state[0])
+    assert found == pytest.approx(np.array(expected), abs=1e-8)
+
+
+def test_disc_and_shaft_keep_the_heat_that_nothing_takes():
+    """Without convection both end at one temperature, which holds all the heat."""
+    found = disc_heat.temperatures(
+        power=[30.0, 0.0], duration=[100.0, 1e6], capacity=100.0, convection=0.0, environment=77.0, initial=300.0,
+        shaft_conductance=[[0.5], [0.0]], shaft_capacity=400.0,
+    )  # fmt: skip
+    assert found[0, 1] == pytest.approx(300.0 + 3000.0 / 500.0, rel=1e-12)
+    assert found[1] == pytest.approx([330.0, 330.0], rel=1e-8)
 
 
 def test_implicit_step_of_the_paper_is_of_first_order():

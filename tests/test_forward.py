@@ -305,7 +305,7 @@ def test_a_shaft_takes_heat_as_two_bodies_do() -> None:
     weights = np.linalg.solve(vectors, -steady)
     closed = ROOM + steady[0] + np.exp(test.measured.temperature.time[:, None] * values) @ (weights * vectors[0])
     found = predict(test, {"shaft_conduction": {"conductance_W_K": joint, "shaft_capacity_J_K": shaft}})
-    assert found.temperature[0] == pytest.approx(closed, abs=0.01)
+    assert found.temperature[0] == pytest.approx(closed, abs=1e-8)
 
 
 def test_an_environment_that_drifts_is_followed_with_the_lag_of_the_disc() -> None:

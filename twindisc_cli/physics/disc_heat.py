@@ -7,21 +7,31 @@
     P      dissipated power that enters the disc [W]
     T_s    temperature of a shaft [K], C_s its heat capacity [J/K], G the conductance to it [W/K], zero: no shaft
 
-The paper steps it implicitly (Eq. 19); between changes of power the exact solution is as simple and needs no step. The
-shaft, which changes slowly, is stepped beside the disc: it sees the disc's mean temperature over each interval.
+The paper steps it implicitly (Eq. 19); between changes of power the exact solution is as simple and needs no step. With
+a shaft it is the exponential of the 2 x 2 matrix A of both equations: over an interval t, with T measured from T_env,
+
+    x' = exp(A t) x + f(A) (P / C, 0),    f(z) = (exp(z t) - 1) / z,    x = (T, T_s)
+
+and any function of A is  f(A) = (f(u) + f(v)) / 2 + (f(u) - f(v)) / (u - v) (A - (u + v) / 2),  u, v its eigenvalues,
+which are real and not positive.
 (The paper's lambda S h_c is hS with h_c = Nu/length; its h_c alone would not have the units.)
 Source: section 3.3. Valid for: Biot number h length/conductivity well below 1.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg.blas import dtbsv
+from scipy.special import exprel
 
 from twindisc_cli.physics._arrays import Floats, arrays
 
 _NO_LOSS = 1e-12
+_SLOWEST = 1e-30
+"""A rate [1/s] at which nothing changes."""
 
 
 def temperatures(
@@ -49,9 +59,9 @@ def temperatures(
     level = np.broadcast_to(level, shape)
     if not np.any(conductance):
         return _disc(gone, level, initial)
-    pull = np.broadcast_to(conductance / loss, shape)
-    follows = np.broadcast_to(-np.expm1(-conductance * duration / shaft_capacity), shape)
-    return _disc_and_shaft(gone, level, pull, follows, initial)
+    rates = conductance / capacity, conductance / shaft_capacity, convection / capacity
+    steps = _Steps.of(*(np.broadcast_to(value, shape) for value in (*rates, duration)))
+    return _disc_and_shaft(steps, np.broadcast_to(power / capacity, shape), environment, initial)
 
 
 def _disc(gone: Floats, level: Floats, initial: float) -> Floats:
@@ -64,22 +74,44 @@ def _disc(gone: Floats, level: Floats, initial: float) -> Floats:
     return np.asarray(dtbsv(1, bands.reshape(-1, 2).T, known.ravel(), lower=1, diag=1).reshape(gone.shape))
 
 
-def _disc_and_shaft(gone: Floats, level: Floats, pull: Floats, follows: Floats, initial: float) -> Floats:
-    """The same beside a shaft: beneath each row of the disc stands that of the shaft (set, interval).
+@dataclass(frozen=True)
+class _Steps:
+    """What an interval does to disc and shaft, (set, interval).
 
-    T_i - (1 - gone) T_(i-1) - gone pull T_s(i-1) = gone level,   T_s(i) - (1 - follows) T_s(i-1) - ... = 0
+    kept   exp(A t) [1] by row and column;   gained  first column of f(A) [s]: what 1 K/s into the disc makes of both
     """
-    shape = gone.shape
-    bands = np.zeros((*shape, 2, 4))
-    bands[:, :-1, 0, 2] = gone[:, 1:] - 1.0
-    bands[:, :-1, 1, 1] = -(gone * pull)[:, 1:]
-    bands[:, :, 0, 1] = -0.5 * follows
-    bands[:, :-1, 0, 3] = -0.5 * follows[:, 1:]
-    bands[:, :-1, 1, 2] = follows[:, 1:] - 1.0
-    known = np.zeros((*shape, 2))
-    known[..., 0] = gone * level
-    known[:, 0, 0] += initial * (1.0 - gone + gone * pull)[:, 0]
-    known[:, 0, 1] = initial * (1.0 - 0.5 * follows)[:, 0]
+
+    kept: tuple[tuple[Floats, Floats], tuple[Floats, Floats]]
+    gained: tuple[Floats, Floats]
+
+    @classmethod
+    def of(cls, to_shaft: Floats, from_disc: Floats, lost: Floats, duration: Floats) -> _Steps:
+        """Steps for the rates G/C of the disc, G/C_s of the shaft and hS/C [1/s], over durations [s]."""
+        mean, half = 0.5 * (to_shaft + lost + from_disc), 0.5 * (to_shaft + lost - from_disc)
+        apart = np.maximum(np.sqrt(half**2 + to_shaft * from_disc), _SLOWEST)
+        fast = mean + apart
+        slow = lost * from_disc / fast
+        parts = np.exp(-slow * duration), np.exp(-fast * duration)
+        level, pull = 0.5 * (parts[0] + parts[1]), (parts[0] - parts[1]) / (2.0 * apart)
+        kept = (level - half * pull, to_shaft * pull), (from_disc * pull, level + half * pull)
+        parts = duration * exprel(-slow * duration), duration * exprel(-fast * duration)
+        level, pull = 0.5 * (parts[0] + parts[1]), (parts[0] - parts[1]) / (2.0 * apart)
+        return cls(kept, (level - half * pull, from_disc * pull))
+
+
+def _disc_and_shaft(steps: _Steps, warming: Floats, environment: Floats, initial: float) -> Floats:
+    """The disc beside a shaft as one lower banded system: beneath each row of the disc stands that of the shaft.
+
+    T_i - k11 T_(i-1) - k12 T_s(i-1) = c1,   T_s(i) - k21 T_(i-1) - k22 T_s(i-1) = c2;   warming P / C [K/s]
+    """
+    shape = warming.shape
+    bands, known = np.zeros((*shape, 2, 4)), np.empty((*shape, 2))
+    for row, (of_disc, of_shaft) in enumerate(steps.kept):
+        bands[:, :-1, 0, 2 + row] = -of_disc[:, 1:]
+        bands[:, :-1, 1, 1 + row] = -of_shaft[:, 1:]
+        stays = of_disc + of_shaft
+        known[..., row] = environment * (1.0 - stays) + steps.gained[row] * warming
+        known[:, 0, row] += initial * stays[:, 0]
     found = dtbsv(3, bands.reshape(-1, 4).T, known.ravel(), lower=1, diag=1)
     return np.asarray(found.reshape(*shape, 2)[..., 0])
 
