@@ -143,14 +143,14 @@ fuzz: $(DEVELOPMENT)
 bench: $(DEVELOPMENT)
 	$(BIN)/python tests/bench.py $(BENCH)
 
-# The table goes into the README, between its two marks.
+# The table goes into docs/score.md, between its two marks.
 score: $(DEVELOPMENT)
 	@mkdir -p results docs
 	$(BIN)/python -m tests.score --json results/score.json --figure docs/score.png > results/score.txt
 	@cat results/score.txt
-	@sed -i -e '/^<!-- score begins/,/^<!-- score ends/{/^<!--/!d}' README.md
-	@printf '```\n%s\n```\n![Detection and attribution over the size of the effect, and how often what is told as probable is right](docs/score.png)\n' "$$(cat results/score.txt)" | \
-	  sed -i -e '/^<!-- score begins/r /dev/stdin' README.md
+	@sed -i -e '/^<!-- score begins/,/^<!-- score ends/{/^<!--/!d}' docs/score.md
+	@printf '```\n%s\n```\n![Detection and attribution over the size of the effect, and how often what is reported as probable is right](score.png)\n' "$$(cat results/score.txt)" | \
+	  sed -i -e '/^<!-- score begins/r /dev/stdin' docs/score.md
 
 # The site, in build/site: every command and figure in it is made here.
 docs: $(DOCUMENTATION)

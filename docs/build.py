@@ -205,7 +205,8 @@ def build(target: Path, workbench: Path) -> None:
     bench = Workbench(workbench)
     for path in [DOCS / "tutorial.md", *sorted(set(DOCS.glob("*.md")) - {DOCS / "tutorial.md"})]:
         bench.names = {}
-        (target / path.name).write_text(page(path.read_text(encoding="utf-8"), bench, target), encoding="utf-8")
+        text = path.read_text(encoding="utf-8").replace("](../data/README.md)", "](data.md)")
+        (target / path.name).write_text(page(text, bench, target), encoding="utf-8")
     listed: dict[str, list[str]] = {}
     for folder, pages in (("commands", command_pages()), ("effects", effect_pages())):
         (target / folder).mkdir()

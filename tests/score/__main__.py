@@ -39,7 +39,7 @@ def main() -> int:
     _print_table(table(rows))
     print(f"right as a whole: {sum(is_right(row) for row in rows)} of {len(rows)}")
     small = sum(not is_sized(row) and not row["judged"]["failed"] for row in rows)
-    print(f"left out, because the effect could not be made so large or told from its pair: {small}")
+    print(f"left out, because the effect could not be made so large or separated from its pair: {small}")
     seconds = [row["seconds"] for row in rows]
     print(
         f"{len(rows)} tests in {perf_counter() - start:.0f} s; the loop took {np.median(seconds):.1f} s a test "

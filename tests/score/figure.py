@@ -71,6 +71,6 @@ def _reliability(axes: Axes, told: Sequence[tuple[float, bool]]) -> None:
         for x, y, n in parts:
             axes.annotate(f"{n:d}", (x, y), xytext=(5, -10), textcoords="offset points", fontsize=7, color="0.4")
     axes.set(
-        title=f"probabilities told: calibration error {calibration_error(told):.3f}",
-        xlabel="probability told", ylabel="share that was right", xlim=(-0.03, 1.03), ylim=(-0.03, 1.03),
+        title=f"probabilities: calibration error {calibration_error(told):.3f}",
+        xlabel="reported probability", ylabel="share that was right", xlim=(-0.03, 1.03), ylim=(-0.03, 1.03),
     )  # fmt: skip

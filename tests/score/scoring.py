@@ -181,7 +181,7 @@ def _laws(rows: Sequence[Row]) -> list[Line]:
     at_12, large = _flags(rows, "unknown", 12.0), _flags(rows, "unknown", 25.0)
     return [
         _line("in no catalogue, 12 thresholds: stage right", [f["stage"] for f in at_12], ">= 80 / 90 %"),
-        _line("    its quantity, or one that shows alike, as a law", [f["quantity"] for f in at_12], ""),
+        _line("    its quantity, or one that shows the same, as a law", [f["quantity"] for f in at_12], ""),
         _line("    quantity and covariate in the set", [f["pair"] for f in at_12], ">= 90 / 95 %"),
         _line("    25 thresholds: stage right", [f["stage"] for f in large], ""),
         _line("        quantity and covariate in the set", [f["pair"] for f in large], ""),
@@ -215,7 +215,7 @@ def _probabilities(rows: Sequence[Row]) -> list[Line]:
     told = told_of(rows)
     covered = [c for r in rows if r["group"] in ("null", "single", "near") for c in r["judged"].get("covered", [])]
     return [
-        Line("probabilities told: calibration error", len(told), len(told), "<= 0.07 / 0.04", calibration_error(told)),
+        Line("probabilities: calibration error", len(told), len(told), "<= 0.07 / 0.04", calibration_error(told)),
         _line("90 % intervals of mu, K and h S hold the truth", covered, "80-95 / 87-93 %"),
     ]
 
