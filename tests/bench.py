@@ -244,16 +244,17 @@ def with_options(experiment: Any, **options: Any) -> Any:
 def worn(name: str, **options: Any) -> Any:
     """The JSON of simulate-wear with nothing remembered from before."""
     from twindisc_cli.commands import simulate_wear
-    from twindisc_cli.model import wear
+    from twindisc_cli.model.wear_path.provider import remembered
 
-    wear._path.cache_clear()
+    remembered.cache_clear()
     test = shipped(name)
     return simulate_wear.run(replace(test, experiment=with_options(test.experiment, **options))).json
 
 
 def wear_accuracy() -> Iterator[Row]:
     from twindisc_cli.commands import fit_k
-    from twindisc_cli.model import wear
+    from twindisc_cli.model.wear_path import grid
+    from twindisc_cli.model.wear_path.provider import remembered
 
     k = fit_k.run(shipped("ambient")).json
     found = worn("ambient", wear_coefficient=k["K"])
@@ -264,12 +265,12 @@ def wear_accuracy() -> Iterator[Row]:
     yield at_most("worn volume x H / K over dissipated energy, every iteration", off, 1e-6)
     for contact in ("hertz", "half_space"):
         before = worn("ambient", wear_coefficient=k["K"], contact=contact)
-        growth, wear.GROWTH = wear.GROWTH, 0.5 * wear.GROWTH
+        growth, grid.GROWTH = grid.GROWTH, 0.5 * grid.GROWTH
         try:
             after = worn("ambient", wear_coefficient=k["K"], contact=contact)
         finally:
-            wear.GROWTH = growth
-        wear._path.cache_clear()
+            grid.GROWTH = growth
+        remembered.cache_clear()
         off = max(abs(after[key] / before[key] - 1.0) for key in ("depth_um", "width_mm")) * 100.0
         yield at_most(f"depth and width under halved steps, {contact}", off, 0.5, "%")
     yield Row("K from the test in air, depth 6 um", f"{k['K']:.3g} +- {k['K_std']:.1g}", "5e-5 ... 7e-5")
@@ -294,10 +295,10 @@ def temperature() -> Iterator[Row]:
 
 def wear_speed() -> Iterator[Row]:
     from twindisc_cli.commands import fit_k
-    from twindisc_cli.model import wear
+    from twindisc_cli.model.wear_path.provider import remembered
 
     def fit() -> None:
-        wear._path.cache_clear()
+        remembered.cache_clear()
         fit_k.run(shipped("ambient"))
 
     fit()
@@ -310,20 +311,22 @@ def wear_speed() -> Iterator[Row]:
 
 def wear_paths() -> Iterator[Row]:
     """Paths read off the table, against the march on four times the strips with half the steps, at places between."""
-    from twindisc_cli.model import path_table, wear
+    from twindisc_cli.model import path_table
     from twindisc_cli.model.make_paths import refined, rig_of
     from twindisc_cli.model.march import march
+    from twindisc_cli.model.wear_path import grid
+    from twindisc_cli.model.wear_path.tabulated import tabulated_path
 
     for contact in ("hertz", "half_space"):
         rng, depths, areas, pressures, seconds = np.random.default_rng(11), [], [], [], []
         for draw in range(40):
             rig = rig_of(float(np.exp(rng.uniform(*path_table.RATIOS[[0, -1]]))))
-            section = float(np.exp(rng.uniform(0.0, np.log(1000.0)))) * wear.first_section(rig)
+            section = float(np.exp(rng.uniform(0.0, np.log(1000.0)))) * grid.first_section(rig)
             wander = float(path_table.WANDERS[draw % len(path_table.WANDERS)] * rig.patch.b)
-            nodes, y = wear._nodes(rig, section, 0.5 * wear.GROWTH), refined(wear._grid(rig, section, wander), 4)
+            nodes, y = grid.nodes_to(rig, section, 0.5 * grid.GROWTH), refined(grid.strips_of(rig, section, wander), 4)
             marched = march(rig, contact, y, nodes, wander=wander)
-            path = wear.tabulated_path(rig, contact, section, wander)
-            seconds.append(best(lambda s=section, w=wander, r=rig, c=contact: wear.tabulated_path(r, c, s, w)))
+            path = tabulated_path(rig, contact, section, wander)
+            seconds.append(best(lambda s=section, w=wander, r=rig, c=contact: tabulated_path(r, c, s, w)))
             middle = len(y) // 2
             strip = marched.depth[0, -1, middle - 2 : middle + 3] @ np.array([0.125, 0.25, 0.25, 0.25, 0.125])
             depths.append(100.0 * abs(path.depth[-1, len(path.y) // 2] / strip - 1.0))
@@ -344,23 +347,24 @@ def worn_peak_pressure() -> Iterator[Row]:
     """Of half-space tracks up to three patches wide, over strips and steps, and by the full solver."""
     import rigs
 
-    from twindisc_cli.model import wear
+    from twindisc_cli.model.wear_path import grid
+    from twindisc_cli.model.wear_path.marched import marched_path
     from twindisc_cli.physics.half_space.normal import solve_profile
 
     rig, sections = rigs.rig(), np.array([3e-10, 1e-9, 1.8e-9])
-    usual = wear.STRIPS, wear.GROWTH
+    usual = grid.STRIPS, grid.GROWTH
     found, peaks = {}, {}
     steps = [(121, growth) for growth in (0.24, 0.12, 0.06, 0.03, 0.015)]
     strips = [(count, 0.06) for count in (61, 121, 241, 481)]
     try:
-        for wear.STRIPS, wear.GROWTH in {*steps, *strips}:
-            wear.marched_path.cache_clear()
-            path = wear.marched_path(rig, "half_space", wear.tier(rig, 1e-9), 0.0, None)
-            found[wear.STRIPS, wear.GROWTH] = path
-            peaks[wear.STRIPS, wear.GROWTH] = np.interp(sections, path.section, path.p0)
+        for grid.STRIPS, grid.GROWTH in {*steps, *strips}:
+            marched_path.cache_clear()
+            path = marched_path(rig, "half_space", grid.tier(rig, 1e-9), 0.0, None)
+            found[grid.STRIPS, grid.GROWTH] = path
+            peaks[grid.STRIPS, grid.GROWTH] = np.interp(sections, path.section, path.p0)
     finally:
-        wear.STRIPS, wear.GROWTH = usual
-        wear.marched_path.cache_clear()
+        grid.STRIPS, grid.GROWTH = usual
+        marched_path.cache_clear()
     path = found[121, 0.06]
     node = int(np.searchsorted(path.section, 1e-9))
     near = [found[key] for key in ((61, 0.06), (241, 0.06), (121, 0.03))]
@@ -386,9 +390,10 @@ def local_wear() -> Iterator[Row]:
     """A threshold and a transition strip by strip on 60 iterations of a small rig."""
     import rigs
 
-    from twindisc_cli.model import wear
     from twindisc_cli.model.experiment import Options
     from twindisc_cli.model.forward import ForwardModel
+    from twindisc_cli.model.wear_path import grid
+    from twindisc_cli.model.wear_path.provider import remembered
 
     base = {"mu": np.array([0.6]), "K": np.array([6e-5]), "convection_W_K": np.array([1.6])}
     threshold = {"wear_threshold": {"threshold_N_mm2": np.array([0.7])}}
@@ -426,13 +431,13 @@ def local_wear() -> Iterator[Row]:
             spent = np.diff(found.state.energy[0], prepend=0.0) @ found.state.wear_factor[0]
             energy = found.section[0, -1] / (6e-5 * spent / (2.0 * np.pi * 0.03 * rigs.HARDNESS)) - 1.0
             yield at_most(f"  {name}: volume and energy balance", max(abs(volume), abs(energy)), 1e-6)
-            growth, wear.GROWTH = wear.GROWTH, 0.25 * wear.GROWTH
+            growth, grid.GROWTH = grid.GROWTH, 0.25 * grid.GROWTH
             try:
-                wear._path.cache_clear()
+                remembered.cache_clear()
                 fine = end(contact, effects)[1]
             finally:
-                wear.GROWTH = growth
-                wear._path.cache_clear()
+                grid.GROWTH = growth
+                remembered.cache_clear()
             yield at_most(
                 "    depth, against a quarter of the step", abs(depth.max() / fine.max() - 1.0) * 100, 0.1, "%"
             )

@@ -13,7 +13,7 @@ from twindisc_cli.commands import simulate_wear
 from twindisc_cli.definition import load
 from twindisc_cli.errors import MeasurementError
 from twindisc_cli.model.experiment import Contact, Start
-from twindisc_cli.model.wear import wear_path
+from twindisc_cli.model.wear_path import wear_path
 
 Y = np.linspace(-3e-3, 3e-3, 1201)
 HV = 9.80665e6

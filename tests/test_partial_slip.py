@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from rigs import experiment, history
 
-from twindisc_cli.model import make_worn, wear
+from twindisc_cli.model import make_worn
 from twindisc_cli.model.experiment import Contact, Floats, Options
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.march import Loaded
 from twindisc_cli.model.partial_slip import power_over_load
+from twindisc_cli.model.wear_path import grid
+from twindisc_cli.model.wear_path.local import _Favoured
 from twindisc_cli.physics import fastrip
 from twindisc_cli.physics.half_space import rolling
 from twindisc_cli.physics.half_space.normal import NormalContact
@@ -96,7 +98,7 @@ def off(ratio: float, section: float, n: int, xi: Floats) -> tuple[Floats, Float
     from scipy.interpolate import CubicSpline
 
     of = make_worn.rig_of(ratio)
-    contact, gap = make_worn.worn_contact(of, max(section, 1e-6) * wear.first_section(of))
+    contact, gap = make_worn.worn_contact(of, max(section, 1e-6) * grid.first_section(of))
     across = 1.01 * float(contact.semi_width) + 0.5 * contact.strip_width
     track = make_worn.Profile(of, CubicSpline(contact.y, gap), 1.02 * float(contact.half_length.max()), across)
     pressed = track.pressed(n)
@@ -177,7 +179,7 @@ def test_the_march_weighs_strips_by_what_they_dissipate() -> None:
     """K over its mean is that of the strip's own wear index, P over its area, each weighted by P."""
     y, length, load = ellipse(0.6)
     xi = np.full((1, 1, 2), 1.0)
-    of = wear._Favoured(np.ones_like(xi), xi, xi, lambda index, place, passes: index, np.full((1, len(y)), np.inf))
+    of = _Favoured(np.ones_like(xi), xi, xi, lambda index, place, passes: index, np.full((1, len(y)), np.inf))
     weight = of(0, y, Loaded(load[None], (load / (2.0 * length))[None]))[0]
     power = power_over_load(y, length, load, np.array([1.0]))
     index = power * load / length

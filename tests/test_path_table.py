@@ -6,18 +6,22 @@ import numpy as np
 import pytest
 from rigs import rig
 
-from twindisc_cli.model import path_table, wear
+from twindisc_cli.model import path_table
 from twindisc_cli.model.experiment import Contact, Disc, Rig, Start
 from twindisc_cli.model.make_paths import refined, rig_of
 from twindisc_cli.model.march import March, march
+from twindisc_cli.model.wear_path import grid, wear_path
+from twindisc_cli.model.wear_path.marched import marched_path
+from twindisc_cli.model.wear_path.provider import remembered
+from twindisc_cli.model.wear_path.tabulated import tabulated_path
 
 both = pytest.mark.parametrize("contact", ["hertz", "half_space"])
 
 
 def fine(of: Rig, contact: Contact, section: float, wander: float) -> tuple[March, np.ndarray]:
     """The march on twice the strips with half the steps, and its nodes."""
-    nodes = wear._nodes(of, section, 0.5 * wear.GROWTH)
-    y = refined(wear._grid(of, section, wander), 2)
+    nodes = grid.nodes_to(of, section, 0.5 * grid.GROWTH)
+    y = refined(grid.strips_of(of, section, wander), 2)
     return march(of, contact, y, nodes, wander=wander), nodes
 
 
@@ -29,9 +33,9 @@ def test_rigs_of_one_curvature_ratio_and_wander_have_one_path(contact: Contact) 
     one = rig_of(other.curvature_y / other.curvature_x)
     found = []
     for of in (one, other):
-        b, section = float(of.patch.b), 5.0 * wear.first_section(of)
+        b, section = float(of.patch.b), 5.0 * grid.first_section(of)
         y = b * np.arange(-60, 61) / 18.0
-        marched = march(of, contact, y, wear._nodes(of, section, 0.2), wander=0.3 * b)
+        marched = march(of, contact, y, grid.nodes_to(of, section, 0.2), wander=0.3 * b)
         patch = [marched.contact.a / of.patch.a, marched.contact.b / b, marched.contact.p0 / of.patch.p0]
         found.append([marched.depth * b / section, *patch, marched.contact.line_load * b / of.normal_load])
     for values, expected in zip(*found, strict=True):
@@ -44,10 +48,10 @@ def test_a_path_of_the_table_is_that_of_the_march(contact: Contact) -> None:
     rng = np.random.default_rng(20261122)
     for _ in range(5):
         of = rig_of(float(np.exp(rng.uniform(-4.0, 2.0))))
-        section = float(np.exp(rng.uniform(np.log(0.3), np.log(100.0)))) * wear.first_section(of)
+        section = float(np.exp(rng.uniform(np.log(0.3), np.log(100.0)))) * grid.first_section(of)
         wander = float(rng.choice(path_table.WANDERS[:6])) * float(of.patch.b)
         marched, nodes = fine(of, contact, section, wander)
-        path = wear.tabulated_path(of, contact, section, wander)
+        path = tabulated_path(of, contact, section, wander)
         assert path.depth[-1].max() == pytest.approx(marched.depth[0, -1].max(), rel=5e-4)
         for name, off in (("area", 5e-3), ("a", 5e-3), ("b", 5e-3)):
             expected = np.interp(path.section, nodes, getattr(marched.contact, name)[0])
@@ -59,9 +63,9 @@ def test_a_path_of_the_table_is_that_of_the_march(contact: Contact) -> None:
 def test_a_patch_that_falls_apart_is_that_of_the_march() -> None:
     """Under a wide wander the middle comes free, touches again and comes free: 95 % of the areas within 0.8 %."""
     of = rig_of(float(np.exp(-4.5)))
-    section, wander = 230.0 * wear.first_section(of), 2.2 * float(of.patch.b)
+    section, wander = 230.0 * grid.first_section(of), 2.2 * float(of.patch.b)
     marched, nodes = fine(of, "half_space", section, wander)
-    path = wear.tabulated_path(of, "half_space", section, wander)
+    path = tabulated_path(of, "half_space", section, wander)
     off = np.abs(path.area / np.interp(path.section, nodes, marched.contact.area[0]) - 1.0)
     assert np.quantile(off, 0.95) < 0.008
     assert path.line_load[:, len(path.y) // 2].min() < 0.02 * path.line_load.max()
@@ -71,7 +75,7 @@ def test_a_patch_that_falls_apart_is_that_of_the_march() -> None:
 @both
 def test_the_unworn_patch_is_hertzs(contact: Contact) -> None:
     of = rig(crown=0.013)
-    path = wear.tabulated_path(of, contact, wear.first_section(of), 0.0)
+    path = tabulated_path(of, contact, grid.first_section(of), 0.0)
     for name in ("a", "b", "p0"):
         assert getattr(path, name)[0] == pytest.approx(float(getattr(of.patch, name)), rel=1e-9)
     assert path.square[0] == 0.0
@@ -82,17 +86,17 @@ def test_the_unworn_patch_is_hertzs(contact: Contact) -> None:
 )
 def test_beyond_the_table_the_path_is_marched(crown: float, sections: float, wander: float) -> None:
     of = rig(crown=crown)
-    size, spread = sections * wear.first_section(of), wander * float(of.patch.b)
-    wear._path.cache_clear()
-    path = wear.wear_path(of, contact="hertz", section=size, wander=spread)
-    assert path is wear.marched_path(of, "hertz", wear.tier(of, size), spread, None)
-    plain = wear.wear_path(rig(), contact="hertz", section=1e-9)
+    size, spread = sections * grid.first_section(of), wander * float(of.patch.b)
+    remembered.cache_clear()
+    path = wear_path(of, contact="hertz", section=size, wander=spread)
+    assert path is marched_path(of, "hertz", grid.tier(of, size), spread, None)
+    plain = wear_path(rig(), contact="hertz", section=1e-9)
     assert plain.error == path_table.ERRORS["hertz"]
 
 
 def test_a_disc_that_was_measured_new_is_marched() -> None:
     start = Start(np.linspace(-2e-3, 2e-3, 5), np.zeros((2, 5)))
-    path = wear.wear_path(rig(), contact="hertz", section=1e-9, start=start)
+    path = wear_path(rig(), contact="hertz", section=1e-9, start=start)
     assert path.start is start
-    plain = wear.wear_path(rig(), contact="hertz", section=1e-9)
+    plain = wear_path(rig(), contact="hertz", section=1e-9)
     assert path.depth[-1].max() == pytest.approx(plain.depth[-1].max(), rel=1e-3)

@@ -12,7 +12,7 @@ from rigs import rig
 from twindisc_cli.cli import main
 from twindisc_cli.commands import contact, simulate_wear
 from twindisc_cli.definition import load
-from twindisc_cli.model.wear import wear_path
+from twindisc_cli.model.wear_path import wear_path
 from twindisc_cli.physics.half_space import OutOfRangeError
 
 CROWN = 30.0

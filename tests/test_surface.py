@@ -14,7 +14,7 @@ from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.patch import WeightedPaths, weighted_paths
 from twindisc_cli.model.points import operating_points
 from twindisc_cli.model.surface import Stops, recorded_sections, worn_surface
-from twindisc_cli.model.wear import WearPath, wear_path
+from twindisc_cli.model.wear_path import WearPath, wear_path
 
 HISTORY = history((0.02, 0.05), 2)
 POINTS = operating_points(experiment(HISTORY))

@@ -13,9 +13,9 @@ from twindisc_cli.commands import fit_k, simulate_wear
 from twindisc_cli.definition import Test, load
 from twindisc_cli.errors import DefinitionError, MeasurementError
 from twindisc_cli.identify.wear_history import wear_history
-from twindisc_cli.model import wear
 from twindisc_cli.model.experiment import Experiment, ProfileSamples
 from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.wear_path import grid
 
 HARDNESS = 700 * 9.80665e6
 
@@ -77,7 +77,7 @@ def test_the_error_of_the_steps_is_told_and_small(ambient):
 def test_halving_the_steps_changes_next_to_nothing(ambient, contact, monkeypatch):
     test = with_k(ambient, 6e-5, contact=contact)
     before = simulate_wear.run(test).json
-    monkeypatch.setattr(wear, "GROWTH", 0.5 * wear.GROWTH)
+    monkeypatch.setattr(grid, "GROWTH", 0.5 * grid.GROWTH)
     rig = replace(test.experiment.rig, normal_load=72.0 * (1 + 1e-12))  # another rig to what remembers its paths
     after = simulate_wear.run(replace(test, experiment=replace(test.experiment, rig=rig))).json
     assert after["depth_um"] != before["depth_um"]

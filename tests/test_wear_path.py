@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from rigs import RADIUS, rig
 
-from twindisc_cli.model import wear
 from twindisc_cli.model.experiment import Contact
 from twindisc_cli.model.march import march
 from twindisc_cli.model.patch import weighted_paths
-from twindisc_cli.model.wear import WearPath, first_section, wear_path
+from twindisc_cli.model.wear_path import WearPath, first_section, grid, wear_path
+from twindisc_cli.model.wear_path.marched import marched_path
+from twindisc_cli.model.wear_path.path import edges_of
 from twindisc_cli.physics.half_space import OutOfRangeError
 from twindisc_cli.physics.half_space.normal import solve_profile
 
@@ -152,16 +153,16 @@ def test_wander_spreads_the_first_wear_by_its_variance(contact: Contact, wander:
 
 
 def marched(monkeypatch: pytest.MonkeyPatch, contact: Contact, growth: float) -> WearPath:
-    monkeypatch.setattr(wear, "GROWTH", growth)
-    wear.marched_path.cache_clear()
-    path = wear.marched_path(rig(), contact, wear.tier(rig(), 1e-9), 0.0, None)
-    wear.marched_path.cache_clear()
+    monkeypatch.setattr(grid, "GROWTH", growth)
+    marched_path.cache_clear()
+    path = marched_path(rig(), contact, grid.tier(rig(), 1e-9), 0.0, None)
+    marched_path.cache_clear()
     return path
 
 
 @both
 def test_half_the_step_agrees_as_the_path_says(contact: Contact, monkeypatch: pytest.MonkeyPatch) -> None:
-    step = wear.GROWTH
+    step = grid.GROWTH
     paths = {part: marched(monkeypatch, contact, part * step) for part in (2.0, 1.0, 0.25)}
     deepest = {part: path.depth[-1].max() for part, path in paths.items()}
     true = abs(deepest[1.0] / deepest[0.25] - 1.0)
@@ -194,9 +195,9 @@ def test_a_strip_that_has_just_touched_bears_no_peak_pressure() -> None:
     """Under a wide wander new patches come up far from the others, each with a single strip: p0 does not jump."""
     of = rig(crown=45.0 * RADIUS)
     section, wander = 900.0 * first_section(of), 2.2 * float(of.patch.b)
-    usual = wear._grid(of, section, wander)
+    usual = grid.strips_of(of, section, wander)
     y = np.linspace(usual[0], usual[-1], 2 * len(usual) - 1)
-    nodes = wear._nodes(of, section, 0.5 * wear.GROWTH)
+    nodes = grid.nodes_to(of, section, 0.5 * grid.GROWTH)
     p0 = march(of, "half_space", y, nodes, wander=wander).contact.p0[0]
     assert np.abs(np.diff(np.log(p0))).max() < 0.1
 
@@ -224,6 +225,6 @@ def test_the_worn_zone_ends_where_two_percent_of_the_depth_are_left() -> None:
     """The parabola 1 - u^2 has 2 % left at u = sqrt(0.98), between the strips."""
     y = np.linspace(-1.0, 1.0, 121)
     depth = np.stack([np.zeros_like(y), 3e-6 * np.maximum(1.0 - (y / 0.7) ** 2, 0.0)])
-    unworn, worn = wear._edges(y, depth, np.array([0.2, 0.3]))
+    unworn, worn = edges_of(y, depth, np.array([0.2, 0.3]))
     assert unworn == 0.2
     assert worn == pytest.approx(0.7 * np.sqrt(0.98), rel=1e-3)

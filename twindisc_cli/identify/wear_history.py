@@ -11,7 +11,7 @@ from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.patch import Paths
-from twindisc_cli.model.wear import Scaled
+from twindisc_cli.model.wear_path import Scaled
 from twindisc_cli.physics.archard import worn_volume
 from twindisc_cli.physics.best_circle import fit_curvature
 

@@ -33,7 +33,7 @@ from twindisc_cli.model.patch import OwnPaths, Patch, Paths, WeightedPaths, stri
 from twindisc_cli.model.points import Points, operating_points
 from twindisc_cli.model.surface import Stops, recorded_sections, worn_surface
 from twindisc_cli.model.traction_law import traction_law
-from twindisc_cli.model.wear import (
+from twindisc_cli.model.wear_path import (
     CREEPAGES,
     SHARES,
     Course,
@@ -274,7 +274,7 @@ class _Chain:
         return self.start()
 
     def _factors(self, index: Floats, place: Floats, passes: Floats, of: slice = slice(None)) -> Floats:
-        """K over its base value in strips, as `wear.Factors` has it, for some of the sets."""
+        """K over its base value in strips, as `wear_path.Factors` has it, for some of the sets."""
         by_index = self._by_index(index, of)
         return by_index * self._by_strip(place, passes) if self._local_laws else by_index
 

@@ -1,7 +1,7 @@
 """Make paths_hertz.npz and paths_half_space.npz, shipped beside this file: `python -m twindisc_cli.model.make_paths`.
 
 Rigs of all curvature ratios of `path_table` are marched through all of its sections and wanders, on four times the
-strips of `wear` or more and with half the steps, in several marches whose strips suit their sections. What strips and
+strips of `grid` or more and with half the steps, in several marches whose strips suit their sections. What strips and
 steps leave of noise is smoothed by a spline over t. Loads and wear indices across the patch are given by principal
 components. Eight minutes on one core; made again from nothing, the numbers are the same to the last bit.
 
@@ -24,16 +24,17 @@ from pathlib import Path
 
 import numpy as np
 
-from twindisc_cli.model import path_table, wear
+from twindisc_cli.model import path_table
 from twindisc_cli.model.experiment import Contact, Disc, Floats, Rig
 from twindisc_cli.model.march import Pressed, march
 from twindisc_cli.model.points import Mask
+from twindisc_cli.model.wear_path import grid, path
 from twindisc_cli.physics.half_space.strips import StripContact
 
 ENDS = (0.0, 2.0, 16.0, 128.0, 512.0, path_table.MOST)
 """Sections over S1 at which a march with wider strips takes over."""
 FINER = {"hertz": (4, 0.02), "half_space": (4, 0.03)}
-"""How many times the strips of `wear`, at least, and the growth of the section in a step."""
+"""How many times the strips of `grid`, at least, and the growth of the section in a step."""
 WIDEST = 0.025
 """Width of a strip over half of the width of the patch where a march takes over, at most."""
 LOADS = 20
@@ -68,7 +69,7 @@ def rig_of(ratio: float) -> Rig:
 def marched(contact: Contact, ratio: float, wander: float) -> Marched:
     """March through the sections of the table; wander over b."""
     rig = rig_of(ratio)
-    b, unit = float(rig.patch.b), wear.first_section(rig)
+    b, unit = float(rig.patch.b), grid.first_section(rig)
     parts, strips = [], []
     for begin, end in pairwise(ENDS):
         y, nodes = _grids(rig, contact, begin, end, wander)
@@ -90,8 +91,8 @@ def marched(contact: Contact, ratio: float, wander: float) -> Marched:
 
 def _grids(rig: Rig, contact: Contact, begin: float, end: float, wander: float) -> tuple[Floats, Floats]:
     """Strips, and nodes [m2] up to `end`, half as many long before `begin`; both sections over S1."""
-    (times, growth), b, unit = FINER[contact], float(rig.patch.b), wear.first_section(rig)
-    y, nodes = wear._grid(rig, end * unit, wander * b), wear._nodes(rig, end * unit, growth)
+    (times, growth), b, unit = FINER[contact], float(rig.patch.b), grid.first_section(rig)
+    y, nodes = grid.strips_of(rig, end * unit, wander * b), grid.nodes_to(rig, end * unit, growth)
     widest = WIDEST * b * max(1.0, np.cbrt(begin))
     fine = refined(y, max(times, int(np.ceil((y[1] - y[0]) / widest))))
     early = nodes < 0.5 * begin * unit
@@ -117,7 +118,7 @@ def _read(rig: Rig, found: Pressed, y: Floats, kept: Mask) -> tuple[Floats, Floa
     numbers = np.stack([none, *logs, own["square"], own["stiffening"] - 1.0, none], axis=-1)
     ellipse = bool(np.all(own["square"] == 0.0))
     half_width = own["b"] if ellipse else StripContact(y, load, load, np.zeros(())).extent[1]
-    return numbers, half_width / b, wear._spread(y, load, found.intensity[0][kept], own["area"])
+    return numbers, half_width / b, path.spread_of(y, load, found.intensity[0][kept], own["area"])
 
 
 def _within(y: Floats, load: Floats, half_width: float) -> Floats:

@@ -13,9 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from twindisc_cli.model import wear, worn
+from twindisc_cli.model import worn
 from twindisc_cli.model.experiment import Disc, Floats, Rig
 from twindisc_cli.model.march import march
+from twindisc_cli.model.wear_path import grid
 from twindisc_cli.physics.half_space import rolling
 from twindisc_cli.physics.half_space.normal import NormalContact, solve_gap
 from twindisc_cli.physics.half_space.strips import StripContact, equivalent_ellipse, solve_strips
@@ -90,9 +91,9 @@ class Profile:
 
 def worn_contact(rig: Rig, section: float, wander: float = 0.0) -> tuple[StripContact, Floats]:
     """The strips of a track worn to this section, finer than the wear path's, and its gap [m] (strip,)."""
-    usual = wear._grid(rig, section, wander)
+    usual = grid.strips_of(rig, section, wander)
     y = np.linspace(usual[0], usual[-1], 2 * len(usual) - 1)
-    depth = march(rig, "half_space", y, wear._nodes(rig, section, wear.GROWTH), wander=wander).depth[0, -1]
+    depth = march(rig, "half_space", y, grid.nodes_to(rig, section), wander=wander).depth[0, -1]
     gap = 0.5 * rig.curvature_y * y**2 + depth
     return solve_strips(
         y=y,
@@ -127,7 +128,7 @@ def make() -> None:
     for ratio in RATIOS:
         rig = rig_of(ratio)
         for section in SECTIONS:
-            contact, gap = worn_contact(rig, section * wear.first_section(rig))
+            contact, gap = worn_contact(rig, section * grid.first_section(rig))
             a, b = equivalent_ellipse(contact)
             if a / b < SLENDER:
                 continue

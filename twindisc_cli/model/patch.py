@@ -15,7 +15,7 @@ import numpy as np
 from twindisc_cli.model.experiment import Contact, Floats
 from twindisc_cli.model.interpolation import cubic_weights
 from twindisc_cli.model.path_table import WANDERS
-from twindisc_cli.model.wear import Scaling, WearPath
+from twindisc_cli.model.wear_path import Scaling, WearPath
 
 
 @dataclass(frozen=True)

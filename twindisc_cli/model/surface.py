@@ -11,7 +11,7 @@ from twindisc_cli.effects._state import State, Surface
 from twindisc_cli.model.experiment import Floats, Ints, ProfileSamples
 from twindisc_cli.model.patch import Paths
 from twindisc_cli.model.points import Points
-from twindisc_cli.model.wear import WearPath
+from twindisc_cli.model.wear_path import WearPath
 
 
 @dataclass(frozen=True)

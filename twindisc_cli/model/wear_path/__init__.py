@@ -1,0 +1,28 @@
+"""The wear path: how profile and contact change together as material goes (Eqs. 12-15).
+
+    du/dS (y) = g(y) / N        S = K E / (2 pi R H)
+
+    u    worn depth of both discs together [m], (node, strip);   y across the track [m], (strip,)
+    S    worn section: worn volume over the circumference [m2], (node,)
+    g    load of the strip per width [N/m]; in full sliding the energy a strip dissipates is proportional to it
+    E    dissipated energy [J], K wear coefficient [1], H hardness [Pa], R mean rolling radius [m]
+
+Where K is uniform over y the profile depends on K and the history only through S, so one path serves every K and
+every history. Contact "hertz" refits the best circle inside the patch and keeps the ellipse; contact "half_space"
+lets the patch follow the worn profile. Partial slip moves the wear from strip to strip; this is left out of the
+profile, since what is dissipated there is a small part of any test that wears. The wear index of a strip has it, by
+`partial_slip`.
+
+A path comes from the table (`tabulated`) where that reaches, else from a march (`marched`), and of straight discs from
+a closed form (`line`); where K differs from strip to strip, from a march of its own (`local`). `provider` chooses.
+"""
+
+from twindisc_cli.model.wear_path.grid import first_section
+from twindisc_cli.model.wear_path.local import Course, Factors, local_paths
+from twindisc_cli.model.wear_path.path import CREEPAGES, SHARES, Scaled, Scaling, WearPath
+from twindisc_cli.model.wear_path.provider import wear_path
+
+__all__ = [
+    "CREEPAGES", "SHARES", "Course", "Factors", "Scaled", "Scaling", "WearPath",
+    "first_section", "local_paths", "wear_path",
+]  # fmt: skip

@@ -1,0 +1,51 @@
+"""Strips across the track and nodes along a wear path: what a march and the table are read on."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from twindisc_cli.model.experiment import Floats, Rig
+from twindisc_cli.physics.half_space import OutOfRangeError
+
+STRIPS, MOST_STRIPS = 121, 901
+STRIPS_ACROSS = 10
+"""Strips that the unworn patch spans at least: a track far wider than it needs more than STRIPS."""
+GROWTH = 0.06
+
+
+@lru_cache(maxsize=64)
+def first_section(rig: Rig) -> float:
+    """The section [m2] on which the contact begins to change: a facet as wide as the unworn patch.
+
+    Straight discs have none; of them it is what is as deep as the ends of their strip press in.
+    """
+    if rig.is_line:
+        return float(rig.normal_load / (np.pi * rig.effective_modulus))
+    return float(rig.curvature_y * (2.0 * rig.patch.b) ** 3 / 12.0)
+
+
+def tier(rig: Rig, section: float) -> float:
+    """The section [m2] up to which a path is made so that it may serve others: a power of two, at least the first."""
+    return float(2.0 ** np.ceil(np.log2(max(section, first_section(rig)))))
+
+
+def strips_of(rig: Rig, section: float, wander: float) -> Floats:
+    """Strips that hold the facet of this section (width^3 = 12 S / curvature) and the patch around it."""
+    facet, b = 0.5 * np.cbrt(12.0 * section / rig.curvature_y), float(rig.patch.b)
+    half = max(1.1 * facet + 1.3 * b, 1.25 * facet) + 3.0 * wander
+    count = max(STRIPS, 2 * int(np.ceil(0.5 * STRIPS_ACROSS * half / b)) + 1)
+    if count > MOST_STRIPS:
+        raise OutOfRangeError(
+            f"the track would become {facet / b:.3g} times as wide as the unworn patch; the wear path follows it up to "
+            f"{MOST_STRIPS / STRIPS_ACROSS / 1.25:.0f} times: do load, wear coefficient and profile belong together?"
+        )
+    return np.asarray(half / (count // 2) * np.arange(-(count // 2), count // 2 + 1), dtype=float)
+
+
+def nodes_to(rig: Rig, section: float, growth: float | None = None) -> Floats:
+    """Nodes from 0 to `section` [m2] whose steps grow with the section, by GROWTH or as said."""
+    first = 0.3 * first_section(rig)
+    count = int(np.ceil(np.log1p(section / first) / np.log1p(GROWTH if growth is None else growth)))
+    return np.asarray(first * np.expm1(np.linspace(0.0, np.log1p(section / first), count + 1)))

@@ -1,0 +1,208 @@
+"""What a wear path holds: profile and contact at every node, and how both go over to another load.
+
+The wear index of strips across the patch stands in it too, at CREEPAGES and PLACES; partial slip moves it by
+`partial_slip`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twindisc_cli.model import partial_slip
+from twindisc_cli.model.experiment import Contact, Floats, Rig, Start
+from twindisc_cli.model.march import March
+from twindisc_cli.model.traction_law import creep_stiffness
+
+_EDGES = np.linspace(0.0, 1.0, 33)
+PLACES = 0.5 * (_EDGES[1:] + _EDGES[:-1])
+"""Places y/b of Hertz's ellipse, from its middle to its edge. In any patch: where the same share of the energy is
+dissipated in strips of a higher wear index."""
+SHARES = np.diff(0.5 * _EDGES * (3.0 - _EDGES**2))
+"""Share of the energy that each of the PLACES stands for."""
+CREEPAGES = np.array([0.2, 0.6, 1.0, 1.35, 1.7, 2.0, 2.36])
+"""Normalised creepages at which the wear index of strips is known; from the last one on all slides."""
+
+
+@dataclass(frozen=True)
+class Scaled:
+    """Factors from a path to the same contact under another load."""
+
+    along: Floats
+    across: Floats
+    section: Floats
+
+    @property
+    def height(self) -> Floats:
+        """Of what is worn off."""
+        return self.section / self.across
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """Powers of the load by which lengths along and across rolling and the worn section go."""
+
+    along: float
+    across: float
+    section: float
+
+    def to(self, load_ratio: Floats) -> Scaled:
+        """The factors for so many times the path's load."""
+        return Scaled(load_ratio**self.along, load_ratio**self.across, load_ratio**self.section)
+
+
+CROWNED, STRAIGHT = Scaling(1.0 / 3.0, 1.0 / 3.0, 1.0), Scaling(0.5, 0.0, 0.0)
+OF_NODES = (
+    "depth", "line_load", "a", "b", "p0", "area", "stiffness", "stiffness_y", "square", "edge", "spread",
+)  # fmt: skip
+"""What a path holds for each of its nodes."""
+
+
+@dataclass(frozen=True)
+class WearPath:
+    """Profile and contact at every node of the path.
+
+    section S [m2], a, b [m] semi-axes (in half-space contact those of `equivalent_ellipse`), p0 [Pa] peak
+    pressure, area of the patch [m2], stiffness and stiffness_y [N], force per creepage along and across rolling of a
+    patch that sticks all over, square [1] its squareness (`worn`), edge [m] half-width of the worn zone: each (node,);
+    y [m] (strip,); depth [m], line_load [N/m]: (node, strip); spread: wear index of a strip over the mean of the patch,
+    at CREEPAGES and PLACES (node, creepage, place); error: relative error of the greatest depth; pressure_error: of
+    p0, at the node where it is largest. contact, wander [m] and start are those of the march.
+    """
+
+    section: Floats
+    y: Floats
+    depth: Floats
+    line_load: Floats
+    a: Floats
+    b: Floats
+    p0: Floats
+    area: Floats
+    stiffness: Floats
+    stiffness_y: Floats
+    square: Floats
+    edge: Floats
+    error: float
+    pressure_error: float
+    spread: Floats
+    contact: Contact = "hertz"
+    wander: float = 0.0
+    scaling: Scaling = CROWNED
+    start: Start | None = None
+
+    @property
+    def wander_unit(self) -> float:
+        """Width of the border of the worn zone [m], by which a wander is small or large."""
+        return float(self.b[0]) * (0.1 if self.scaling is STRAIGHT else 1.0)
+
+    def on(self, section: Floats) -> WearPath:
+        """The path with other nodes [m2], linear between its own."""
+        values: dict[str, Any] = {name: self.at(getattr(self, name), section) for name in OF_NODES}
+        return replace(self, section=section, **values)
+
+    def at(self, values: Floats, section: Floats) -> Floats:
+        """Values (node, ...) at worn sections (...) [m2], linear between the nodes: (section..., ...)."""
+        if values.ndim == 1:
+            return np.interp(section, self.section, values)
+        right, part = between(self.section, section)
+        part = part[(..., *[None] * (values.ndim - 1))]
+        return np.asarray((1.0 - part) * values[right - 1] + part * values[right])
+
+    def spread_at(self, section: Floats, creepage: Floats) -> Floats:
+        """`spread` at worn sections [m2] and normalised creepages (...), linear between what is known: (..., place)."""
+        found = self.at(self.spread[:, -1], section)
+        partly = creepage < CREEPAGES[-1]
+        if partly.any():
+            (node, part), (column, share) = (
+                between(known, values[partly]) for known, values in ((self.section, section), (CREEPAGES, creepage))
+            )
+            below, above = (
+                (1.0 - share)[:, None] * self.spread[row, column - 1] + share[:, None] * self.spread[row, column]
+                for row in (node - 1, node)
+            )
+            found[partly] = (1.0 - part)[:, None] * below + part[:, None] * above
+        return found
+
+
+def between(known: Floats, values: Floats) -> tuple[NDArray[np.intp], Floats]:
+    """The first of ascending numbers behind each value, and how far from the one before to it the value lies."""
+    right = np.clip(np.searchsorted(known, values), 1, len(known) - 1)
+    start, end = known[right - 1], known[right]
+    return right, np.clip((values - start) / (end - start), 0.0, 1.0)
+
+
+def paths_of(
+    rig: Rig,
+    marched: March,
+    *,
+    y: Floats,
+    nodes: Floats,
+    contact: Contact,
+    wander: float,
+    start: Start | None,
+    errors: tuple[float, float],
+    creepages: Floats = CREEPAGES,
+) -> list[WearPath]:
+    """The path of each case of a march, with the wear index of strips at some of the CREEPAGES."""
+    found = marched.contact
+    stiffness, stiffness_y = creep_stiffness(rig, found.a, found.b)
+    return [
+        WearPath(
+            section=nodes,
+            y=y,
+            depth=depth,
+            line_load=found.line_load[i],
+            a=found.a[i],
+            b=found.b[i],
+            p0=found.p0[i],
+            area=found.area[i],
+            stiffness=stiffness[i] * found.stiffening[i],
+            stiffness_y=stiffness_y[i] * found.stiffening[i],
+            square=found.square[i],
+            edge=edges_of(y, depth, found.b[i]),
+            spread=spread_of(y, found.line_load[i], found.intensity[i], found.area[i], creepages),
+            error=errors[0],
+            pressure_error=errors[1],
+            contact=contact,
+            wander=wander,
+            start=start,
+        )
+        for i, depth in enumerate(marched.depth)
+    ]
+
+
+def edges_of(y: Floats, depth: Floats, b: Floats) -> Floats:
+    """Half-width of the worn zone [m], (node,): where the depth falls below 2 % of its greatest value."""
+    deepest = depth.max(axis=1)
+    inwards = np.flatnonzero(y >= 0.0)[::-1]
+    half = [np.interp(0.02 * d, row[inwards], y[inwards]) for d, row in zip(deepest, depth, strict=True)]
+    return np.where(deepest > 0.0, half, b)
+
+
+def spread_of(y: Floats, line_load: Floats, intensity: Floats, area: Floats, creepages: Floats = CREEPAGES) -> Floats:
+    """Wear index over the mean of the patch (node, creepage, place), of strips (node, strip) and the area (node,)."""
+    load, intensity = line_load[:, None, :], intensity[:, None, :]
+    power = power_of_strips(y, load, intensity, creepages[:, None])
+    energy, index = power * load, power * intensity * area[:, None, None]
+    shares, order = 0.5 * PLACES * (3.0 - PLACES**2), np.argsort(-index, axis=-1)
+    energy, index = (np.take_along_axis(v, order, axis=-1).reshape(-1, len(y)) for v in (energy, index))
+    middle = (np.cumsum(energy, axis=-1) - 0.5 * energy) / energy.sum(axis=-1, keepdims=True)
+    found = [np.interp(shares, *strips) for strips in zip(middle, index, strict=True)]
+    return np.array(found).reshape(*power.shape[:-1], len(PLACES))
+
+
+def power_of_strips(y: Floats, line_load: Floats, intensity: Floats, creepage: Floats) -> Floats:
+    """`partial_slip.power_over_load` by the intensity of strips, of one side of the track where y starts at 0."""
+    if creepage.min() >= CREEPAGES[-1]:
+        return np.ones_like(line_load)
+    carried = np.sum(line_load * sides_of(y), axis=-1, keepdims=True) * (y[1] - y[0])
+    length = np.divide(line_load, 2.0 * carried * intensity, out=np.zeros_like(line_load), where=intensity > 0.0)
+    return partial_slip.power_over_load(y, length, line_load, creepage, mirrored=bool(y[0] == 0.0))
+
+
+def sides_of(y: Floats) -> Floats:
+    """How many strips of the track each of y is: two where y starts at 0 and lies on one side of it."""
+    return np.where((y > 0.0) & (y[0] == 0.0), 2.0, 1.0)
