@@ -29,10 +29,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twindisc_cli.loop.channels._channel import Channel, Scale
+from twindisc_cli.loop.channels._channel import Channel
 from twindisc_cli.loop.channels._held_out import held_out_samples
 from twindisc_cli.loop.generic import smooth
 from twindisc_cli.loop.noise import estimate, polynomials
+from twindisc_cli.quantities import Quantity
 
 
 @dataclass(frozen=True)
@@ -62,8 +63,7 @@ def predicted(model, prediction):
 
 
 CHANNEL = Channel(
-    name="meter", label="energy meter", order=4, unit="kJ", factor=1e-3, si="J", drawn=Scale("energy [kJ]", 1e-3),
-    rest="measured - model [kJ]", assumed_noise=10.0,
+    name="meter", label="energy meter", quantity=Quantity("meter", "E", "energy", "kJ"), order=4, assumed_noise=10.0,
     base=None, samples=samples, values=lambda of: of.energy, predicted=predicted, noise=noise,
     generic=lambda model, prediction: iter([("time", "smooth", smooth(samples(model.experiment).time, 5))]),
     withheld=lambda test, steps: held_out_samples(test.history, step(test), samples(test).time, steps),

@@ -150,6 +150,23 @@ def test_bins_add_up_to_a_change_everywhere() -> None:
     assert np.all(np.abs(rows - plain().temperature).max(axis=1) > 1e-4)
 
 
+def test_sliding_distance_is_the_way_slid_in_each_step() -> None:
+    """The sum of |creepage| V duration over the history, at the end of each iteration."""
+    state, points = plain().state, ForwardModel(recorded()).points
+    course = recorded().history
+    slid = np.cumsum(np.abs(course.creepage) * recorded().rig.rolling_speed * course.duration)
+    assert COVARIATES["sliding_distance"].of(state)[0, points.of_iteration] == pytest.approx(slid, rel=1e-9)
+
+
+def test_friction_that_falls_with_the_distance_slid() -> None:
+    """mu falls in proportion to the way slid, and the traction in full sliding with it."""
+    whole = float(plain().state.sliding_distance[0, -1])
+    law = Law("mu", "sliding_distance", at=(0.0, whole), value=(1.0, 0.5))
+    found, before = predicted(laws={law.name: law}).state, plain().state
+    expected = 1.0 - 0.5 * before.sliding_distance[0] / whole
+    assert found.mu[0] / before.mu[0] == pytest.approx(expected, rel=1e-9)
+
+
 def test_a_covariate_that_is_not_known_changes_nothing() -> None:
     cold = replace(recorded(), thermal=None)
     law = Law("mu", "temperature", "linear", {"size": 0.3, "begin_C": 0.0, "end_C": 40.0})

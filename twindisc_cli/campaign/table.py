@@ -17,21 +17,11 @@ from typing import Any
 
 import numpy as np
 
+from twindisc_cli.quantities import split_key
 from twindisc_cli.results import Array, Axis, Dataset
 
 Value = float | int | str | bool | None
 
-_UNITS = {
-    "percent": "%", "um": "um", "mm": "mm", "mm2": "mm2", "mm3": "mm3", "kJ": "kJ", "J": "J", "W": "W", "N": "N",
-    "MPa": "MPa", "C": "degC", "K": "K", "s": "s", "mg": "mg", "rpm": "rpm", "m_s": "m/s", "W_K": "W/K",
-    "J_K": "J/K", "rad_m": "rad/m", "N_mm2": "N/mm2", "N_mm": "N mm", "s_m": "s/m",
-    "mrad": "mrad", "um_km": "um/km", "HV": "HV", "GPa": "GPa", "W_mK": "W/(m K)",
-    "kg_m3": "kg/m3", "J_kgK": "J/(kg K)", "W_m2K": "W/(m2 K)",
-}  # fmt: skip
-"""What a name may end in, and the unit it means; the longest end counts."""
-_ENDS = sorted(_UNITS, key=len, reverse=True)
-_DIFFERENCES = {"rise_C", "flash_C", "flash_mean_C", "temperature_rise_C"}
-"""Temperatures that are differences."""
 _KEYED = ("step", "effect", "law")
 _LARGEST = 10**300
 """What names a record in a list of records."""
@@ -62,11 +52,8 @@ class Row:
 def header(name: str, unit: str | None = None) -> str:
     """`depth [um]` for depth_um, `convection std [W/K]` for convection_W_K_std, `mu [1]` for mu; or the unit given."""
     stem, std = (name.removesuffix("_std"), " std") if name.endswith("_std") else (name, "")
-    if stem in _DIFFERENCES:
-        return f"{stem.removesuffix('_C').replace('_', ' ')}{std} [{unit or 'K'}]"
-    end = next((end for end in _ENDS if stem.endswith(f"_{end}") and not stem.endswith("_over_N")), "")
-    plain = stem.removesuffix(f"_{end}") if end else stem
-    return f"{plain.replace('_', ' ')}{std} [{unit or _UNITS.get(end, '1')}]"
+    plain, own = split_key(stem)
+    return f"{plain.replace('_', ' ')}{std} [{unit or own.solidus}]"
 
 
 def columns_of(outcome: Mapping[str, Any]) -> dict[str, Value]:

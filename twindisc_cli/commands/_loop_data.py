@@ -3,32 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.diagnosis import ChannelError, Curve, Diagnosis, Estimate, FoundEffect, FoundLaw, Tried
-from twindisc_cli.model.experiment import Floats
+from twindisc_cli.quantities import unit_named
 from twindisc_cli.results import Array, Axis, Dataset
 
-COVARIATES: Mapping[str, tuple[str, str]] = {
-    "time": ("s", "time since the start of the test"),
-    "creepage": ("1", "longitudinal creepage"),
-    "cycles": ("1", "revolutions so far"),
-    "energy": ("J", "energy dissipated so far, of the model before"),
-    "temperature": ("K", "disc temperature of the model before"),
-    "y": ("m", "position across the track"),
-    "disc": ("1", "disc whose profile was recorded"),
-    "iteration": ("1", "iterations completed when the profile was recorded"),
-}
-SI: Mapping[str, tuple[float, float, str]] = {
-    "%": (1e-2, 0.0, "1"),
-    "kJ": (1e3, 0.0, "J"),
-    "degC": (1.0, 273.15, "K"),
-    "um": (1e-6, 0.0, "m"),
-}
-"""To SI: factor, offset and unit, of what laws are told in."""
 ERRORS = ("noise", "before", "after", "held_out_before", "held_out_after")
 ESTIMATES = ("value", "std", "low", "high")
 
@@ -50,8 +33,8 @@ def dataset_of(diagnosis: Diagnosis) -> Dataset:
         for key, estimate in term.parameters.items():
             arrays.append(_estimate(f"{term.name}_{key}", estimate, f"parameter {key} of {term.name}"))
     for found in diagnosis.laws:
-        place, unit = in_si(found.curve.at, found.law.over.unit)
-        axes.append(Axis(f"{found.name}_place", place, unit, found.law.over.label))
+        over = found.law.over.quantity
+        axes.append(Axis(f"{found.name}_place", over.shown.to_si(found.curve.at), over.si, over.label))
         arrays += _law(found)
     arrays += _candidates(diagnosis.tried)
     numbers: dict[str, int] = {}
@@ -64,15 +47,9 @@ def dataset_of(diagnosis: Diagnosis) -> Dataset:
     return Dataset(tuple(axes), tuple(arrays), {"verdict": diagnosis.verdict, **tests})
 
 
-def in_si(values: Floats, unit: str) -> tuple[Floats, str]:
-    """Values in the SI unit of a unit that people read."""
-    factor, offset, si = SI.get(unit, (1.0, 0.0, unit))
-    return np.asarray(values) * factor + offset, si
-
-
 def _error(channel: str, prefix: str, error: ChannelError) -> Array:
     values = np.array([getattr(error, kind) for kind in ERRORS]) / channels()[channel].factor
-    what, unit = "root mean square of measured minus model", channels()[channel].si
+    what, unit = "root mean square of measured minus model", channels()[channel].quantity.si
     return Array(f"{prefix}{channel}_error", ("error_kind",), values, unit, what, True)
 
 
@@ -84,8 +61,9 @@ def _estimate(name: str, estimate: Estimate, what: str) -> Array:
 def _law(found: FoundLaw) -> list[Array]:
     """A law over its covariate with its 90 % band."""
     act = "factor on" if found.law.of.kind == "factor" else "shift of"
+    unit = unit_named(found.law.of.unit)
     return [
-        Array(f"{found.name}_{key}", (f"{found.name}_place",), *in_si(getattr(found.curve, key), found.law.of.unit),
+        Array(f"{found.name}_{key}", (f"{found.name}_place",), unit.to_si(getattr(found.curve, key)), unit.si,
               f"{act} {found.law.of.label}, {what}")
         for key, what in (("value", "learnt"), ("low", "5 % quantile"), ("high", "95 % quantile"))
     ]  # fmt: skip
@@ -122,7 +100,8 @@ def _candidates(tried: Sequence[Tried]) -> list[Array]:
 
 def _curve(curve: Curve, prefix: str) -> list[Array]:
     """Measured, before and after, what was held out or kept, and the covariates of one channel of one test."""
-    dims, unit = (f"{prefix}_sample",), channels()[curve.channel].si
+    dims, channel = (f"{prefix}_sample",), channels()[curve.channel]
+    unit = channel.quantity.si
     what = {
         "measured": "measured",
         "before": "model before",
@@ -138,7 +117,8 @@ def _curve(curve: Curve, prefix: str) -> list[Array]:
         ),
         *(Array(f"{prefix}_{key}", dims, getattr(curve, key), "1", text) for key, text in marks.items()),
         *(
-            Array(f"{prefix}_at_{name}", dims, np.asarray(values), *COVARIATES[name], True)
+            Array(f"{prefix}_at_{name}", dims, np.asarray(values), over.si, over.long_name, True)
             for name, values in curve.covariates.items()
+            for over in (channel.covariate(name),)
         ),
     ]

@@ -20,6 +20,7 @@ from twindisc_cli.measurement.guess import Guess, first_temperature, guess, typi
 from twindisc_cli.measurement.header import plain
 from twindisc_cli.measurement.table import read_bytes
 from twindisc_cli.model.experiment import Floats, Ints, Measured
+from twindisc_cli.quantities import CELSIUS
 from twindisc_cli.results.files import write_all
 
 BALL_MM = 9.525
@@ -142,7 +143,7 @@ def _material(draft: _Draft, weighed: bool) -> None:
 
 def _thermal(draft: _Draft, file: Path, found: Guess) -> None:
     """The room as warm as the disc before it has run."""
-    first = first_temperature(read_bytes(file), str(file), found.columns) - 273.15
+    first = first_temperature(read_bytes(file), str(file), found.columns) - CELSIUS
     draft.lines += ["", "[thermal]"]
     why = "the first temperature recorded" if np.isfinite(first) else "no file tells it"
     draft.key("thermal", "environment_temperature_C", _rounded(first, 20.0), why)
@@ -188,7 +189,7 @@ def _tables(measured: Measured) -> Iterator[tuple[str, str]]:
     if (p := measured.profile) is not None:
         yield "profile.csv", _csv({"y [mm]": 1e3 * p.y, "height [um]": 1e6 * p.height, "disc": p.disc})
     if (warm := measured.temperature) is not None:
-        yield "temperature.csv", _csv({"time [s]": warm.time, "temperature [degC]": warm.temperature - 273.15})
+        yield "temperature.csv", _csv({"time [s]": warm.time, "temperature [degC]": warm.temperature - CELSIUS})
     if (m := measured.mass) is not None:
         yield "mass.csv", _csv({"iteration": m.iteration, "mass loss [mg]": 1e6 * m.loss, "disc": m.disc})
 

@@ -17,13 +17,12 @@ from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, The
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.physics.disc_heat import implicit_step
 from twindisc_cli.physics.flash import Flash, flash_temperature
+from twindisc_cli.quantities import CELSIUS
 from twindisc_cli.report.words import with_error
 from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-ZERO_CELSIUS = 273.15
 
 
 @dataclass(frozen=True)
@@ -67,7 +66,7 @@ def run(test: Test) -> Result:
         summary=(*_summary(heat, start), *_missed(heat, experiment)),
         json={
             "rise_C": float(heat.temperature.max() - start),
-            "peak_C": float(heat.temperature.max()) - ZERO_CELSIUS,
+            "peak_C": float(heat.temperature.max()) - CELSIUS,
             "flash_C": float(heat.flash.maximum.max()),
             "flash_mean_C": float(heat.flash.mean.max()),
             "convection_W_K": heat.convection,
@@ -148,8 +147,8 @@ def _iteration(heat: Heat, i: int, point: int) -> dict[str, Any]:
         "iteration": i + 1,
         "time_s": heat.time[point],
         "power_W": heat.power[point],
-        "temperature_C": heat.temperature[point] - ZERO_CELSIUS,
-        "temperature_eq19_C": heat.eq_19[i] - ZERO_CELSIUS,
+        "temperature_C": heat.temperature[point] - CELSIUS,
+        "temperature_eq19_C": heat.eq_19[i] - CELSIUS,
         "flash_C": heat.flash.maximum[point],
     }
 
@@ -167,7 +166,7 @@ def _summary(heat: Heat, start: float) -> tuple[str, ...]:
             if high - low > heat.convection
             else ()
         ),
-        f"disc: rises by {peak - start:.3g} K to {peak - ZERO_CELSIUS:.4g} °C, at {when:.0f} s",
+        f"disc: rises by {peak - start:.3g} K to {peak - CELSIUS:.4g} °C, at {when:.0f} s",
         f"flash: up to {flash:.3g} K at the hottest point above the disc, {mean:.3g} K on average over the patch",
         f"patch: {heat.patch}",
     )
@@ -192,8 +191,8 @@ def _figure(test: Experiment, heat: Heat) -> Figure:
 
     return temperatures(
         time=heat.time,
-        disc=heat.temperature - ZERO_CELSIUS,
-        steps=(heat.time[heat.of_iteration], heat.eq_19 - ZERO_CELSIUS),
+        disc=heat.temperature - CELSIUS,
+        steps=(heat.time[heat.of_iteration], heat.eq_19 - CELSIUS),
         power=heat.power,
         hottest=heat.flash.maximum,
         mean=heat.flash.mean,

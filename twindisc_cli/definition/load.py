@@ -31,9 +31,9 @@ from twindisc_cli.laws.covariates import COVARIATES, covariate_named
 from twindisc_cli.laws.law import Law
 from twindisc_cli.laws.shapes import SHAPES
 from twindisc_cli.model.experiment import Disc, Experiment, History, Options, Rig, Thermal
+from twindisc_cli.quantities import CELSIUS
 from twindisc_cli.reading import LARGEST_DEFINITION, read_regular
 
-CELSIUS = 273.15
 VICKERS = 9.80665e6
 """Pa in one HV: kilogram-force per square millimetre."""
 

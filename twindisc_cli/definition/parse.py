@@ -20,11 +20,11 @@ from twindisc_cli.definition.rules import broken
 from twindisc_cli.definition.schema import DefinitionBase, definition_model
 from twindisc_cli.effects import add_folder
 from twindisc_cli.errors import DefinitionError, Problem, nearest
+from twindisc_cli.quantities import split_key
 
 _SYNTAX = re.compile(r"(.*) \(at (?:line (\d+), column \d+|end of document)\)")
 _PAIR = re.compile(r"""^\s*[\w.-]+\s*=\s*(?![\[{]|\"{3}|'{3})""")
 _DECIMAL_COMMA = re.compile(r"^(\s*([\w.-]+)\s*=\s*[-+]?\d+),(\d+)(\s*(?:#.*)?)$")
-_UNIT = re.compile(r"_(?:N|rpm|m_s|mm|um|GPa|HV|C|J_K|mm3|mm2|kg_m3|J_kgK|W_mK|W_K|W_m2K|1_m|percent)$")
 _LARGEST = 10**300
 _ENDLESS = re.compile(r"[0-9_]{1000}")
 _MOST_SYNTAX_ERRORS = 20
@@ -228,7 +228,7 @@ def _unknown(key: Key, guess: str | None, model: type[BaseModel]) -> str:
 
 def _same_quantity(name: str, guess: str) -> bool:
     """Whether two keys differ in their unit only, as normal_load_kN and normal_load_N do."""
-    stem = _UNIT.sub("", guess)
+    stem = split_key(guess)[0]
     return stem != guess and name.startswith(stem)
 
 

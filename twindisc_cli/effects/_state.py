@@ -84,6 +84,8 @@ class State:
     wear_index = T gamma / A, the energy dissipated per length rolled and area of the patch [N/m2], power_before [W];
     normalised_creepage, linear force over mu N [1]; flash [K], how much hotter than the disc the patch is on its mean.
 
+    Following from these: sliding_speed [m/s], sliding_distance [m] so far, flash [K], warming [K].
+
     Known where K of strips across the track is asked for, each (set, strip), with their wear_index: place [m] of the
     strip, passes of the contact over it so far [1].
     """
@@ -134,6 +136,22 @@ class State:
     def sliding_speed(self) -> Floats:
         """Rigid sliding speed [m/s], lateral creepage included."""
         return np.asarray(self.rolling_speed * np.hypot(self.creepage, self.lateral_creepage))
+
+    @property
+    def sliding_distance(self) -> Floats:
+        """Distance slid so far [m], the integral of the rigid sliding speed over time; a pause adds nothing."""
+        return np.cumsum(np.atleast_2d(self.sliding_speed) * self.duration, axis=1)
+
+    @property
+    def creepage_size(self) -> Floats:
+        """Longitudinal creepage without its sign [1]."""
+        return np.abs(self.creepage)
+
+    @property
+    def y_over_edge(self) -> Floats:
+        """Place across the track over the half-width of the worn zone [1] (set, stop, strip); of a recorded surface."""
+        assert self.surface is not None
+        return np.asarray(self.surface.y / self.surface.edge)
 
     @property
     def flash(self) -> Floats:

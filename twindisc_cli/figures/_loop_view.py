@@ -2,35 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.loop.channels import channels
-from twindisc_cli.loop.channels._channel import Scale
 from twindisc_cli.loop.diagnosis import Curve, Diagnosis, FoundLaw
 from twindisc_cli.model.experiment import Experiment, Floats
+from twindisc_cli.quantities import QUANTITIES, Quantity
 
 Mask = NDArray[np.bool_]
 
 GAP = 0.03
 """Pause drawn between tests that follow each other, over the length of all of them."""
 BINS = 12
+LABELS = ("disc", "iteration")
+"""What tells records apart, and is no axis."""
 DECADES = 15.0
 """Creepages that span more than this factor are drawn on a logarithmic axis."""
-OVER: Mapping[str, Scale] = {
-    "creepage": Scale("creepage [%]", 100.0),
-    "time": Scale("time [min]", 1.0 / 60.0),
-    "cycles": Scale("revolutions [thousands]", 1e-3),
-    "energy": Scale("dissipated energy [kJ]", 1e-3),
-    "temperature": Scale("disc temperature of the model [°C]", 1.0, -273.15),
-    "y": Scale("across the track, y [mm]", 1e3),
-}
-IN_UNITS: Mapping[str, tuple[float, float]] = {"%": (100.0, 0.0), "kJ": (1e-3, 0.0), "degC": (1.0, -273.15)}
-"""From SI to the units of the covariates of laws: factor and offset."""
 
 
 @dataclass(frozen=True)
@@ -86,11 +78,11 @@ class View:
         return "time" if all(np.isfinite(times).all() for times in recorded) else "creepage"
 
     @property
-    def clock(self) -> Scale:
+    def clock(self) -> Quantity:
         """Seconds, minutes or hours, as fits the tests."""
         longest = sum(self.lengths)
-        name, seconds = ("s", 1.0) if longest < 600.0 else ("min", 60.0) if longest < 21600.0 else ("h", 3600.0)
-        return Scale(f"time [{name}]", 1.0 / seconds)
+        unit = "s" if longest < 600.0 else "min" if longest < 21600.0 else "h"
+        return replace(QUANTITIES["time"], axis=("time", unit))
 
     @property
     def lengths(self) -> list[float]:
@@ -104,23 +96,23 @@ class View:
         return [float(sum(self.lengths[:i]) + i * pause) for i in range(len(self.curves))]
 
     @property
-    def drawn(self) -> Scale:
-        """How the channel is drawn."""
-        return channels()[self.channel].drawn
+    def quantity(self) -> Quantity:
+        """What the channel measures."""
+        return channels()[self.channel].quantity
 
     @property
     def noise(self) -> float:
         """Noise of the channel as drawn."""
-        return self.diagnosis.errors[self.channel].noise / channels()[self.channel].factor * self.drawn.factor
+        return self.diagnosis.errors[self.channel].noise
 
     @cached_property
     def over(self) -> str:
         """Abscissa of what the model leaves."""
         return strongest(self.diagnosis, self.channel)
 
-    def scale(self, covariate: str) -> Scale:
+    def scale(self, covariate: str) -> Quantity:
         """How a covariate is drawn."""
-        return self.clock if covariate == "time" else OVER[covariate]
+        return self.clock if covariate == "time" else channels()[self.channel].covariate(covariate)
 
     def is_wide(self, covariate: str) -> bool:
         """Whether a covariate is drawn on a logarithmic axis."""
@@ -143,11 +135,11 @@ class View:
         for label, part in _parts(curve):
             yield Trace(
                 label=" ".join(text for text in (name, label) if text),
-                x=self.scale(along)(x[part]),
-                over=self.scale(over)(curve.covariates[over][part]),
-                measured=self.drawn(curve.measured[part]),
-                before=self.drawn(curve.before[part]),
-                after=self.drawn(curve.after[part]),
+                x=self.scale(along).drawn(x[part]),
+                over=self.scale(over).drawn(curve.covariates[over][part]),
+                measured=self.quantity.drawn(curve.measured[part]),
+                before=self.quantity.drawn(curve.before[part]),
+                after=self.quantity.drawn(curve.after[part]),
                 held_out=curve.held_out[part],
                 kept=curve.kept[part],
             )
@@ -166,8 +158,8 @@ class View:
                 end = start + history.end_time[here[-1]]
                 begin = start + history.end_time[here[0]] - history.duration[here[0]]
                 yield Span(
-                    begin=float(begin) * self.clock.factor,
-                    end=float(end) * self.clock.factor,
+                    begin=float(self.clock.drawn(begin)),
+                    end=float(self.clock.drawn(end)),
                     creepage=100.0 * float(history.creepage[here[0]]),
                 )
 
@@ -189,7 +181,12 @@ def _parts(curve: Curve) -> list[tuple[str, Mask]]:
 def strongest(diagnosis: Diagnosis, channel: str) -> str:
     """The covariate on which the leftover depends most: the one named for it, else that of the model before."""
     curves = [curve for curve in diagnosis.curves if curve.channel == channel]
-    known = [name for name in OVER if all(np.isfinite(curve.covariates.get(name, np.nan)).all() for curve in curves)]
+    names = [*QUANTITIES, *channels()[channel].over]
+    known = [
+        name
+        for name in names
+        if name not in LABELS and all(np.isfinite(curve.covariates.get(name, np.nan)).all() for curve in curves)
+    ]
     named = [left.covariate for left in diagnosis.unexplained if left.channel == channel]
     for name in named:
         if name in known:
@@ -213,6 +210,5 @@ def _explained(curve: Curve, name: str) -> float:
 
 def samples_over(diagnosis: Diagnosis, found: FoundLaw) -> Floats:
     """Where the samples of a law's channel lie along its covariate, in the covariate's unit; none where unknown."""
-    factor, offset = IN_UNITS.get(found.law.over.unit, (1.0, 0.0))
     every = [np.asarray(c.covariates.get(found.law.covariate, []), dtype=float) for c in diagnosis.curves]
-    return np.unique(np.concatenate([*every, np.empty(0)])) * factor + offset
+    return found.law.over.quantity.shown.of_si(np.unique(np.concatenate([*every, np.empty(0)])))

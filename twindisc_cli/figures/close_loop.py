@@ -129,7 +129,9 @@ def _course(axes: Axes, view: View) -> None:
     if view.spans:
         axes.set_xlim(view.spans[0].begin, view.spans[-1].end)
     at = f", creepage {view.spans[0].creepage:.3g} %" if _levels(view) == 1 else ""
-    name_axes(axes, view.scale(view.along).label, view.drawn.label, f"{view.channel}: measured and model{at}")
+    name_axes(
+        axes, view.scale(view.along).axis_label, view.quantity.axis_label, f"{view.channel}: measured and model{at}"
+    )
     legend(axes, 2)
 
 
@@ -180,7 +182,8 @@ def _leftover(axes: Axes, view: View) -> None:
     if view.is_wide(view.over):
         _wide(axes, over)
     axes.axhline(0.0, color=BLACK, linewidth=0.5)
-    name_axes(axes, view.scale(view.over).label, channels()[view.channel].rest, fill(_outcome(view), TITLE))
+    rest = f"measured − model [{unit(channels()[view.channel].unit) or '1'}]"
+    name_axes(axes, view.scale(view.over).axis_label, rest, fill(_outcome(view), TITLE))
     legend(axes, 3)
 
 

@@ -17,8 +17,7 @@ from twindisc_cli.figures.style import (
     said,
 )
 from twindisc_cli.model.experiment import Experiment, Floats
-
-ZERO_CELSIUS = 273.15
+from twindisc_cli.quantities import CELSIUS
 
 
 def temperatures(
@@ -44,9 +43,9 @@ def temperatures(
     first.plot(time, disc, color=BLUE, label="disc, Eq. 18 exactly")
     first.plot(*steps, color=ORANGE, linestyle="none", marker=".", markersize=4.0, label="disc, Eq. 19 step by step")
     if samples is not None:
-        measured_points(first, samples.time, samples.temperature - ZERO_CELSIUS, label=provenance)
+        measured_points(first, samples.time, samples.temperature - CELSIUS, label=provenance)
     if test.thermal is not None:
-        environment = test.thermal.environment_temperature - ZERO_CELSIUS
+        environment = test.thermal.environment_temperature - CELSIUS
         first.axhline(environment, color=GREEN, linewidth=0.8, linestyle="--", label="environment")
     name_axes(first, "time [s]", "temperature [°C]", "mean temperature of the disc")
     second.plot(time, power, color=ORANGE, drawstyle="steps-pre")

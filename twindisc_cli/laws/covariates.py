@@ -2,58 +2,80 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from twindisc_cli.effects._state import Floats, State
-
-CELSIUS = 273.15
+from twindisc_cli.quantities import QUANTITIES, Quantity
 
 
 @dataclass(frozen=True)
 class Covariate:
-    """A covariate: unit of the definition and the end of its keys, what it is called, and its value (set, point).
+    """A covariate: the quantity it is, and the attribute of a state that holds its SI value (set, point).
 
-    Beyond `reach` a law over it changes nothing.
+    Beyond `reach`, in the unit that is shown, a law over it changes nothing.
     """
 
-    unit: str
-    suffix: str
-    label: str
-    symbol: str
-    of: Callable[[State], Floats]
+    quantity: Quantity
+    attribute: str
     reach: float = np.inf
+
+    @property
+    def unit(self) -> str:
+        """The unit of its values in a definition."""
+        return self.quantity.shown.solidus
+
+    @property
+    def label(self) -> str:
+        """What it is called."""
+        return self.quantity.label
+
+    @property
+    def symbol(self) -> str:
+        """Its symbol in formulas."""
+        return self.quantity.symbol
 
     def key(self, name: str) -> str:
         """The key of a parameter measured along this covariate."""
-        return f"{name}_{self.suffix}" if self.suffix else name
+        suffix = self.quantity.shown.suffix
+        return f"{name}_{suffix}" if suffix else name
+
+    def of(self, state: State) -> Floats:
+        """Its values at the operating points (set, point), in its unit."""
+        return self.quantity.shown.of_si(getattr(state, self.attribute))
+
+    @property
+    def expression(self) -> str:
+        """The same as text, of a state `s`."""
+        unit = self.quantity.shown
+        factor = "" if unit.per_si == 1.0 else f"{unit.per_si!r} * "
+        return f"{factor}s.{self.attribute}" + (f" - {unit.offset * unit.per_si!r}" if unit.offset else "")
 
 
-def _over_edge(s: State) -> Floats:
-    """Place across the track over the half-width of the worn zone (set, stop, strip)."""
-    assert s.surface is not None
-    return np.asarray(s.surface.y / s.surface.edge)
-
-
+_OTHER = {"creepage": "creepage_size", "flash_temperature": "flash", "power": "power_before"}
+"""Attributes of a state that are called otherwise than the quantity."""
+_REACH = {"y_over_edge": 1.5}
 COVARIATES: Mapping[str, Covariate] = {
-    "creepage": Covariate("%", "percent", "creepage", "v", lambda s: 100.0 * np.abs(s.creepage)),
-    "sliding_speed": Covariate("m/s", "m_s", "sliding speed", "w", lambda s: s.sliding_speed),
-    "time": Covariate("s", "s", "time", "t", lambda s: s.time),
-    "cycles": Covariate("1", "", "revolutions", "n", lambda s: s.cycles),
-    "energy": Covariate("kJ", "kJ", "dissipated energy", "E", lambda s: 1e-3 * s.energy),
-    "temperature": Covariate("degC", "C", "disc temperature", "T", lambda s: s.temperature - CELSIUS),
-    "flash_temperature": Covariate("K", "K", "flash temperature of the patch above the disc", "ΔT", lambda s: s.flash),
-    "power": Covariate("W", "W", "dissipated power", "P", lambda s: s.power_before),
-    "wear_index": Covariate("N mm-2", "N_mm2", "wear index", "Tγ/A", lambda s: 1e-6 * s.wear_index),
-    "time_in_step": Covariate("s", "s", "time since the creepage changed", "τ", lambda s: s.time_in_step),
-    "greatest_creepage": Covariate(
-        "%", "percent", "greatest creepage so far", "v_max", lambda s: 100.0 * s.greatest_creepage
-    ),
-    "place": Covariate("mm", "mm", "place across the track", "y", lambda s: 1e3 * s.place),
-    "passes": Covariate("1", "", "passes over the strip", "n_y", lambda s: s.passes),
-    "y_over_edge": Covariate("1", "", "place across the track over its half-width", "y/b", _over_edge, 1.5),
+    name: Covariate(QUANTITIES[name], _OTHER.get(name, name), _REACH.get(name, np.inf))
+    for name in (
+        "creepage",
+        "sliding_speed",
+        "sliding_distance",
+        "time",
+        "cycles",
+        "energy",
+        "temperature",
+        "flash_temperature",
+        "power",
+        "wear_index",
+        "time_in_step",
+        "greatest_creepage",
+        "place",
+        "passes",
+        "y_over_edge",
+    )
 }
 LOCAL = ("place", "passes")
 """Covariates of single strips, over which only K can change."""

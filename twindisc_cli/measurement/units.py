@@ -7,6 +7,8 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from twindisc_cli.quantities import UNITS
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -36,31 +38,30 @@ def _plain(unit: str) -> str:
     return next((plain for plain, others in _ALIASES.items() if text in others), text)
 
 
-def _scaled(**units: float) -> dict[str, tuple[float, float]]:
-    return {name: (factor, 0.0) for name, factor in units.items()}
+def _in(*names: str) -> dict[str, tuple[float, float]]:
+    """Units as files write them, with factor and offset to SI."""
+    return {UNITS[name].solidus: (UNITS[name].factor, UNITS[name].offset) for name in names}
 
 
-TIME = Quantity("time", _scaled(s=1.0, ms=1e-3, min=60.0, h=3600.0))
-LENGTH = Quantity("length", _scaled(m=1.0, cm=1e-2, mm=1e-3, um=1e-6, nm=1e-9))
-RATIO = Quantity("a ratio", {"1": (1.0, 0.0), "%": (1e-2, 0.0)}, default="1")
-PERCENTAGE = Quantity("a ratio", {"%": (1e-2, 0.0), "1": (1.0, 0.0)})
-MASS = Quantity("mass", _scaled(mg=1e-6, ug=1e-9, g=1e-3, kg=1.0))
-FORCE = Quantity("force", _scaled(N=1.0, kN=1e3, mN=1e-3, kgf=9.80665, lbf=4.4482216152605))
-TORQUE = Quantity("torque", _scaled(**{"N m": 1.0, "N cm": 1e-2, "N mm": 1e-3, "mN m": 1e-3, "kN m": 1e3}))
-SPEED = Quantity("speed", _scaled(**{"m/s": 1.0, "mm/s": 1e-3, "m/min": 1.0 / 60.0, "km/h": 1.0 / 3.6}))
+TIME = Quantity("time", _in("s", "ms", "min", "h"))
+LENGTH = Quantity("length", _in("m", "cm", "mm", "um", "nm"))
+RATIO = Quantity("a ratio", _in("1", "%"), default="1")
+PERCENTAGE = Quantity("a ratio", _in("%", "1"))
+MASS = Quantity("mass", _in("mg", "ug", "g", "kg"))
+FORCE = Quantity("force", _in("N", "kN", "mN", "kgf", "lbf"))
+TORQUE = Quantity("torque", _in("N m", "N cm", "N mm", "mN m", "kN m"))
+SPEED = Quantity("speed", _in("m s-1", "mm s-1", "m min-1", "km h-1"))
 
 
 def rim_speed(radius: float) -> Quantity:
     """The speed of a disc's rim [m/s], also given by its speed of rotation where the radius [m] is finite."""
-    turning = {"rpm": 2.0 * math.pi / 60.0, "rad/s": 1.0, "Hz": 2.0 * math.pi}
-    turns = _scaled(**{unit: value * radius for unit, value in turning.items()}) if math.isfinite(radius) else {}
+    turning = _in("rpm", "rad s-1", "Hz") if math.isfinite(radius) else {}
+    turns = {unit: (factor * radius, 0.0) for unit, (factor, _) in turning.items()}
     return Quantity("speed of a disc", {**turns, **SPEED.units})
 
 
-TEMPERATURE = Quantity(
-    "temperature", {"degC": (1.0, 273.15), "K": (1.0, 0.0), "degF": (5.0 / 9.0, 273.15 - 160.0 / 9.0)}
-)
-COUNT = Quantity("a number counted from 1", {"1": (1.0, 0.0)}, default="1")
+TEMPERATURE = Quantity("temperature", _in("degC", "K", "degF"))
+COUNT = Quantity("a number counted from 1", _in("1"), default="1")
 
 _ALIASES = {
     "1": ("", "-"),

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import ast
 import inspect
 from collections.abc import Mapping
 from textwrap import fill
 
 from twindisc_cli import __version__
 from twindisc_cli.effects._effect import Param
-from twindisc_cli.laws import covariates
 from twindisc_cli.laws.law import Law, formula_text
 from twindisc_cli.laws.shapes import SHAPES
 from twindisc_cli.laws.trial import formula
@@ -25,7 +23,7 @@ SEEN: Mapping[str, tuple[str, ...]] = {
 }
 """Channels that an effect of a stage may change, where these are not all three; a sensor's is its own."""
 EVERY = ("traction", "profile", "temperature")
-TIMED = ("time", "cycles", "energy", "time_in_step", "greatest_creepage")
+TIMED = ("time", "cycles", "energy", "sliding_distance", "time_in_step", "greatest_creepage")
 
 
 def effect_file(name: str, law: Law, test: Experiment) -> str:
@@ -99,7 +97,7 @@ def _apply(law: Law, params: list[Param], fixed: Mapping[str, object]) -> str:
     lines = [f"def apply(s: State, *, {keys}) -> State:", f'    """Change {law.of.label}."""']
     if across:
         lines += ["    if s.surface is None:", "        return s"]
-    lines.append(f"    x = {_expression(law.covariate)}")
+    lines.append(f"    x = {law.over.expression}")
     names = {p.name: f"{p.name}[..., None]" if across else p.name for p in params}
     names |= {key: key.upper() for key in fixed}
     if law.shape is None:
@@ -113,22 +111,6 @@ def _apply(law: Law, params: list[Param], fixed: Mapping[str, object]) -> str:
     known = "np.isfinite(x)" + (f" & (np.abs(x) <= {law.over.reach!r})" if law.over.reach < float("inf") else "")
     scale = "" if law.of.scale == 1.0 else f" * {law.of.scale!r}"
     return "\n".join([*lines, f"    return {law.of.apply.__name__}(s, np.where({known}, change{scale}, 0.0))"])
-
-
-def _expression(covariate: str) -> str:
-    """The covariate at the operating points, as the program computes it."""
-    tree = ast.parse(inspect.getsource(covariates))
-    table = next(n.value for n in tree.body if isinstance(n, ast.AnnAssign) and ast.unparse(n.target) == "COVARIATES")
-    assert isinstance(table, ast.Dict)
-    values = {ast.literal_eval(k): v for k, v in zip(table.keys, table.values, strict=True) if k is not None}
-    call = values[covariate]
-    assert isinstance(call, ast.Call)
-    of = call.args[4]
-    return (
-        ast.unparse(of.body).replace("CELSIUS", repr(covariates.CELSIUS))
-        if isinstance(of, ast.Lambda)
-        else "s.surface.y / s.surface.edge"
-    )
 
 
 def _parts(law: Law) -> list[object]:

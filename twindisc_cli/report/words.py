@@ -7,9 +7,9 @@ import re
 from collections.abc import Mapping, Sequence
 
 from twindisc_cli.effects import catalogue
-from twindisc_cli.laws.covariates import COVARIATES
-from twindisc_cli.laws.quantities import QUANTITIES
+from twindisc_cli.laws.quantities import QUANTITIES as CHANGED
 from twindisc_cli.loop.channels import channels
+from twindisc_cli.quantities import QUANTITIES, for_reading
 
 KIND: Mapping[str, str] = {
     "smooth": "a smooth trend",
@@ -27,8 +27,7 @@ KIND: Mapping[str, str] = {
     "stops": "another size at each recorded profile",
 }
 MOST_DECIMALS = 6
-_UNITS = {"um": "µm", "degC": "°C", "1": ""}
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+unit = for_reading
 
 
 def channel_name(channel: str) -> str:
@@ -38,7 +37,7 @@ def channel_name(channel: str) -> str:
 
 def covariate_name(covariate: str) -> str:
     """What a covariate is called."""
-    return "position across the track" if covariate == "y" else COVARIATES[covariate].label
+    return QUANTITIES[covariate].label
 
 
 def plain_name(label: str) -> str:
@@ -52,21 +51,15 @@ def plain_name(label: str) -> str:
 
 def law_name(quantity_: str, covariate: str) -> str:
     """What a law is called: `a change of the coefficient of friction with time`."""
-    label = QUANTITIES[quantity_].label
+    label = CHANGED[quantity_].label
     if covariate == "y_over_edge":
         return f"a change of {label.removesuffix(' across the track')} across the track"
-    return f"a change of {label} with {COVARIATES[covariate].label}"
+    return f"a change of {label} with {QUANTITIES[covariate].label}"
 
 
 def explanation(effect: str) -> str:
     """The explanation of an effect, without the shapes of arrays."""
     return re.sub(r",? \((?:set, )?point,?\)", "", catalogue()[effect].explanation)
-
-
-def unit(symbol: str) -> str:
-    """A unit for reading: `N mm-2` becomes `N mm⁻²`, 1 becomes nothing."""
-    text = " ".join(_UNITS.get(part, part) for part in symbol.split())
-    return re.sub(r"(?<=[A-Za-z])-?\d", lambda m: m[0].translate(_RAISED), text)
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -126,4 +119,6 @@ def listed(items: Sequence[str], last: str = "and") -> str:
 
 def look_at(channel: str, covariate: str) -> str:
     """Where to look for the cause of a leftover."""
-    return channels()[channel].look_at.get(covariate, f"what changes with the {covariate_name(covariate)}")
+    return channels()[channel].look_at.get(
+        covariate, f"what changes with the {channels()[channel].covariate(covariate).label}"
+    )

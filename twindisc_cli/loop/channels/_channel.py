@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from twindisc_cli.loop.noise import Noise
 from twindisc_cli.model.experiment import Experiment, Floats, Ints
 from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.quantities import QUANTITIES, Quantity
 
 Mask = NDArray[np.bool_]
 Samples = TypeVar("Samples")
@@ -43,24 +44,12 @@ class Base:
 
 
 @dataclass(frozen=True)
-class Scale:
-    """How a quantity is drawn: its label with the unit, and shown = SI * factor + offset."""
-
-    label: str
-    factor: float = 1.0
-    offset: float = 0.0
-
-    def __call__(self, values: Floats | Ints) -> Floats:
-        """The values as shown."""
-        return np.asarray(values, dtype=float) * self.factor + self.offset
-
-
-@dataclass(frozen=True)
 class Channel:
     """A measured channel. Samples are a record of arrays (sample,); the functions take and give SI units.
 
+    label      what it is called
+    quantity   what is measured, with the units that are read and drawn
     order      place among the channels, those first that drive the others
-    unit       of its errors, `factor` from SI to it, `si` the unit in result files
     samples    the samples of a test, None where the channel was not measured
     values     the measured values of the samples (sample,)
     base       the base parameter that it fixes, None where it fixes none
@@ -72,16 +61,13 @@ class Channel:
     covariates what a residual may be drawn over, by name (sample,)
     planned    samples that a planned history would bring
     stands_for stages whose effects it shows where the channel they show in first was not measured
+    over       quantities of its covariates that `quantities` does not know, by name
     """
 
     name: str
     label: str
+    quantity: Quantity
     order: int
-    unit: str
-    factor: float
-    si: str
-    drawn: Scale
-    rest: str
     assumed_noise: float
     base: Base | None
     samples: Callable[[Experiment], Any]
@@ -95,3 +81,18 @@ class Channel:
     together: Callable[[Sequence[Experiment]], Sequence[Noise]] | None = None
     look_at: Mapping[str, str] = field(default_factory=dict)
     stands_for: frozenset[str] = frozenset()
+    over: Mapping[str, Quantity] = field(default_factory=dict)
+
+    @property
+    def unit(self) -> str:
+        """Unit of its errors."""
+        return self.quantity.difference.name
+
+    @property
+    def factor(self) -> float:
+        """From SI to the unit of its errors."""
+        return self.quantity.difference.per_si
+
+    def covariate(self, name: str) -> Quantity:
+        """What a covariate of its samples is."""
+        return self.over.get(name) or QUANTITIES[name]

@@ -7,12 +7,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from twindisc_cli.identify.mass import weighed_volume, worn_mass
-from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Scale, known
+from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, known
 from twindisc_cli.loop.generic import smooth
 from twindisc_cli.loop.noise import Noise, estimate, given, polynomials
 from twindisc_cli.model.energy import measured_energy
 from twindisc_cli.model.experiment import Experiment, Floats, Ints, MassSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.quantities import Quantity
 
 SHAPES, EACH = 2, 3
 """Degree of what is smooth over the energy, and samples of one disc that each degree takes."""
@@ -93,12 +94,8 @@ def _planned(test: Experiment, times: Floats, half_width: float) -> MassSamples 
 CHANNEL = Channel(
     name="mass",
     label="mass lost",
+    quantity=Quantity("mass", "m", "mass lost", "mg"),
     order=3,
-    unit="mg",
-    factor=1e6,
-    si="kg",
-    drawn=Scale("mass lost [mg]", 1e6),
-    rest="weighed − model [mg]",
     assumed_noise=1e-7,
     base=Base("K", "1", 1e-9, 1.0, _given, _guess, shared=True),
     samples=lambda test: test.measured.mass,

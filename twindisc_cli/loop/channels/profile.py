@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.ndimage import median_filter
 
-from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Scale, known
+from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, known
 from twindisc_cli.loop.channels._held_out import held_out_bands
 from twindisc_cli.loop.generic import RIPPLES, levels, waves
 from twindisc_cli.loop.noise import FEWEST_FREE, Noise, estimate, in_a_run, polynomials, scatter
@@ -15,6 +15,7 @@ from twindisc_cli.model.energy import measured_energy
 from twindisc_cli.model.experiment import Experiment, Floats, Ints, ProfileSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.surface import recorded_sections
+from twindisc_cli.quantities import Quantity
 
 NEIGHBOURS = 9
 SPIKE = 6.0
@@ -137,12 +138,8 @@ def _planned(test: Experiment, times: Floats, half_width: float) -> ProfileSampl
 CHANNEL = Channel(
     name="profile",
     label="worn profile",
+    quantity=Quantity("profile", "h", "height change", "um"),
     order=2,
-    unit="um",
-    factor=1e6,
-    si="m",
-    drawn=Scale("height change [µm]", 1e6),
-    rest="measured − model [µm]",
     assumed_noise=1e-7,
     base=Base("K", "1", 1e-9, 1.0, _given, _guess, shared=True),
     samples=lambda test: test.measured.profile,

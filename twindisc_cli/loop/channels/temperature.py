@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Scale, known
+from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, known
 from twindisc_cli.loop.channels._held_out import held_out_samples
 from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, waves
 from twindisc_cli.loop.noise import Noise, estimate, relaxations
@@ -14,6 +14,7 @@ from twindisc_cli.model.energy import measured_energy
 from twindisc_cli.model.experiment import Experiment, Floats, Ints, TemperatureSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.physics.disc_heat import temperatures
+from twindisc_cli.quantities import Quantity
 
 
 def _measured(test: Experiment) -> TemperatureSamples:
@@ -99,12 +100,8 @@ def _planned(test: Experiment, times: Floats, half_width: float) -> TemperatureS
 CHANNEL = Channel(
     name="temperature",
     label="disc temperature",
+    quantity=Quantity("temperature", "T", "disc temperature", "degC"),
     order=1,
-    unit="K",
-    factor=1.0,
-    si="K",
-    drawn=Scale("disc temperature [°C]", 1.0, -273.15),
-    rest="measured − model [K]",
     assumed_noise=0.2,
     base=Base("convection_W_K", "W K-1", 1e-5, 1e6, _given, _guess),
     samples=lambda test: test.measured.temperature if test.thermal is not None else None,

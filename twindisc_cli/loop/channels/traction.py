@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, Scale, known
+from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, known
 from twindisc_cli.loop.channels._held_out import held_out_samples
 from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, waves
 from twindisc_cli.loop.noise import Noise, detrended, estimate, given, growing, polynomials, recurring
@@ -15,6 +15,7 @@ from twindisc_cli.loop.swept import Curve, creepage_error
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, TractionSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.points import sample_times
+from twindisc_cli.quantities import Quantity
 
 KNOTS = 13
 """Of what comes back in every step after the change of creepage."""
@@ -145,12 +146,8 @@ def _planned(test: Experiment, times: Floats, half_width: float) -> TractionSamp
 CHANNEL = Channel(
     name="traction",
     label="traction",
+    quantity=Quantity("traction", "T/N", "traction ratio T/N", "1"),
     order=0,
-    unit="1",
-    factor=1.0,
-    si="1",
-    drawn=Scale("traction ratio T/N [1]"),
-    rest="measured − model [1]",
     assumed_noise=0.005,
     base=Base("mu", "1", 1e-3, 3.0, _given, _guess),
     samples=lambda test: test.measured.traction,
