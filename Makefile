@@ -3,6 +3,7 @@
 # make dist    wheel and source distribution in build/dist         make test-minimum   these alone, with the oldest versions
 # make test-python   these alone, on Python 3.12 and 3.13, with the newest versions: PYTHONS="python3.12 /opt/python3.13/bin/python3"
 # make bench   measured numbers beside their targets         make score   the closed loop on synthetic tests
+# make records the closed loop on real records, beside eight standard laws: RECORDS="--record eurosprinter --kind blocks"
 # make fuzz    broken input by the thousand: no traceback, no hang
 # make docs    the documentation as a site in build/site
 # make schema  the JSON schema of the definitions, after an effect was added or changed
@@ -21,7 +22,7 @@ SOURCES := $(shell find twindisc_cli -name '*.py' -o -name '*.npz' -o -name '*.h
 .NOTPARALLEL:
 export OMP_NUM_THREADS = 1
 
-.PHONY: run test dist test-minimum test-python lint fuzz bench score docs schema clean
+.PHONY: run test dist test-minimum test-python lint fuzz bench score records docs schema clean
 
 $(RUNTIME): pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
@@ -151,6 +152,16 @@ score: $(DEVELOPMENT)
 	@sed -i -e '/^<!-- score begins/,/^<!-- score ends/{/^<!--/!d}' docs/score.md
 	@printf '```\n%s\n```\n![Detection and attribution over the size of the effect, and how often what is reported as probable is right](score.png)\n' "$$(cat results/score.txt)" | \
 	  sed -i -e '/^<!-- score begins/r /dev/stdin' docs/score.md
+
+# The table goes into docs/records.md, between its two marks; a part of it, by RECORDS, is printed only.
+records: $(DEVELOPMENT)
+	@mkdir -p results docs
+	$(BIN)/python -m tests.records $(RECORDS) $(if $(RECORDS),,--json results/records.json --figure docs/real-records.png) > results/records.txt
+	@cat results/records.txt
+ifeq ($(RECORDS),)
+	@sed -i -e '/^<!-- records begin/,/^<!-- records end/{/^<!--/!d}' docs/records.md
+	@printf '```\n%s\n```\n' "$$(cat results/records.txt)" | sed -i -e '/^<!-- records begin/r /dev/stdin' docs/records.md
+endif
 
 # The site, in build/site: every command and figure in it is made here.
 docs: $(DOCUMENTATION)

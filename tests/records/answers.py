@@ -1,0 +1,112 @@
+"""What the loop says of records and of parts of them, and whether it comes back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from twindisc_cli.loop.channels import channels
+from twindisc_cli.loop.diagnose import diagnose
+from twindisc_cli.loop.diagnosis import Diagnosis, Estimate, LawCurve
+from twindisc_cli.loop.explain import explain
+from twindisc_cli.loop.validate import foretell
+from twindisc_cli.model.experiment import Experiment
+
+from .sources import shipped, sweeps
+from .splits import part
+
+LEARNT = 5
+
+
+def silent(_what: str, _share: float) -> None:
+    """Progress that nobody watches."""
+
+
+@dataclass(frozen=True)
+class Said:
+    """What is named with its probability, and with it all that these data cannot tell from it.
+
+    parameters of the terms, base parameters and curves of the laws, each with its interval, by name.
+    """
+
+    named: dict[str, float]
+    near: set[str]
+    parameters: dict[str, Estimate]
+    base: dict[str, Estimate]
+    curves: dict[str, LawCurve]
+
+
+def said(answer: Diagnosis) -> Said:
+    """The names in an answer."""
+    named = {e.name: e.probability for e in answer.effects}
+    named |= {f"{law.law.quantity} over {law.law.covariate}": law.probability for law in answer.laws}
+    beside = {f"{q} over {c}" if c else q for law in answer.laws for q, c, _ in law.alternatives}
+    beside |= {other for effect in answer.effects for other in effect.alternatives}
+    parameters = {f"{t.name}.{key}": e for t in (*answer.effects, *answer.laws) for key, e in t.parameters.items()}
+    curves = {law.name: law.curve for law in answer.laws}
+    return Said(named, {*named, *beside}, parameters, dict(answer.base), curves)
+
+
+def of_parts(test: Experiment, parts: int, seed: int) -> list[Said]:
+    """What each of several parts of a record says."""
+    return [
+        said(diagnose([part(test, parts, number, seed=seed)], validate=None, progress=silent))
+        for number in range(parts)
+    ]
+
+
+def of_halves(name: str, seed: int) -> tuple[Said, Said]:
+    """What each half of a shipped record says."""
+    one, two = of_parts(shipped(name), 2, seed)
+    return one, two
+
+
+def come_back(splits: Iterable[Sequence[Said]]) -> list[tuple[float, bool]]:
+    """Of every name in a part its probability, and whether it is in the set of another part."""
+    both = [(own, other) for parts in splits for own in parts for other in parts if own is not other]
+    return [(probability, name in other.near) for own, other in both for name, probability in own.named.items()]
+
+
+def holds(interval: Said, found: Said) -> list[bool]:
+    """Whether the 90 % intervals hold what was found on other samples: parameters, and nine tenths of a curve.
+
+    Base parameters mean the same beside the same terms only: mu is the mean over a law of mu, and not over a shift.
+    """
+    same = interval.named.keys() == found.named.keys()
+    mine, others = (one.parameters | (one.base if same else {}) for one in (interval, found))
+    held = [told.low <= others[name].value <= told.high for name, told in mine.items() if name in others]
+    for name, told in interval.curves.items():
+        if name in found.curves:
+            value = np.interp(told.at, found.curves[name].at, found.curves[name].value)
+            held.append(bool(np.mean((told.low <= value) & (value <= told.high)) >= 0.9))
+    return held
+
+
+@dataclass(frozen=True)
+class Foretold:
+    """What was learnt on some sweeps: their numbers, the names, errors of a constant mu and of what was learnt."""
+
+    learnt: tuple[int, ...]
+    named: tuple[str, ...]
+    constant: float
+    error: float
+
+
+def foretold(learnt: Sequence[int], *, quick: bool = False) -> Foretold:
+    """Learn on some of the sweeps, predict the others."""
+    every = sweeps()
+    ratios = [channels()["traction"].values(channels()["traction"].samples(test)) for test in every]
+    found = explain([every[i] for i in learnt], validate=None, quick=quick, progress=silent)
+    others = [i for i in range(len(every)) if i not in learnt]
+    level = np.concatenate([ratios[i] for i in learnt]).mean()
+    constant = np.concatenate([ratios[i] - level for i in others])
+    missed = np.concatenate([foretell(every[i], found.judged.after).misses("traction") for i in others])
+    names = tuple(sorted(" over ".join(label) for label in found.answer.labels))
+    return Foretold(tuple(learnt), names, float(np.sqrt(np.mean(constant**2))), float(np.sqrt(np.mean(missed**2))))
+
+
+def choice(seed: int) -> list[int]:
+    """Five of the twenty sweeps."""
+    return sorted(np.random.default_rng(seed).choice(len(sweeps()), LEARNT, replace=False).tolist())
