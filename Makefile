@@ -1,4 +1,5 @@
 # make run     every command on every test definition, and the figures of the paper under results/figures
+# make figures the figures of the paper one by one, and what they need
 # make test    the tests         make lint    style, types, layers
 # make dist    wheel and source distribution in build/dist         make test-minimum   these alone, with the oldest versions
 # make test-python   these alone, on Python 3.12 and 3.13, with the newest versions: PYTHONS="python3.12 /opt/python3.13/bin/python3"
@@ -22,7 +23,7 @@ SOURCES := $(shell find twindisc_cli -name '*.py' -o -name '*.npz' -o -name '*.h
 .NOTPARALLEL:
 export OMP_NUM_THREADS = 1
 
-.PHONY: run test dist test-minimum test-python lint fuzz bench score records docs schema clean
+.PHONY: run figures test dist test-minimum test-python lint fuzz bench score records docs schema clean
 
 $(RUNTIME): pyproject.toml constraints.txt
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
@@ -69,36 +70,31 @@ $$($(1)_FILES) &: $($(1)_ON) $(INPUTS)
 endef
 $(foreach command,$(COMMANDS),$(eval $(call CAMPAIGN,$(command))))
 
-# Two by themselves: the nitrogen test predicted from the one in air, and a contact that no step of the test ran at.
+# By itself: the nitrogen test predicted from the one in air.
 PREDICTED := $(addprefix results/ambient/,close-loop.h5 close-loop.png $(close-loop_MORE))
 $(PREDICTED) &: configs/ambient.toml configs/cryogenic.toml $(INPUTS)
 	$(TWINDISC) close-loop configs/ambient.toml --validate configs/cryogenic.toml -o results $(anew) $(done)
 	@touch -c $(PREDICTED)
 
-ILLUSTRATION := results/illustration/cryogenic/contact.h5 results/illustration/cryogenic/contact.png
-$(ILLUSTRATION) &: configs/cryogenic.toml $(INPUTS)
-	$(TWINDISC) contact configs/cryogenic.toml --mu 0.6 --creepage 0.2 -o results/illustration $(anew)
-	@touch -c $(ILLUSTRATION)
+# The figures of the paper by number (1, 3 and 10 are sketches, which it has not), and a sheet of its model beside the one
+# that the closed loop revised on the test in air.
+PAPER_FIGURES := $(addsuffix .png,fig02 fig04 fig05 fig06 fig07 fig08 fig09 fig11 fig12 fig13 fig14 before_and_after)
+PAPER := $(addprefix results/paper/,paper.h5 $(PAPER_FIGURES))
+$(PAPER) &: configs/ambient.toml configs/cryogenic.toml results/ambient/revised.toml $(INPUTS)
+	$(TWINDISC) paper configs/ambient.toml configs/cryogenic.toml --revised results/ambient/revised.toml -o results $(anew)
+	@touch -c $(PAPER)
 
-# The paper's figures: which command's page of which tests shows them. Figs. 1, 3 and 10 are sketches. Figs. 4 and 5 are
-# the illustration. Fig. 14 needs the K from air.
-define FIGURE
-FIGURES += results/figures/$(1)_$(notdir $(2)).png
-results/figures/$(1)_$(notdir $(2)).png: results/$(2)/$(3).png
-	@mkdir -p $$(@D) && cp $$< $$@
-endef
-figures = $(foreach number,$(1),$(foreach test,$(2),$(eval $(call FIGURE,$(number),$(test),$(3)))))
-$(call figures,fig02,ambient cryogenic,identify-mu)
-$(call figures,fig04 fig05,illustration/cryogenic,contact)
-$(call figures,fig06 fig07,ambient cryogenic,friction-chart)
-$(call figures,fig08 fig12,ambient cryogenic,simulate-wear)
-$(call figures,fig09,ambient cryogenic,fit-k)
-$(call figures,fig11,ambient,fit-k)
-$(call figures,fig13,ambient cryogenic,thermal)
-$(call figures,fig14,cryogenic,simulate-wear)
-$(call figures,loop,$(call named,$(LOOPS)),close-loop)
+# Figures to look at, in one folder: the paper's, and the closed loop of each test.
+FIGURES := $(addprefix results/figures/,$(PAPER_FIGURES)) $(patsubst configs/%.toml,results/figures/loop_%.png,$(LOOPS))
+$(addprefix results/figures/,$(PAPER_FIGURES)): results/figures/%: results/paper/%
+	@mkdir -p $(@D) && cp $< $@
+results/figures/loop_%.png: results/%/close-loop.png
+	@mkdir -p $(@D) && cp $< $@
 
-run: $(RESULTS) $(PREDICTED) $(FIGURES)
+figures: $(FIGURES)
+	@printf '%s\n' $(sort $(FIGURES))
+
+run: $(RESULTS) $(PREDICTED) $(PAPER) $(FIGURES)
 	@printf '%s\n' $(sort $(FIGURES))
 
 test: $(DEVELOPMENT)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from definitions import outcome
+from definitions import outcome, shipped
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -21,7 +21,8 @@ from test_mass import test as weighed_test
 
 from twindisc_cli.campaign.outcome import figure_of, outcome_of
 from twindisc_cli.campaign.table import Row, table_of
-from twindisc_cli.commands import fit_k
+from twindisc_cli.commands import fit_k, paper
+from twindisc_cli.definition import load
 from twindisc_cli.figures.campaign import map_of
 from twindisc_cli.figures.close_loop import figure as loop_figure
 from twindisc_cli.figures.style import WIDTH, from_zero, house_style, logarithmic, page
@@ -121,6 +122,31 @@ def test_figure_of_the_loop(tmp_path: Path, kind: Callable) -> None:
     verdict = told.sentences(diagnosis)[0]
     check(loop_figure(diagnosis, [test.experiment], title="small", provenance="reconstructed", verdict=verdict),
           "reconstructed")  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def paper_figures(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, Callable[[], Figure]]:
+    """The figures of the paper, and the sheet of a model in which both discs wear."""
+    source = shipped("ambient").path
+    text = source.read_text(encoding="utf-8").replace("../data", str(source.parents[1] / "data"))
+    both = "[model]\nwear_coefficient = 2.2e-4\n[effects.wear_partition]\ndisc1_share = 0.5\n"
+    revised = tmp_path_factory.mktemp("revised") / "revised.toml"
+    revised.write_text(f"{text}\n{both}[effects.half_space_contact]\nshare = 1.0\n", encoding="utf-8")
+    return paper.run(shipped("ambient"), shipped("cryogenic"), load(revised)).figures
+
+
+PAPER = ("fig02", "fig04", "fig05", "fig06", "fig07", "fig08", "fig09", "fig11", "fig12", "fig13", "fig14",
+         "before_and_after")  # fmt: skip
+
+
+@pytest.mark.parametrize("name", PAPER)
+def test_figures_of_the_paper(paper_figures: Mapping[str, Callable[[], Figure]], name: str) -> None:
+    assert set(paper_figures) == set(PAPER)
+    figure = paper_figures[name]()
+    if name in ("fig04", "fig05"):  # a case of the theory, without data
+        assert faults(figure) == []
+    else:
+        check(figure, "reconstructed")
 
 
 def test_figures_of_weighed_discs(tmp_path: Path) -> None:

@@ -220,6 +220,22 @@ def close_loop(
     return _runner.run_close_loop(paths, unseen, options, output, quick=quick)
 
 
+@_command("paper")
+def paper(
+    air: Annotated[Path, typer.Argument(metavar="AIR.toml", help="The test in air.", show_default=False)],
+    nitrogen: Annotated[Path, typer.Argument(metavar="NITROGEN.toml", help="The one in nitrogen.", show_default=False)],
+    output: Output,
+    revised: Annotated[
+        Path | None,
+        typer.Option("--revised", metavar="REVISED.toml", help="What close-loop made of the test in air."),
+    ] = None,
+) -> int:
+    """The figures of the paper by number, from its two tests; with a revised model a sheet before and after."""
+    from twindisc_cli.commands import _runner
+
+    return _runner.run_paper([air, nitrogen, *([revised] if revised else [])], output)
+
+
 @_command("campaign", without=("depfile", "effects"))
 def campaign(
     command: Annotated[str, typer.Argument(metavar="COMMAND", help="What is run on every test.", show_default=False)],

@@ -70,6 +70,20 @@ def run_close_loop(
         return _deliver("close-loop", tests, options, output, compute)
 
 
+def run_paper(paths: Sequence[Path], output: Output) -> int:
+    """Draw the figures of the paper from its two tests, and a revised one where a third is given. The exit code."""
+    with progress_bar() as progress:
+        progress("paper: reading", 0.0)
+        _know(output)
+        tests = load_all(paths)
+
+        def compute() -> Result:
+            result: Result = _module("paper").run(tests[0], tests[1], *tests[2:], progress=progress)
+            return result
+
+        return _deliver("paper", tests, {"revised": len(tests) > 2}, output, compute, name="paper")
+
+
 def _know(output: Output) -> None:
     """The effects of the folder that the command line names are known from here on."""
     if output.effects is not None:
@@ -159,11 +173,17 @@ def origin_of(tests: Sequence[Test], options: Mapping[str, Any]) -> Origin:
 
 
 def _deliver(
-    command: str, tests: Sequence[Test], options: Mapping[str, Any], output: Output, compute: Callable[[], Result]
+    command: str,
+    tests: Sequence[Test],
+    options: Mapping[str, Any],
+    output: Output,
+    compute: Callable[[], Result],
+    *,
+    name: str = "",
 ) -> int:
-    """Tell the stored outcome where it is up to date; else compute, write and tell."""
+    """Tell the stored outcome where it is up to date; else compute, write and tell. name: of the folder, the test's."""
     origin = origin_of(tests, {**options, **output.options})
-    folder = output.folder / origin.name
+    folder = output.folder / (name or origin.name)
     path = folder / f"{command}.h5"
     if output.dry_run:
         return _foretell(path, why(path, command, origin), output)

@@ -116,7 +116,7 @@ def _map(axes: Axes, field: Field, vector: Floats, largest: float, what: str, un
             y[some][shown], x[some][shown], vector[1][some][shown] / largest, vector[0][some][shown] / largest,
             color="white", scale=1.1 * ARROWS, width=0.006, headwidth=3.5, pivot="tail",
         )  # fmt: skip
-    _zones(axes, field)
+    marked_zones(axes, field)
     axes.set_aspect("equal" if np.abs(y[inside]).max() < SLENDER * np.abs(x[inside]).max() else "auto")
     axes.grid(False)
     name_axes(axes, "$y$ [mm]", "$x$, rolling up [mm]", what)
@@ -132,7 +132,7 @@ def _frame(panels: Sequence[Axes], fields: Sequence[Field]) -> None:
         axes.set_ylim(-along, along)
 
 
-def _zones(axes: Axes, field: Field) -> None:
+def marked_zones(axes: Axes, field: Field) -> None:
     """The border between stick and slip; both zones are named where they are large enough."""
     x, y, inside = 1e3 * field.x, 1e3 * field.y, field.pressure > 0.0
     if field.sticks.any() and not field.sticks[inside].all():

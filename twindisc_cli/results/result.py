@@ -67,7 +67,8 @@ class Result:
     """The outcome of one command on one test.
 
     summary: lines for the terminal. json: the object of --json, in the units its keys name. figure: draws the PNG when
-    called. exit_code 5 is a negative finding. extra_files: further files beside the HDF5 file, text or bytes by name.
+    called; figures draws further ones, by the name of their file without its end. exit_code 5 is a negative finding.
+    extra_files: further files beside the HDF5 file, text or bytes by name.
     """
 
     command: str
@@ -77,6 +78,7 @@ class Result:
     figure: Callable[[], Figure] | None
     exit_code: int = 0
     extra_files: Mapping[str, str | bytes] = field(default_factory=dict)
+    figures: Mapping[str, Callable[[], Figure]] = field(default_factory=dict)
 
     @property
     def undefined(self) -> list[str]:

@@ -77,7 +77,7 @@ def images(
     formats: Sequence[str] = ("png",),
     dpi: int = _DPI,
 ) -> dict[str, bytes]:
-    """The files of a result by name: the extra files, the figure, and COMMAND.h5, which knows the others, last.
+    """The files of a result by name: the extra files, the figures, and COMMAND.h5, which knows the others, last.
 
     ValidityError where a number is not finite that must be.
     """
@@ -85,9 +85,10 @@ def images(
         what = f"{', '.join(result.undefined)} came out as no finite number: outside of what the theory covers"
         raise ValidityError(f"{what}; nothing was written")
     files = dict(extra)
-    if result.figure is not None:
-        drawn = result.figure()
-        files |= {f"{result.command}.{form}": drawn_as(drawn, form, dpi) for form in formats}
+    figures = {**({} if result.figure is None else {result.command: result.figure}), **result.figures}
+    for name, draw in figures.items():
+        drawn = draw()
+        files |= {f"{name}.{form}": drawn_as(drawn, form, dpi) for form in formats}
     hashes = {name: sha256(data).hexdigest() for name, data in files.items()}
     files[f"{result.command}.h5"] = hdf5_image(result, origin, beside=hashes)
     return files
