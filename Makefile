@@ -113,7 +113,7 @@ define ALONE
 	find build/alone/$(1)/twindisc_cli -name '*.py' -delete
 	$(1) -m venv build/alone/$(1)/.venv
 	build/alone/$(1)/.venv/bin/python -m pip install --quiet --disable-pip-version-check $(2) \
-	  "$$(ls build/dist/*.whl)[test,cluster,xlsx]"
+	  "$$(ls build/dist/*.whl)[test,cluster,rigs]"
 	build/alone/$(1)/.venv/bin/python -m pip check
 	cd build/alone/$(1) && .venv/bin/python -m pytest -n 2 --dist worksteal
 

@@ -12,7 +12,7 @@ PROJECT = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text
 def pins() -> list[str]:
     """`name==version` of every requirement of the program and of its tests."""
     extras = PROJECT["optional-dependencies"]
-    wanted = [*PROJECT["dependencies"], *extras["cluster"], *extras["xlsx"], *extras["test"]]
+    wanted = [*PROJECT["dependencies"], *extras["cluster"], *extras["rigs"], *extras["test"]]
     found = [re.fullmatch(r"([\w-]+)>=([\w.]+)", requirement) for requirement in wanted]
     return sorted({f"{match[1]}=={match[2]}" for match in found if match})
 

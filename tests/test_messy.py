@@ -5,6 +5,7 @@ One log in full sliding at mu = 0.5, unloaded at both ends, written in the manne
 
 from __future__ import annotations
 
+import gzip
 import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -58,6 +59,7 @@ class Manner:
     newline: str = "\n"
     encoding: str = "utf-8"
     settings: str = ""
+    file: str = '"log.csv"'
     rows: int = 230
     left: dict[str, int] = field(default_factory=dict)
 
@@ -90,6 +92,14 @@ class Workbook(Manner):
         return buffer.getvalue()
 
 
+@dataclass(frozen=True)
+class Packed(Manner):
+    """The same as .gz."""
+
+    def data(self) -> bytes:
+        return gzip.compress(super().data())
+
+
 def _value(cell: str) -> float | str:
     try:
         return float(cell)
@@ -109,6 +119,23 @@ def at(rows: Sequence[int], column: int, text: str) -> Callable[[Cells], Cells]:
     return lambda cells: [
         [text if n in rows and m == column else cell for m, cell in enumerate(row)] for n, row in enumerate(cells)
     ]
+
+
+def grouped(point: str, between: str) -> Callable[[Cells], Cells]:
+    """Numbers with a sign between their thousands."""
+    swap = str.maketrans({",": between, ".": point})
+    return lambda rows: [[f"{float(cell):,.4f}".translate(swap) for cell in row] for row in rows]
+
+
+def again(rows: Cells) -> Cells:
+    """The header stands again above each block, with a line of its own."""
+    head = [list(Manner().header)]
+    return [*rows[:80], ["Block 2"], *head, *rows[80:150], [""], ["Block 3"], *head, *rows[150:]]
+
+
+def cut(rows: Cells) -> Cells:
+    """The last row ends inside its last number."""
+    return [*([*row[:-1], f"{float(row[-1]):.2f}"] for row in rows[:-1]), [*rows[-1][:-1], "7"]]
 
 
 def plus(*extra: str) -> Callable[[Cells], Cells]:
@@ -181,6 +208,33 @@ READ: dict[str, Manner] = {
     "stars for gaps": Manner(change=at((40, 41, 150), 3, "***"), left={"no number": 3}),
     "blanks for gaps": Manner(change=at((40, 41), 3, ""), left={"no number": 2}),
     "nan for gaps": Manner(change=at((40,), 3, "NaN"), left={"no number": 1}),
+    "-999 for a load": Manner(change=at((5, 40, 41, 150), 4, "-999"), left={"no number": 4}),
+    "-9999 for a torque": Manner(change=at((3, 40, 41), 3, "-9999"), left={"no number": 3}),
+    "-99.99 for a speed": Manner(change=at((40, 41), 1, "-99.99"), left={"no number": 2}),
+    "1e30 for a torque": Manner(change=at((40,), 3, "1e30"), left={"no number": 1}),
+    "a marker of its own": Manner(change=at((40, 90, 91), 4, "77777"), left={"no number": 3}),
+    "a declared marker": Manner(
+        change=at((40, 90), 4, "-70"), left={"no number": 2}, file='{ file = "log.csv", skip = "-70" }'
+    ),
+    "a cut last line": Manner(change=cut, left={"cut off at the end": 1}),
+    "a short last line": Manner(change=lambda rows: [*rows, ["470", "3"]], rows=231, left={"cut off at the end": 1}),
+    "thousands in points": Manner(change=grouped(",", ".")),
+    "thousands in commas": Manner(change=grouped(".", ",")),
+    "thousands in apostrophes": Manner(change=grouped(".", "'")),
+    "header again": Manner(change=again, left={"header again": 2, "head of a block": 2}, rows=234),
+    "a header as a remark": Manner(header=["# time [s]", *Manner().header[1:]]),
+    "packed": Packed(),
+    "named by their place": Manner(
+        header=["a", "b", "c", "d", "e"], units=UNITS,
+        settings="\n".join(f'columns.{k.replace(" ", "_")} = {{ column = "#{n}" }}' for n, k in enumerate(NAMES, 1)),
+    ),
+    "ignored": Manner(
+        header=[*Manner().header, "torque [N m]"], change=plus("3"),
+        file='{ file = "log.csv", ignore = "#6" }',
+    ),
+    "twice the same": Manner(
+        header=[*Manner().header, "torque [N m]"], change=lambda rows: [[*row, row[3]] for row in rows]
+    ),
     "summary": Manner(below=["Mittelwert;3000;2985;1.08;72", "Ende"], rows=232, left={"summary at the end": 2}),
     "workbook": Workbook(),
     "workbook with all": Workbook(
@@ -213,7 +267,7 @@ REFUSED: dict[str, tuple[Manner, str]] = {
 
 def read(folder: Path, manner: Manner):  # type: ignore[no-untyped-def]
     (folder / "log.csv").write_bytes(manner.data())
-    extra = f'\n[measured]\nlog = "log.csv"\ntorque_disc = 2\n{manner.settings}\n'
+    extra = f"\n[measured]\nlog = {manner.file}\ntorque_disc = 2\n{manner.settings}\n"
     return load(write(folder, SLIDING + extra))
 
 
@@ -228,7 +282,7 @@ def test_a_messy_file_is_read_right(tmp_path: Path, name: str) -> None:
     assert np.all(np.bincount(samples.step) >= [38, 38, 18])
     assert count.read == manner.rows
     assert count.used + sum(count.left_out.values()) == count.read
-    assert count.left_out["unloaded"] == 2 * IDLE
+    assert 2 * IDLE - 1 <= count.left_out["unloaded"] <= 2 * IDLE
     assert {reason: count.left_out[reason] for reason in manner.left} == manner.left
     zero = test.experiment.measured.torque_zero
     assert zero is not None

@@ -16,9 +16,9 @@ import numpy as np
 
 from twindisc_cli.definition import Test, load_text
 from twindisc_cli.errors import DefinitionError, Problem
+from twindisc_cli.measurement.content import read_bytes
 from twindisc_cli.measurement.guess import Guess, first_temperature, guess, typical
 from twindisc_cli.measurement.header import plain
-from twindisc_cli.measurement.table import read_bytes
 from twindisc_cli.model.experiment import Floats, Ints, Measured
 from twindisc_cli.quantities import CELSIUS
 from twindisc_cli.results.files import write_all

@@ -15,6 +15,7 @@ from twindisc_cli.definition.parse import parse
 from twindisc_cli.definition.record import Test
 from twindisc_cli.definition.schema import (
     MEASURED,
+    MEASURED_FILES,
     DefinitionBase,
     HistoryTable,
     LawTable,
@@ -54,8 +55,9 @@ def load_text(text: str, path: Path) -> Test:
     table = definition.measured
     columns = table.columns.model_dump(exclude_none=True) if table.columns else {}
     naming = {key.replace("_", " "): measurement.Named(**named) for key, named in columns.items()}
-    files = table.model_dump(exclude={"provenance", "columns"}, exclude_none=True)
-    sources = measurement.Sources(path.parent, **files, columns=naming)
+    settings: dict[str, Any] = table.model_dump(exclude={"provenance", "columns"}, exclude_none=True)
+    settings |= {key: _source(settings[key]) for key in MEASURED_FILES if key in settings}
+    sources = measurement.Sources(path.parent, **settings, columns=naming)
     recorded = measurement.read(sources, rig=rig, history=history, provenance=table.provenance)
     resolved = _resolved(definition)
     _check_hold_out(definition, recorded.history, path)
@@ -77,6 +79,13 @@ def load_text(text: str, path: Path) -> Test:
     folder = definition.loop.effects
     hashes = recorded.hashes | ({folder: digest_of(path.parent / folder)} if folder else {})
     return Test(path, experiment, resolved, hashes, recorded.rows, digest)
+
+
+def _source(given: str | Mapping[str, Any]) -> measurement.Source:
+    """A measured file, by its name or by a table."""
+    table: Mapping[str, Any] = {"file": given} if isinstance(given, str) else given
+    settings: dict[str, Any] = {k: tuple(value) if isinstance(value, list) else value for k, value in table.items()}
+    return measurement.Source(**settings)
 
 
 def _check_hold_out(definition: DefinitionBase, history: History, path: Path) -> None:

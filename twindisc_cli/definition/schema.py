@@ -5,7 +5,7 @@ The [effects] tables are built from the catalogue, so that an effect is known he
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from typing import Annotated, Any, Literal
 
@@ -223,6 +223,18 @@ def _zero(value: float | str) -> float | str:
 
 
 FileName = Annotated[str, Field(min_length=1)]
+
+
+def _or_file(given: Any, handler: Callable[[Any], Any]) -> Any:
+    """The name of a file, or a table that says how to read it."""
+    return FileTable.model_validate(given) if isinstance(given, Mapping) else handler(given)
+
+
+def _cells(given: Any, handler: Callable[[Any], Any]) -> Any:
+    """One text or a list of texts."""
+    return handler([given] if isinstance(given, str) else given)
+
+
 ZeroOfTorque = Annotated[float | str, AfterValidator(_zero)]
 
 
@@ -257,11 +269,48 @@ class ColumnsTable(Table):
     mass_loss: ColumnTable | None = None
 
 
+MEASURED_FILES = ("traction", "log", "profile", "temperature", "mass")
+"""The keys of [measured] that name a file."""
+Cells = Annotated[list[str], WrapValidator(_cells)]
+
+
+class FileTable(Table):
+    """A measured file, and how it is read."""
+
+    file: FileName
+    sheet: str | None = Field(default=None, description="of a workbook; group of a .tdms, variable of a .mat")
+    skip: Cells | None = Field(
+        default=None, description="what stands where nothing was measured, such as -9999; [] where every number is one"
+    )
+    ignore: Cells | None = Field(default=None, description="columns that are not looked at")
+
+
+class _OrFile:
+    """Tells the JSON schema that a file may be a table."""
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """A name, or a table with it."""
+        texts = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
+        properties = {"file": handler(schema), "sheet": {"type": "string"}, "skip": texts, "ignore": texts}
+        table = {"type": "object", "properties": properties, "required": ["file"], "additionalProperties": False}
+        return {"anyOf": [handler(schema), table]}
+
+
+def _file_written(value: Any) -> Any:
+    """A name as it was, a table with what it says."""
+    return value.model_dump(exclude_none=True) if isinstance(value, FileTable) else value
+
+
+MeasuredFile = Annotated[FileName, WrapValidator(_or_file), PlainSerializer(_file_written), _OrFile()]
+
+
 class MeasuredTable(Table):
     """Measured data: tables, with paths relative to this file."""
 
-    traction: FileName | None = None
-    log: FileName | None = Field(default=None, description="whatever the rig writes, in place of traction")
+    traction: MeasuredFile | None = None
+    log: MeasuredFile | None = Field(default=None, description="whatever the rig writes, in place of traction")
     torque_disc: Literal[1, 2] | None = Field(
         default=None, description="the disc whose torque the log holds, where their radii differ"
     )
@@ -269,12 +318,14 @@ class MeasuredTable(Table):
         default=None, description='of the log: "unloaded", from its rows without load, as by default where it has any, '
         'else from slip both ways; a torque in N m; or "as recorded"',
     )  # fmt: skip
-    profile: FileName | None = None
+    profile: MeasuredFile | None = None
     profile_place: Literal["as recorded"] | None = Field(
         default=None, description="left out: levelled on the unworn flanks and centred on the track"
     )
-    temperature: FileName | None = None
-    mass: FileName | None = Field(default=None, description="mass loss of a disc, weighed at stops; needs a density")
+    temperature: MeasuredFile | None = None
+    mass: MeasuredFile | None = Field(
+        default=None, description="mass loss of a disc, weighed at stops; needs a density"
+    )
     columns: ColumnsTable | None = None
     provenance: Literal["measured", "digitised", "reconstructed", "synthetic"] = "measured"
 

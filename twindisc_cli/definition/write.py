@@ -11,10 +11,10 @@ from typing import Any
 
 import tomli_w
 
+from twindisc_cli.definition.schema import MEASURED_FILES
 from twindisc_cli.laws.law import Law
 
-_FILES = ("traction", "log", "profile", "temperature", "mass")
-_PATHS = (*(("measured", key) for key in _FILES), ("loop", "effects"))
+_PATHS = (*(("measured", key) for key in MEASURED_FILES), ("loop", "effects"))
 """The keys that name a file or a folder, with their tables."""
 
 
@@ -64,6 +64,8 @@ def relocate(text: str, *, source: Path, target: Path, effects: Path | None = No
         named = document.get(table, {}).get(key)
         if isinstance(named, str):
             document[table][key] = _from(target, source / named)
+        elif isinstance(named, dict):
+            named["file"] = _from(target, source / named["file"])
     if effects is not None:
         document.setdefault("loop", {}).setdefault("effects", _from(target, effects))
     return remarks + tomli_w.dumps(document)

@@ -11,15 +11,25 @@ from typing import Literal
 
 from twindisc_cli.errors import MeasurementError, Problem
 from twindisc_cli.measurement.channels import read_mass, read_temperature, read_traction
+from twindisc_cli.measurement.content import Content, read_bytes
 from twindisc_cli.measurement.header import Named, Naming
 from twindisc_cli.measurement.log import read_log
 from twindisc_cli.measurement.profile import read_profile
 from twindisc_cli.measurement.rig_log import ZeroSetting, log_samples, log_temperature
 from twindisc_cli.measurement.rows import RowCount
-from twindisc_cli.measurement.table import read_bytes
 from twindisc_cli.model.experiment import History, Measured, Provenance, Rig
 
-__all__ = ["Named", "Recorded", "RowCount", "Sources", "ZeroSetting", "read"]
+__all__ = ["Named", "Recorded", "RowCount", "Source", "Sources", "ZeroSetting", "read"]
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file relative to the definition, and how it is read, as of Content."""
+
+    file: str
+    sheet: str | None = None
+    skip: tuple[str, ...] | None = None
+    ignore: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -32,11 +42,11 @@ class Sources:
     """
 
     folder: Path
-    traction: str | None = None
-    log: str | None = None
-    profile: str | None = None
-    temperature: str | None = None
-    mass: str | None = None
+    traction: Source | None = None
+    log: Source | None = None
+    profile: Source | None = None
+    temperature: Source | None = None
+    mass: Source | None = None
     torque_disc: int | None = None
     torque_zero: ZeroSetting = None
     profile_place: Literal["as recorded"] | None = None
@@ -62,10 +72,11 @@ def read(sources: Sources, *, rig: Rig, history: History | None, provenance: Pro
     hashes: dict[str, str] = {}
     rows: list[RowCount] = []
 
-    def content(name: str) -> tuple[bytes, str]:
-        data = read_bytes(sources.folder / name)
-        hashes[name] = sha256(data).hexdigest()
-        return data, str(sources.folder / name)
+    def content(source: Source) -> tuple[Content, str]:
+        data = read_bytes(sources.folder / source.file)
+        hashes[source.file] = sha256(data).hexdigest()
+        read = Content(data, source.sheet, source.skip, source.ignore)
+        return read, str(sources.folder / source.file)
 
     @contextmanager
     def gathered() -> Iterator[None]:
@@ -81,12 +92,12 @@ def read(sources: Sources, *, rig: Rig, history: History | None, provenance: Pro
             recorded = read_log(*content(sources.log), rig=rig, torque_disc=sources.torque_disc, naming=named)
             log = log_samples(recorded, rig=rig, history=history, torque_zero=sources.torque_zero)
             traction, history, zero = log.samples, log.history, log.zero
-            begin = log.begin if found or sources.temperature == sources.log else None
-            rows.append(replace(log.rows, file=sources.log))
+            begin = log.begin if found or _same(sources.temperature, sources.log) else None
+            rows.append(replace(log.rows, file=sources.log.file))
         elif sources.traction:
             data = content(sources.traction)
             traction, history, count = read_traction(*data, rig=rig, history=history, naming=named)
-            rows.append(replace(count, file=sources.traction))
+            rows.append(replace(count, file=sources.traction.file))
     if history is None:
         raise MeasurementError(problems)
     with gathered():
@@ -98,7 +109,7 @@ def read(sources: Sources, *, rig: Rig, history: History | None, provenance: Pro
                 naming=named,
                 as_recorded=sources.profile_place == "as recorded",
             )
-            rows.append(replace(count, file=sources.profile))
+            rows.append(replace(count, file=sources.profile.file))
     with gathered():
         if sources.temperature:
             data = content(sources.temperature)
@@ -106,14 +117,18 @@ def read(sources: Sources, *, rig: Rig, history: History | None, provenance: Pro
                 temperature, count = read_temperature(*data, history=history, naming=named)
             else:
                 temperature, count = log_temperature(*data, history=history, begin=begin, naming=named)
-            rows.append(replace(count, file=sources.temperature))
+            rows.append(replace(count, file=sources.temperature.file))
     with gathered():
         if sources.mass:
             mass, count = read_mass(*content(sources.mass), history=history, naming=named)
-            rows.append(replace(count, file=sources.mass))
+            rows.append(replace(count, file=sources.mass.file))
     if problems:
         raise MeasurementError(problems)
     measured = Measured(
         traction, profile, temperature, mass, provenance, torque_zero=zero, profile_place=place, start=start
     )
     return Recorded(measured, history, hashes, tuple(rows))
+
+
+def _same(one: Source | None, other: Source | None) -> bool:
+    return one is not None and other is not None and one.file == other.file

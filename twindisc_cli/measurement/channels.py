@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from twindisc_cli.measurement.content import Content
 from twindisc_cli.measurement.found_steps import Seen, begun_at_zero, find_steps, steps_of_curve, told
 from twindisc_cli.measurement.header import Column, Naming
 from twindisc_cli.measurement.rows import RowCount
@@ -24,7 +25,7 @@ FEWEST = {"traction": 2, "temperature": 3}
 
 
 def read_traction(
-    data: bytes, file: str, *, rig: Rig, history: History | None, naming: Naming | None = None
+    data: bytes | Content, file: str, *, rig: Rig, history: History | None, naming: Naming | None = None
 ) -> tuple[TractionSamples, History, RowCount]:
     """T/N against creepage, one row a sample or one a step; history None: it is found."""
     wanted = (
@@ -80,7 +81,7 @@ def _found_history(table: Table, rig: Rig) -> History:
 
 
 def read_temperature(
-    data: bytes, file: str, *, history: History, naming: Naming | None = None
+    data: bytes | Content, file: str, *, history: History, naming: Naming | None = None
 ) -> tuple[TemperatureSamples, RowCount]:
     """Disc temperature over time."""
     table = read_table(data, file, (Column("time", TIME), Column("temperature", TEMPERATURE)), naming)
@@ -103,7 +104,7 @@ def step_at(history: History, time: Floats) -> Ints:
 
 
 def read_mass(
-    data: bytes, file: str, *, history: History, naming: Naming | None = None
+    data: bytes | Content, file: str, *, history: History, naming: Naming | None = None
 ) -> tuple[MassSamples, RowCount]:
     """Mass loss of the discs since the start, weighed at stops."""
     wanted = (

@@ -12,8 +12,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from twindisc_cli.measurement.sheet import Floats, Ints
-from twindisc_cli.measurement.table import Bools
+from twindisc_cli.measurement.sheet import Bools, Floats, Ints
 from twindisc_cli.model.experiment import History, Rig
 
 MOST_AVERAGES = 4000

@@ -11,6 +11,7 @@ import numpy as np
 
 from twindisc_cli.errors import MeasurementError, Problem
 from twindisc_cli.measurement.channels import RATIOS, SLIP
+from twindisc_cli.measurement.content import Content
 from twindisc_cli.measurement.header import Column, Named, clock, parts, plain
 from twindisc_cli.measurement.log import read_log
 from twindisc_cli.measurement.sheet import Sheet, sheets
@@ -93,7 +94,7 @@ class Guess:
 def guess(data: bytes, file: str) -> Guess:
     """Look for a header that tells what the file is; MeasurementError where there is none."""
     best: Mapping[str, Named] = {}
-    for sheet in sheets(data, file):
+    for sheet in sheets(Content(data), file):
         cells = list(_cells(sheet))
         if len(cells) < _FEWEST:
             continue

@@ -72,10 +72,10 @@ class Place:
 
 @dataclass(frozen=True)
 class Match:
-    """The wanted columns that were found, by name; those that stand there twice; names that mean nothing here."""
+    """The wanted columns found, by name; those that stand there twice, with their place; names that mean nothing."""
 
     places: Mapping[str, Place]
-    doubled: Sequence[str] = ()
+    doubled: Sequence[tuple[str, int]] = ()
     others: Sequence[str] = field(default=())
 
 
@@ -89,13 +89,13 @@ def match(header: Sequence[str], wanted: Sequence[Column], naming: Naming) -> Ma
 
     A name that is declared for one file of a test says nothing of another's clock or count where it does not stand.
     """
-    there = {plain(text) for cell in header for text in (cell, parts(cell)[0])}
+    there = {plain(text) for n, cell in enumerate(header, start=1) for text in (cell, parts(cell)[0], f"#{n}")}
     naming = {name: n for name, n in naming.items() if name not in _SHARED or not n.column or plain(n.column) in there}
     declared = {plain(named.column): name for name, named in naming.items() if named.column}
     free = [column for column in wanted if column.name not in declared.values()]
     columns = {column.name: column for column in wanted}
     places: dict[str, Place] = {}
-    doubled: list[str] = []
+    doubled: list[tuple[str, int]] = []
     names = {column.name: column.name for column in free} | declared
     others = _place(header, range(len(header)), names, columns, naming, places, doubled)
     absent = [column for column in free if column.name not in places]
@@ -106,7 +106,7 @@ def match(header: Sequence[str], wanted: Sequence[Column], naming: Naming) -> Ma
 
 def _place(
     header: Sequence[str], indices: Iterable[int], names: Mapping[str, str], columns: Mapping[str, Column],
-    naming: Naming, places: dict[str, Place], doubled: list[str] | None,
+    naming: Naming, places: dict[str, Place], doubled: list[tuple[str, int]] | None,
 ) -> list[int]:  # fmt: skip
     """Put the cells that have a name into their places; the indices of those that have none.
 
@@ -114,23 +114,25 @@ def _place(
     """
     left = []
     for index in indices:
-        name, unit = _meaning(header[index], names, columns)
+        name, unit = _meaning(header[index], index, names, columns)
         if name not in columns or (name in places and doubled is None):
             left.append(index)
         elif name in places and doubled is not None:
-            doubled.append(header[index])
+            doubled.append((name, index))
         else:
             named = naming.get(name, Named())
             places[name] = Place(index, columns[name], named.unit or unit, named.sign, guessed=doubled is None)
     return left
 
 
-def _meaning(cell: str, names: Mapping[str, str], columns: Mapping[str, Column]) -> tuple[str, str | None]:
+def _meaning(cell: str, index: int, names: Mapping[str, str], columns: Mapping[str, Column]) -> tuple[str, str | None]:
     """The column that a header cell names, and the unit in it; empty where it names none."""
     text, unit = parts(cell)
-    for key, found in ((plain(cell), None), (plain(text), unit)):
+    for key in (f"#{index + 1}", plain(cell), plain(text)):
         if key in names:
-            return names[key], found
+            name = names[key]
+            known = key == plain(text) or (unit and name in columns and _knows(columns[name].quantity, unit))
+            return name, unit if known else None
     words = text.split("_")
     for count in (1, 2):
         stem, tail = plain(" ".join(words[:-count])), "/".join(words[-count:])

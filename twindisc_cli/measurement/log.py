@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.measurement.channels import RATIOS, SLIP
+from twindisc_cli.measurement.content import Content
 from twindisc_cli.measurement.header import Column, Naming
 from twindisc_cli.measurement.sheet import Floats, Ints
 from twindisc_cli.measurement.table import Table, read_table
@@ -74,7 +75,9 @@ class Log:
         return _TOLD[self.kind][1]
 
 
-def read_log(data: bytes, file: str, *, rig: Rig, torque_disc: int | None, naming: Naming | None = None) -> Log:
+def read_log(
+    data: bytes | Content, file: str, *, rig: Rig, torque_disc: int | None, naming: Naming | None = None
+) -> Log:
     """The rows of a log; MeasurementError says which columns or rows are wrong."""
     first, *others = _ways(rig)
     table = read_table(data, file, first, naming, gaps=True, instead=others)

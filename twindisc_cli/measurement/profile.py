@@ -22,10 +22,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twindisc_cli.measurement.channels import check_place
+from twindisc_cli.measurement.content import Content
 from twindisc_cli.measurement.header import Column, Naming
 from twindisc_cli.measurement.rows import RowCount
-from twindisc_cli.measurement.sheet import Floats, Ints
-from twindisc_cli.measurement.table import Bools, Table, read_table
+from twindisc_cli.measurement.sheet import Bools, Floats, Ints
+from twindisc_cli.measurement.table import Table, read_table
 from twindisc_cli.measurement.units import COUNT, LENGTH
 from twindisc_cli.model.experiment import History, ProfilePlace, ProfileSamples, Rig, Start
 
@@ -199,7 +200,13 @@ def _alike(rough: Floats) -> float:
 
 
 def read_profile(
-    data: bytes, file: str, *, rig: Rig, history: History, naming: Naming | None = None, as_recorded: bool = False
+    data: bytes | Content,
+    file: str,
+    *,
+    rig: Rig,
+    history: History,
+    naming: Naming | None = None,
+    as_recorded: bool = False,
 ) -> tuple[ProfileSamples | None, ProfilePlace | None, Start | None, RowCount]:
     """Height change of the worn disc across the track, for each disc and stop, and how well its place is known.
 

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.measurement.channels import FEWEST, check_kelvin, tolerance
+from twindisc_cli.measurement.content import Content
 from twindisc_cli.measurement.found_steps import MOST_AVERAGES, Seen, find_steps, told
 from twindisc_cli.measurement.header import Column, Naming
 from twindisc_cli.measurement.log import CLOCK, REASONS, Codes, Log, check_time, idle_rows, outliers
@@ -120,7 +121,7 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
 
 
 def log_temperature(
-    data: bytes, file: str, *, history: History, begin: float, naming: Naming | None = None
+    data: bytes | Content, file: str, *, history: History, begin: float, naming: Naming | None = None
 ) -> tuple[TemperatureSamples, RowCount]:
     """Disc temperature on the clock of a log, means of short stretches of time; begin: as of RigLog.
 

@@ -7,36 +7,53 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from twindisc_cli.errors import MeasurementError, Problem, did_you_mean, nearest
-from twindisc_cli.measurement.header import Column, Match, Naming, Place, clock, is_header, match, stamped, units_below
+from twindisc_cli.errors import MeasurementError, Problem, nearest
+from twindisc_cli.measurement import markers
+from twindisc_cli.measurement.cells import ANY, number
+from twindisc_cli.measurement.content import Content
+from twindisc_cli.measurement.header import (
+    Column,
+    Match,
+    Naming,
+    Place,
+    clock,
+    is_header,
+    match,
+    parts,
+    plain,
+    stamped,
+    units_below,
+)
 from twindisc_cli.measurement.rows import RowCount
-from twindisc_cli.measurement.sheet import UNCLOSED, Floats, Integers, Rows, Sheet, open_sheet
+from twindisc_cli.measurement.sheet import UNCLOSED, Bools, Floats, Integers, Ints, Rows, Sheet, open_sheet
 from twindisc_cli.measurement.units import COUNT
-from twindisc_cli.reading import read_regular
-
-Bools = NDArray[np.bool_]
 
 _SHOWN = 3
 _GAP = re.compile(r"[-*#\s]*|[-+]?(?:nan|inf|infinity|na|n/a|#n/a|null|none|ovl|ol)", re.IGNORECASE)
 _MOST_GAPS = 0.5
-NO_NUMBER, SUMMARY = "no number", "summary at the end"
+NO_NUMBER, SUMMARY, CUT = "no number", "summary at the end", "cut off at the end"
+AGAIN, HEAD = "header again", "head of a block"
+_SAME = 1e-3
+"""Columns of one name are one where they differ by no more than this of the largest number in them."""
 
 
 @dataclass
 class Table:
-    """The rows that could be read: SI columns by name, factor and offset to SI, the line of each row."""
+    """The rows that could be read: SI columns by name, factor and offset to SI, the line of each row.
+
+    block: which of the blocks each row is in where the header stands again, None where it does not.
+    """
 
     file: str
     columns: dict[str, Floats]
     scales: dict[str, tuple[float, float]]
     headers: dict[str, str]
     lines: Integers
+    block: Ints | None = None
     problems: list[Problem] = field(default_factory=list)
     left_out: dict[str, int] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
@@ -73,21 +90,8 @@ class Table:
             raise MeasurementError(self.problems)
 
 
-def read_bytes(path: Path) -> bytes:
-    """The content of a measured file, or a clear reason why there is none."""
-    try:
-        return read_regular(path)
-    except FileNotFoundError:
-        here = sorted(p.name for p in path.parent.glob("*.csv")) if path.parent.is_dir() else []
-        raise MeasurementError(Problem(f"no such file{did_you_mean(path.name, here)}", str(path))) from None
-    except IsADirectoryError:
-        raise MeasurementError(Problem("is a folder; name a CSV file in it", str(path))) from None
-    except OSError as error:
-        raise MeasurementError(Problem(f"cannot be read: {error.strerror or error}", str(path))) from None
-
-
 def read_table(
-    data: bytes, file: str, wanted: Sequence[Column], naming: Naming | None = None, *, gaps: bool = False,
+    data: bytes | Content, file: str, wanted: Sequence[Column], naming: Naming | None = None, *, gaps: bool = False,
     instead: Sequence[Sequence[Column]] = (),
 ) -> Table:  # fmt: skip
     """Read the wanted columns; others are ignored unless they look like a misspelt one.
@@ -95,23 +99,85 @@ def read_table(
     naming: what the definition says of columns; gaps: rows without a number are left out and counted, not refused.
     instead: other sets of columns, of which the first that is there is read.
     """
+    content = data if isinstance(data, Content) else Content(data)
     expected, naming = ", ".join(str(c) for c in wanted if c.required), naming or {}
-    ways = (wanted, *instead)
-    sheet = open_sheet(data, file, expected, lambda cells: any(is_header(cells, way, naming) for way in ways))
-    table = Table(file, {}, {}, {}, np.zeros(0, dtype=np.int64))
-    wanted = _way(sheet.header, ways, naming)
-    found = match(sheet.header, wanted, naming)
-    table.notes += [_taken(name, sheet.header[place.index]) for name, place in found.places.items() if place.guessed]
+    ways, ignored = (wanted, *instead), content.ignore
+    sheet = open_sheet(
+        content,
+        file,
+        expected,
+        lambda sheet: any(is_header(_heard(sheet.header, ignored), way, naming) for way in ways),
+    )
+    header = _heard(sheet.header, ignored)
+    table = Table(file, {}, {}, {}, np.zeros(0, dtype=np.int64), notes=[*sheet.notes])
+    wanted = _way(header, ways, naming)
+    found = match(header, wanted, naming)
+    table.notes += [_taken(name, header[place.index]) for name, place in found.places.items() if place.guessed]
     sheet, places = _below_units(table, sheet, found.places)
     _check_header(table, sheet, found, places, wanted)
+    if table.problems:
+        for _, index in found.doubled:
+            table.note("the column occurs twice", header[index], sheet.line)
     table.check()
     rows = sheet.rows([place.index for place in places.values()])
+    _check_doubled(table, sheet, found, places, rows)
     if not len(rows.lines):
         table.note(f"has no rows under its header; expected {expected}")
     table.check()
+    gaps = gaps or content.skip is not None
+    rows = _mark(table, rows, places, content, gaps=gaps)
     _fill(table, rows, places, sheet, gaps=gaps)
     _convert(table, places)
     return table
+
+
+def _heard(header: Sequence[str], ignored: Sequence[str]) -> Sequence[str]:
+    """A header without the names of columns that are ignored."""
+    names = {plain(name) for name in ignored}
+    return [
+        "" if plain(cell) in names or plain(parts(cell)[0]) in names or f"#{n}" in names else cell
+        for n, cell in enumerate(header, start=1)
+    ]
+
+
+def _check_doubled(table: Table, sheet: Sheet, found: Match, places: Mapping[str, Place], rows: Rows) -> None:
+    """Columns of one name must hold the same numbers; otherwise one of them is to be chosen."""
+    for name, index in found.doubled:
+        other = sheet.rows([index]).numbers[:, 0]
+        first = rows.numbers[:, list(places).index(name)]
+        with np.errstate(invalid="ignore"):
+            same = np.abs(first - other) <= _SAME * np.nanmax(np.abs(first), initial=0.0)
+        cell = sheet.header[index].strip()
+        if len(same) and np.all(same | (np.isnan(first) & np.isnan(other))):
+            table.notes.append(f"{cell} stands there twice with the same numbers; the first is read")
+            continue
+        key = f"columns.{name.replace(' ', '_')}"
+        here, there = (f'{key} = {{ column = "#{n + 1}" }}' for n in (places[name].index, index))
+        table.note(f"the column occurs twice, with other numbers; set {here}\nor {there}", cell, sheet.line)
+
+
+def _mark(table: Table, rows: Rows, places: Mapping[str, Place], content: Content, *, gaps: bool) -> Rows:
+    """The rows in which numbers that stand for no measurement are none: those declared, else those that stand apart.
+
+    gaps: whether such rows are left out, without having been declared.
+    """
+    text, declared = dict(rows.text), content.skip is not None
+    for (row, at), cell in rows.text.items():
+        if declared and cell in (content.skip or ()):
+            text[row, at] = ""
+    for column, (name, place) in enumerate(places.items()):
+        if place.stamped or place.column.quantity is COUNT:
+            continue
+        values = rows.numbers[:, column]
+        known = ((marker, values == marker) for marker in content.markers)
+        for marker, mine in known if declared else markers.found(values, place.column.quantity.name):
+            values[mine] = np.nan
+            text |= dict.fromkeys(((int(row), column) for row in np.flatnonzero(mine)), "" if gaps else f"{marker:g}")
+            why = "as declared" if declared else "skip = [] reads it as a number"
+            if gaps and np.any(mine):
+                cell = table.headers.get(name, name)
+                table.notes.append(f"{int(mine.sum())} rows hold {marker:g} in {cell}, taken for no number ({why})")
+    return replace(rows, text=text)
 
 
 def _way(header: Sequence[str], ways: Sequence[Sequence[Column]], naming: Naming) -> Sequence[Column]:
@@ -146,8 +212,6 @@ def _check_header(
 ) -> None:
     """Note what is missing, misspelt, doubled, or in no known unit."""
     header, by_name = sheet.header, {column.name: column for column in wanted}
-    for cell in found.doubled:
-        table.note("the column occurs twice", cell, sheet.line)
     for name, place in places.items():
         table.headers[name] = header[place.index].strip()
         try:
@@ -172,22 +236,25 @@ def _fill(table: Table, rows: Rows, places: Mapping[str, Place], sheet: Sheet, *
     _read_stamps(table, rows, places)
     unclosed, ragged = rows.counts == UNCLOSED, rows.counts != width
     bad = np.isnan(rows.numbers)
-    tail = _summary(rows, ragged | bad.any(axis=1))
-    empty = _gaps(rows, bad) & ~ragged & ~tail if gaps else np.zeros(len(rows.lines), dtype=bool)
+    head = _heads(rows, ragged | bad.any(axis=1))
+    tail = _summary(rows, ragged | bad.any(axis=1)) & ~head
+    apart = tail | head
+    empty = _gaps(rows, bad) & ~ragged & ~apart if gaps else np.zeros(len(rows.lines), dtype=bool)
     if empty.mean() > _MOST_GAPS:
         table.note(f"{int(empty.sum())} of {len(empty)} rows hold no numbers; are these the right columns?")
-    table.flag(unclosed & ~tail, "", lambda _: "a quote is opened here and not closed; a cell ends with its line")
+    table.flag(unclosed & ~apart, "", lambda _: "a quote is opened here and not closed; a cell ends with its line")
     long = sheet.delimiter == "," and np.mean(rows.counts > width) > 0.5
     comma = " (a decimal comma? put ; between the columns)" if long else ""
-    told_ragged = ragged & ~unclosed & ~tail
+    told_ragged = ragged & ~unclosed & ~apart
     table.flag(told_ragged, "", lambda row: f"{rows.counts[row]} cells where the header has {width}{comma}")
     for place, name in enumerate(places):
         told = lambda row, place=place: _not_a_number(rows.text[row, place])  # noqa: E731
-        table.flag(bad[:, place] & ~(ragged | tail | empty), name, told)
+        table.flag(bad[:, place] & ~(ragged | apart | empty), name, told)
         table.columns[name] = rows.numbers[:, place]
-    for reason, which in ((SUMMARY, tail), (NO_NUMBER, empty)):
-        if np.any(which):
-            table.left_out[reason] = int(which.sum())
+    counts = {SUMMARY: tail.sum(), NO_NUMBER: empty.sum(), HEAD: head.sum(), AGAIN: len(rows.heads), CUT: rows.cut}
+    table.left_out |= {reason: int(count) for reason, count in counts.items() if count}
+    if rows.heads:
+        table.block = np.searchsorted(rows.heads, rows.lines).astype(np.int64)
     _keep(table, ~(ragged | bad.any(axis=1) | tail))
 
 
@@ -211,6 +278,17 @@ def _summary(rows: Rows, broken: Bools) -> Bools:
     return tail
 
 
+def _heads(rows: Rows, broken: Bools) -> Bools:
+    """Rows between data and a header that stands again: what is written above each block."""
+    lines, sound = np.asarray(rows.lines), np.flatnonzero(~broken)
+    above = np.zeros(len(broken), dtype=bool)
+    for line in rows.heads:
+        before = sound[lines[sound] < line]
+        first = int(before[-1]) + 1 if len(before) else 0
+        above |= broken & (lines < line) & (np.arange(len(lines)) >= first)
+    return above
+
+
 def _gaps(rows: Rows, bad: Bools) -> Bools:
     """Rows in which each cell that is no number says that there is none."""
     real = np.zeros_like(bad)
@@ -223,6 +301,7 @@ def _keep(table: Table, rows: Bools) -> None:
     if not rows.all():
         table.lines = table.lines[rows]
         table.columns = {name: values[rows] for name, values in table.columns.items()}
+        table.block = None if table.block is None else table.block[rows]
 
 
 def _convert(table: Table, places: Mapping[str, Place]) -> None:
@@ -244,5 +323,7 @@ def _not_a_number(cell: str) -> str:
     if not text:
         return "is empty; expected a number"
     if text.casefold().strip("+-") in ("nan", "inf", "na", "n/a", "infinity"):
-        return f"is {text}; leave the row out where nothing was measured"
+        return f'is {text}; leave the row out where nothing was measured, or say skip = "{text}"'
+    if np.isfinite(number(text, ANY)):
+        return f'is {text}, which looks like a marker for no number: skip = "{text}" leaves such rows out'
     return f'"{text}" is not a number'
