@@ -64,7 +64,7 @@ def predicted(model, prediction):
 
 CHANNEL = Channel(
     name="meter", label="energy meter", quantity=Quantity("meter", "E", "energy", "kJ"), order=4, assumed_noise=10.0,
-    base=None, samples=samples, values=lambda of: of.energy, predicted=predicted, noise=noise,
+    samples=samples, values=lambda of: of.energy, predicted=predicted, noise=noise,
     generic=lambda model, prediction: iter([("time", "smooth", smooth(samples(model.experiment).time, 5))]),
     withheld=lambda test, steps: held_out_samples(test.history, step(test), samples(test).time, steps),
     covariates=lambda model, prediction: {"time": samples(model.experiment).time},

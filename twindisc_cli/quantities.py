@@ -103,6 +103,7 @@ _ALL = (
     Unit("m min-1", "m s-1", 1.0 / 60.0),
     Unit("km h-1", "m s-1", 1.0 / 3.6),
     Unit("m s-2", "m s-2"),
+    Unit("mm s-2", "m s-2", 1e-3),
     Unit("rpm", "rad s-1", 2.0 * np.pi / 60.0, suffix="rpm"),
     Unit("rad s-1", "rad s-1"),
     Unit("Hz", "rad s-1", 2.0 * np.pi),

@@ -15,12 +15,13 @@ from typing import Any
 
 import numpy as np
 
+from twindisc_cli import effects
 from twindisc_cli.campaign.plan import Job, read
 from twindisc_cli.campaign.table import Row, Value, columns_of, header
 from twindisc_cli.commands import _runner
 from twindisc_cli.definition import Test
-from twindisc_cli.effects import add_folder, forget_folders
 from twindisc_cli.errors import TwindiscError, bug
+from twindisc_cli.loop import channels
 from twindisc_cli.results.recorded import up_to_date
 from twindisc_cli.results.store import plain, put
 
@@ -68,7 +69,8 @@ def prepare(order: Order, job: Job) -> Task | Row:
     """Read a test: a task, or at once the row of one that is up to date or cannot be read."""
     row = Row(test=job.name, file=job.path.as_posix(), exit_code=0, asked=_varied(job))
     try:
-        forget_folders()
+        effects.forget_folders()
+        channels.forget_folders()
         test = read(job)
         origin = _runner.single_origin(order.command, test)
         row = replace(
@@ -90,8 +92,9 @@ def prepare(order: Order, job: Job) -> Task | Row:
 def compute(task: Task) -> tuple[Row, Mapping[str, bytes]]:
     """The row of a test and its files by name; no files where it failed."""
     try:
-        if folder := task.test.resolved.get("loop", {}).get("effects"):
-            add_folder(task.test.path.parent / folder)
+        for kind, add in (("effects", effects.add_folder), ("channels", channels.add_folder)):
+            if folder := task.test.resolved.get("loop", {}).get(kind):
+                add(task.test.path.parent / folder)
         result, files = _runner.quiet(task.command, task.test, task.folder)
         found = _found(task.test, plain(result.json))
         return replace(task.row, exit_code=result.exit_code, found=found, computed=True), files

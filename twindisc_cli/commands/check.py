@@ -25,10 +25,12 @@ import numpy as np
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import NEGATIVE_FINDING
 from twindisc_cli.identify.track import Track, last_profile, worn_track
+from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.traction_law import creep_stiffness
 from twindisc_cli.physics import kalker, shakedown
 from twindisc_cli.physics.archard import allowed_coefficient, worn_volume
+from twindisc_cli.quantities import for_reading
 from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 
 if TYPE_CHECKING:
@@ -394,11 +396,28 @@ def findings(test: Experiment) -> list[Finding]:
     return [finding for rule in RULES for finding in rule(facts)]
 
 
+def measured(test: Experiment) -> dict[str, dict[str, Any]]:
+    """What was measured, by channel: how many samples, and from where to where they reach in the unit shown."""
+    found = {}
+    for name in measured_channels(test):
+        channel = channels()[name]
+        values = channel.quantity.shown.of_si(channel.values(channel.samples(test)))
+        low, high = (float(end) for end in (values.min(), values.max()))
+        found[name] = {"samples": len(values), "range": {"low": low, "high": high, "unit": channel.quantity.unit}}
+    return found
+
+
+def _range(name: str, ends: dict[str, Any]) -> str:
+    return f"{name} {_number(ends['low'])} to {_number(ends['high'])} {for_reading(ends['unit'])}".rstrip()
+
+
 def run(test: Test) -> Result:
     """Check a test; exit code 5 where anything contradicts."""
     found = findings(test.experiment)
     problems = [finding for finding in found if not finding.ok]
+    seen = measured(test.experiment)
     summary = [f"{len(found)} checks, {len(problems)} contradictions"]
+    summary += [f"measured: {', '.join(_range(name, its['range']) for name, its in seen.items())}"] if seen else []
     summary += [f"  contradiction: {finding.message}" for finding in problems]
     summary += [f"  ok: {finding.message}" for finding in found if finding.ok]
     return Result(
@@ -407,6 +426,7 @@ def run(test: Test) -> Result:
         json={
             "problems": [finding.json() for finding in problems],
             "findings": [finding.json() for finding in found if finding.ok],
+            "measured": seen,
         },
         dataset=_dataset(found),
         figure=lambda: _figure(test.experiment, found),

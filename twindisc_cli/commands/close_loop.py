@@ -16,7 +16,7 @@ from twindisc_cli.definition import Test, dump, law_table
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Param
 from twindisc_cli.errors import NEGATIVE_FINDING, DefinitionError, Problem
-from twindisc_cli.loop.channels import channels, measured_channels
+from twindisc_cli.loop.channels import channels, measured_channels, place_of
 from twindisc_cli.loop.channels.traction import friction_is_given
 from twindisc_cli.loop.diagnose import diagnose
 from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis, Estimate, FoundEffect, FoundLaw, NextExperiment
@@ -254,9 +254,12 @@ def revised(diagnosis: Diagnosis, test: Test) -> str:
     document: dict[str, Any] = copy.deepcopy(dict(test.resolved))
     for name, estimate in diagnosis.base.items():
         key, _, other = name.partition(" ")
-        if other in ("", f"({test.experiment.name})") and key in told.BASE:
-            table = "thermal" if key == "convection_W_K" else "model"
-            document.setdefault(table, {}).setdefault(told.BASE[key][0], _rounded(estimate.value))
+        if other in ("", f"({test.experiment.name})"):
+            *tables, place = place_of(key)
+            within = document
+            for table in tables:
+                within = within.setdefault(table, {})
+            within.setdefault(place, _rounded(estimate.value))
     params = {effect.name: {p.name: p for p in catalogue()[effect.name].params} for effect in diagnosis.effects}
     effects = {
         effect.name: {key: _inside(params[effect.name][key], e.value) for key, e in effect.parameters.items()}

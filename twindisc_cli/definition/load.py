@@ -31,6 +31,8 @@ from twindisc_cli.errors import DefinitionError, Problem
 from twindisc_cli.laws.covariates import COVARIATES, covariate_named
 from twindisc_cli.laws.law import Law
 from twindisc_cli.laws.shapes import SHAPES
+from twindisc_cli.loop.channels import further_channels
+from twindisc_cli.loop.channels._channel import Channel
 from twindisc_cli.model.experiment import Disc, Experiment, History, Options, Rig, Thermal
 from twindisc_cli.quantities import CELSIUS
 from twindisc_cli.reading import LARGEST_DEFINITION, read_regular
@@ -56,8 +58,10 @@ def load_text(text: str, path: Path) -> Test:
     columns = table.columns.model_dump(exclude_none=True) if table.columns else {}
     naming = {key.replace("_", " "): measurement.Named(**named) for key, named in columns.items()}
     settings: dict[str, Any] = table.model_dump(exclude={"provenance", "columns"}, exclude_none=True)
-    settings |= {key: _source(settings[key]) for key in MEASURED_FILES if key in settings}
-    sources = measurement.Sources(path.parent, **settings, columns=naming)
+    further = further_channels()
+    settings |= {key: _source(settings[key]) for key in (*MEASURED_FILES, *further) if key in settings}
+    others = {name: _other(settings.pop(name), channel) for name, channel in further.items() if name in settings}
+    sources = measurement.Sources(path.parent, **settings, columns=naming, others=others)
     recorded = measurement.read(sources, rig=rig, history=history, provenance=table.provenance)
     resolved = _resolved(definition)
     _check_hold_out(definition, recorded.history, path)
@@ -74,10 +78,11 @@ def load_text(text: str, path: Path) -> Test:
         measured=recorded.measured,
         hold_out_steps=tuple(step - 1 for step in definition.loop.hold_out_steps or ()),
         reported=_reported(definition),
+        own_parameters={key: v for table in resolved.get("channels", {}).values() for key, v in table.items()},
     )
     digest = sha256(text.encode()).hexdigest()
-    folder = definition.loop.effects
-    hashes = recorded.hashes | ({folder: digest_of(path.parent / folder)} if folder else {})
+    folders = [folder for folder in (definition.loop.effects, definition.loop.channels) if folder]
+    hashes = recorded.hashes | {folder: digest_of(path.parent / folder) for folder in folders}
     return Test(path, experiment, resolved, hashes, recorded.rows, digest)
 
 
@@ -86,6 +91,14 @@ def _source(given: str | Mapping[str, Any]) -> measurement.Source:
     table: Mapping[str, Any] = {"file": given} if isinstance(given, str) else given
     settings: dict[str, Any] = {k: tuple(value) if isinstance(value, list) else value for k, value in table.items()}
     return measurement.Source(**settings)
+
+
+def _other(source: measurement.Source, channel: Channel) -> measurement.Other:
+    """The file of a channel that says itself how it is read."""
+    assert channel.file is not None
+    columns = [measurement.column(c.name, c.unit, required=c.required) for c in channel.file.columns]
+    ranges = {c.name: (c.lower, c.upper) for c in channel.file.columns}
+    return measurement.Other(source, columns, ranges, channel.file.samples, channel.file.fewest)
 
 
 def _check_hold_out(definition: DefinitionBase, history: History, path: Path) -> None:

@@ -15,11 +15,12 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from twindisc_cli import effects
 from twindisc_cli.definition.lines import Key, locate
 from twindisc_cli.definition.rules import broken
 from twindisc_cli.definition.schema import DefinitionBase, definition_model
-from twindisc_cli.effects import add_folder
 from twindisc_cli.errors import DefinitionError, Problem, nearest
+from twindisc_cli.loop import channels
 from twindisc_cli.quantities import split_key
 
 _SYNTAX = re.compile(r"(.*) \(at (?:line (\d+), column \d+|end of document)\)")
@@ -57,7 +58,7 @@ def parse(text: str, file: str) -> DefinitionBase:
 
 def _parse(text: str, file: str) -> DefinitionBase:
     source, problems = _read(text, file)
-    problems.extend(_add_effects(source))
+    problems.extend(_add_folders(source))
     meant: dict[Key, str] = {}
     model = definition_model()
     try:
@@ -74,15 +75,16 @@ def _parse(text: str, file: str) -> DefinitionBase:
     return definition
 
 
-def _add_effects(source: _Source) -> Iterator[Problem]:
-    """The effects of the folder that [loop] names are known from here on, or it is none."""
+def _add_folders(source: _Source) -> Iterator[Problem]:
+    """The effects and channels of the folders that [loop] names are known from here on, or these are none."""
     loop = source.raw.get("loop")
-    folder = loop.get("effects") if isinstance(loop, Mapping) else None
-    if isinstance(folder, str) and folder:
-        try:
-            add_folder(Path(source.file).parent / folder)
-        except (DefinitionError, OSError, ValueError):
-            yield source.problem(("loop", "effects"), f"{folder} is no folder of effect files")
+    for kind, add in (("effects", effects.add_folder), ("channels", channels.add_folder)):
+        folder = loop.get(kind) if isinstance(loop, Mapping) else None
+        if isinstance(folder, str) and folder:
+            try:
+                add(Path(source.file).parent / folder)
+            except (DefinitionError, OSError, ValueError):
+                yield source.problem(("loop", kind), f"{folder} is no folder of {kind.removesuffix('s')} files")
 
 
 def _in_order(problems: list[Problem]) -> list[Problem]:
@@ -255,7 +257,7 @@ def _inner_model(annotation: object) -> type[BaseModel] | None:
 def _every_table(model: type[BaseModel]) -> tuple[tuple[Key, list[str]], ...]:
     """The tables of the schema that stand on their own, with their keys."""
     names = _keys(model, ())
-    inner = {name: _keys(model, (name,)) for name in names if name not in ("effects", *NAMED)}
+    inner = {name: _keys(model, (name,)) for name in names if name not in ("effects", "channels", *NAMED)}
     return (((), names), *(((name,), keys) for name, keys in inner.items() if keys))
 
 

@@ -28,6 +28,8 @@ from twindisc_cli.errors import did_you_mean
 from twindisc_cli.laws.covariates import COVARIATES
 from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.laws.shapes import SHAPES
+from twindisc_cli.loop.channels import further_channels
+from twindisc_cli.loop.channels._channel import Channel
 
 SCHEMA_URL = "https://json-schema.org/draft/2020-12/schema"
 
@@ -337,6 +339,7 @@ class LoopTable(Table):
         default=None, description="steps, counted from 1, that are never used to fit or to choose"
     )
     effects: FileName | None = Field(default=None, description="a folder of further effects, one file each")
+    channels: FileName | None = Field(default=None, description="a folder of further channels, one file each")
 
 
 def _one_of(names: Iterable[str]) -> tuple[AfterValidator, WithJsonSchema]:
@@ -421,17 +424,59 @@ def _effects_table(known: tuple[tuple[str, Effect], ...]) -> type[Table]:
     return create_model("effects", __base__=Table, __doc__="Declared effects, one table each.", **tables)
 
 
+def _measured_table(further: tuple[tuple[str, Channel], ...]) -> type[MeasuredTable]:
+    """The table of measured data with the files, and their columns, of channels that bring their own."""
+    if not further:
+        return MeasuredTable
+    columns = {
+        column.name.replace(" ", "_"): (ColumnTable | None, None)
+        for _, channel in further
+        for column in (channel.file.columns if channel.file else ())
+    }
+    new: Any = {name: kind for name, kind in columns.items() if name not in ColumnsTable.model_fields}
+    every = create_model("ColumnsTable", __base__=ColumnsTable, __doc__=ColumnsTable.__doc__, **new)
+    files: Any = {
+        name: (MeasuredFile | None, Field(default=None, description=f"{channel.label} of the test"))
+        for name, channel in further
+    }
+    files["columns"] = (every | None, None)
+    return create_model("MeasuredTable", __base__=MeasuredTable, __doc__=MeasuredTable.__doc__, **files)
+
+
+def _channels_table(further: tuple[tuple[str, Channel], ...]) -> type[Table]:
+    """A table for each channel with parameters of its own."""
+    tables: dict[str, Any] = {}
+    for name, channel in further:
+        keys: dict[str, Any] = {
+            base.key: (
+                Annotated[float, Field(ge=base.lower, le=base.upper, description=f"{base.meaning} [{base.unit}]")]
+                | None,
+                None,
+            )
+            for base in channel.parameters
+            if base.place is None
+        }
+        table = create_model(name, __base__=Table, __doc__=f"Of the channel {channel.label}.", **keys)
+        tables[name] = (table | None, None)
+    return create_model("channels", __base__=Table, __doc__="Parameters of channels, one table each.", **tables)
+
+
 def definition_model() -> type[DefinitionBase]:
-    """The schema of a test definition, with a table for every effect of the catalogue."""
-    return _definition_model(tuple(catalogue().items()))
+    """The schema of a test definition, with a table for every effect of the catalogue and every further channel."""
+    return _definition_model(tuple(catalogue().items()), tuple(further_channels().items()))
 
 
 @cache
-def _definition_model(known: tuple[tuple[str, Effect], ...]) -> type[DefinitionBase]:
-    effects: Any = _effects_table(known)
-    return create_model(
-        "Definition", __base__=DefinitionBase, __doc__="A twin-disc test definition.", effects=(effects, effects())
-    )
+def _definition_model(
+    known: tuple[tuple[str, Effect], ...], further: tuple[tuple[str, Channel], ...]
+) -> type[DefinitionBase]:
+    effects, channels, measured = _effects_table(known), _channels_table(further), _measured_table(further)
+    tables: Any = {
+        "effects": (effects, effects()),
+        "channels": (channels, channels()),
+        "measured": (measured, measured()),
+    }
+    return create_model("Definition", __base__=DefinitionBase, __doc__="A twin-disc test definition.", **tables)
 
 
 def json_schema() -> dict[str, Any]:

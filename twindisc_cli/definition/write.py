@@ -13,9 +13,10 @@ import tomli_w
 
 from twindisc_cli.definition.schema import MEASURED_FILES
 from twindisc_cli.laws.law import Law
+from twindisc_cli.loop.channels import further_channels
 
-_PATHS = (*(("measured", key) for key in MEASURED_FILES), ("loop", "effects"))
-"""The keys that name a file or a folder, with their tables."""
+_FOLDERS = (("loop", "effects"), ("loop", "channels"))
+"""Keys that name a folder, with their tables."""
 
 
 def dump(
@@ -60,7 +61,8 @@ def relocate(text: str, *, source: Path, target: Path, effects: Path | None = No
     """
     remarks = "".join(f"{line}\n" for line in takewhile(lambda line: line.startswith("#"), text.split("\n")))
     document = tomllib.loads(text)
-    for table, key in _PATHS:
+    files = (("measured", key) for key in (*MEASURED_FILES, *further_channels()))
+    for table, key in (*files, *_FOLDERS):
         named = document.get(table, {}).get(key)
         if isinstance(named, str):
             document[table][key] = _from(target, source / named)

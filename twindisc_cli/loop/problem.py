@@ -20,11 +20,14 @@ from numpy.typing import NDArray
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Effect
+from twindisc_cli.errors import DefinitionError
+from twindisc_cli.errors import Problem as Mistake
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.channels._channel import Base
 from twindisc_cli.loop.noise import Noise
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.model.base import MODEL_KEYS
 from twindisc_cli.model.experiment import Experiment, Floats, Rig
 from twindisc_cli.model.forward import ForwardModel, Marched, Prediction
 from twindisc_cli.model.patch import Paths
@@ -64,12 +67,12 @@ class Case:
 
 def _bases() -> list[Base]:
     """The base parameters that channels fix."""
-    return [channel.base for channel in channels().values() if channel.base is not None]
+    return [base for channel in channels().values() for base in channel.parameters]
 
 
 def stated(test: Experiment) -> dict[str, float]:
     """The base parameters that a definition gives a value."""
-    values = {base.key: base.given(test) for base in _bases()}
+    values = {base.key: base.of(test) for base in _bases()}
     return {key: value for key, value in values.items() if np.isfinite(value)}
 
 
@@ -87,7 +90,38 @@ def cases_of(tests: Sequence[Experiment]) -> list[Case]:
         told = channel.together(measured) if channel.together else [channel.noise(test) for test in measured]
         for i, found in zip(own, told, strict=True):
             noise[i][name] = found
-    return [Case(ForwardModel(test), found) for test, found in zip(tests, noise, strict=True)]
+    cases = [Case(ForwardModel(test), found) for test, found in zip(tests, noise, strict=True)]
+    for case in cases:
+        refuse_unread(case)
+    return cases
+
+
+class _Read(dict[str, Floats]):
+    """Parameters that remember which of them were asked for."""
+
+    def __init__(self, values: Mapping[str, Floats]) -> None:
+        super().__init__(values)
+        self.asked: set[str] = set()
+
+    def __getitem__(self, key: str) -> Floats:
+        """One of them, remembered."""
+        self.asked.add(key)
+        return super().__getitem__(key)
+
+
+def refuse_unread(case: Case) -> None:
+    """DefinitionError where a measured channel declares a base parameter that neither model nor channel reads."""
+    own = {n: [b.key for b in channels()[n].parameters if b.key not in MODEL_KEYS] for n in case.noise}
+    if not any(own.values()):
+        return
+    prediction = case.model.predict({key: np.array([value]) for key, value in case.held.items()})
+    read = _Read(prediction.own)
+    for name in case.noise:
+        channels()[name].predicted(case.model, replace(prediction, own=read))
+    unread = [(name, key) for name, keys in own.items() for key in keys if key not in read.asked]
+    if unread:
+        told = "; ".join(f"the channel {name} declares {key}, which nothing reads" for name, key in unread)
+        raise DefinitionError(Mistake(f'{told}: its `predicted` finds it in prediction.own["{unread[0][1]}"]'))
 
 
 @dataclass(frozen=True)
@@ -189,16 +223,14 @@ class Problem:
         """One for every channel and test; those that are shared, once."""
         found: dict[tuple[str, int | None], Parameter] = {}
         for name in self.channels:
-            base = channels()[name].base
-            if base is None:
-                continue
-            seen = [i for i, case in enumerate(self.cases) if name in case.noise]
-            given = [i for i, case in enumerate(self.cases) if np.isfinite(base.given(case.test))]
-            if base.shared and seen and not given:
-                start = float(np.median([self.cases[i].held[base.key] for i in seen]))
-                found.setdefault((base.key, None), _parameter(base, start, None))
-            for i in [] if base.shared else sorted({*seen} - {*given}):
-                found.setdefault((base.key, i), _parameter(base, self.cases[i].held[base.key], i))
+            for base in channels()[name].parameters:
+                seen = [i for i, case in enumerate(self.cases) if name in case.noise]
+                given = [i for i, case in enumerate(self.cases) if np.isfinite(base.of(case.test))]
+                if base.shared and seen and not given:
+                    start = float(np.median([self.cases[i].held[base.key] for i in seen]))
+                    found.setdefault((base.key, None), _parameter(base, start, None))
+                for i in [] if base.shared else sorted({*seen} - {*given}):
+                    found.setdefault((base.key, i), _parameter(base, self.cases[i].held[base.key], i))
         return list(found.values())
 
     def start(self) -> Floats:
@@ -274,7 +306,7 @@ class Problem:
         step_mu = case.test.history.given_mu
         if np.isfinite(step_mu).any():
             base["mu"] = np.where(np.isfinite(step_mu), step_mu, base["mu"][:, None])
-        return {key: base[key] for key in ("mu", "K", "convection_W_K")}
+        return base
 
     @property
     def parts(self) -> list[tuple[int, str]]:

@@ -37,11 +37,11 @@ def read_traction(
     )
     table = read_table(data, file, wanted, naming)
     columns = table.columns
-    _enough(table, FEWEST["traction"])
+    check_enough(table, FEWEST["traction"])
     if history is None:
         history = _found_history(table, rig)
     if "time" in columns:
-        _check_time(table, history, partner="traction ratio")
+        check_time(table, history, partner="traction ratio")
     step = _steps(table, history)
     if not _swapped(table, history):
         _check_creepage(table, history, step)
@@ -85,8 +85,8 @@ def read_temperature(
 ) -> tuple[TemperatureSamples, RowCount]:
     """Disc temperature over time."""
     table = read_table(data, file, (Column("time", TIME), Column("temperature", TEMPERATURE)), naming)
-    _enough(table, FEWEST["temperature"])
-    _check_time(table, history, partner="temperature")
+    check_enough(table, FEWEST["temperature"])
+    check_time(table, history, partner="temperature")
     check_kelvin(table)
     table.check()
     return TemperatureSamples(time=table.columns["time"], temperature=table.columns["temperature"]), table.count()
@@ -150,12 +150,13 @@ def tolerance(history: History) -> Floats:
     return np.asarray(relative * np.where(size > 0.0, size, smallest if np.isfinite(smallest) else 0.0) + absolute)
 
 
-def _enough(table: Table, fewest: int) -> None:
+def check_enough(table: Table, fewest: int) -> None:
+    """As many rows as a channel needs."""
     if len(table) < fewest and not table.problems:
         table.note(f"too few points: {len(table)}, at least {fewest} are needed", line=int(table.lines[-1]))
 
 
-def _check_time(table: Table, history: History, *, partner: str) -> None:
+def check_time(table: Table, history: History, *, partner: str) -> None:
     """Times rise, without doubles, inside the history."""
     time, end = table.columns["time"], float(history.end_time[-1])
     rise = np.diff(time, prepend=-np.inf)

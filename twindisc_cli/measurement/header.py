@@ -96,7 +96,7 @@ def match(header: Sequence[str], wanted: Sequence[Column], naming: Naming) -> Ma
     columns = {column.name: column for column in wanted}
     places: dict[str, Place] = {}
     doubled: list[tuple[str, int]] = []
-    names = {column.name: column.name for column in free} | declared
+    names = {plain(column.name): column.name for column in free} | declared
     others = _place(header, range(len(header)), names, columns, naming, places, doubled)
     absent = [column for column in free if column.name not in places]
     names = {plain(other): column.name for column in absent for other in column.also}

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from twindisc_cli.quantities import UNITS
+from twindisc_cli.quantities import UNITS, unit_named
 
 
 @dataclass(frozen=True)
@@ -51,6 +51,14 @@ MASS = Quantity("mass", _in("mg", "ug", "g", "kg"))
 FORCE = Quantity("force", _in("N", "kN", "mN", "kgf", "lbf"))
 TORQUE = Quantity("torque", _in("N m", "N cm", "N mm", "mN m", "kN m"))
 SPEED = Quantity("speed", _in("m s-1", "mm s-1", "m min-1", "km h-1"))
+
+
+def kind_of(name: str) -> Quantity:
+    """The kind of a unit: all units of the table that have the same SI unit, this one first."""
+    unit = unit_named(name)
+    alike = [other for other in UNITS.values() if other.si == unit.si and other.name != unit.name]
+    units = {other.solidus: (other.factor, other.offset) for other in (unit, *alike)}
+    return Quantity(f"a quantity in {unit.solidus}", units, default="1" if name == "1" else None)
 
 
 def rim_speed(radius: float) -> Quantity:

@@ -12,11 +12,19 @@ and what depends on it acts as at the environment's.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from twindisc_cli.model.experiment import Experiment, Floats
+
+MODEL_KEYS: Mapping[str, str] = {
+    "mu": "mu",
+    "K": "K",
+    "convection_W_K": "convection",
+    "creepage_factor": "creepage_factor",
+}
+"""What the model reads: the keys of base parameters, and the names of their fields."""
 
 
 def _unknown() -> Floats:
@@ -31,13 +39,14 @@ def _nominal() -> Floats:
 class BaseParameters:
     """Parameter sets, each (set,), or (set, iteration) where a value is given for each iteration; NaN: not known.
 
-    creepage_factor: true over nominal creepage [1].
+    creepage_factor: true over nominal creepage [1]. own: parameters that only a channel reads, by key.
     """
 
     mu: Floats
     K: Floats = field(default_factory=_unknown)
     convection: Floats = field(default_factory=_unknown)
     creepage_factor: Floats = field(default_factory=_nominal)
+    own: Mapping[str, Floats] = field(default_factory=dict)
 
     @classmethod
     def declared(cls, test: Experiment, mu: Floats) -> BaseParameters:
@@ -51,19 +60,22 @@ class BaseParameters:
 
     @classmethod
     def of(cls, base: BaseParameters | Mapping[str, Floats]) -> BaseParameters:
-        """Take the record, or its values by the keys of a definition: mu, K, convection_W_K; creepage_factor."""
+        """Take the record, or its values by the keys of MODEL_KEYS; any other key is a channel's own."""
         if isinstance(base, BaseParameters):
             return base
-        return cls(**{"convection" if key == "convection_W_K" else key: value for key, value in base.items()})
+        known = {MODEL_KEYS[key]: value for key, value in base.items() if key in MODEL_KEYS}
+        return cls(**known, own={key: value for key, value in base.items() if key not in MODEL_KEYS})
 
     @property
     def sets(self) -> int:
         """How many parameter sets these are."""
-        return max(len(np.atleast_1d(getattr(self, f.name))) for f in fields(self))
+        every = [*(getattr(self, name) for name in MODEL_KEYS.values()), *self.own.values()]
+        return max(len(np.atleast_1d(values)) for values in every)
 
     def columns(self, sets: int) -> BaseParameters:
         """Every value as (set, 1) or (set, iteration)."""
-        return BaseParameters(**{f.name: column(getattr(self, f.name), sets) for f in fields(self)})
+        own = {key: column(values, sets) for key, values in self.own.items()}
+        return BaseParameters(**{n: column(getattr(self, n), sets) for n in MODEL_KEYS.values()}, own=own)
 
 
 def column(values: Floats, sets: int) -> Floats:

@@ -358,7 +358,8 @@ class Experiment:
 
     reported holds numbers stated elsewhere (a paper, a report) that `check` compares with the physics: depth [m],
     width [m], wear_coefficient [1], temperature_rise [K], each only where stated. hold_out_steps count from 0.
-    tolerances: relative standard deviations of quantities of the discs, by name.
+    tolerances: relative standard deviations of quantities of the discs, by name. own_parameters: what the definition
+    says of base parameters that only a channel reads, by key.
     """
 
     name: str
@@ -373,6 +374,7 @@ class Experiment:
     measured: Measured = field(default_factory=Measured)
     hold_out_steps: tuple[int, ...] = ()
     reported: Mapping[str, float] = field(default_factory=dict)
+    own_parameters: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def is_plain(self) -> bool:

@@ -16,7 +16,7 @@ energy, temperature and wear stand still. Everything is vectorised over paramete
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Literal
 
@@ -63,7 +63,7 @@ class Prediction:
 
     `state` holds the operating points after the last pass, `section` the worn section at them [m2], (set, point).
     The profile is NaN where K is not known (the section is then 0), the temperature where the convection is not.
-    Contact and profile moved on `paths`.
+    Contact and profile moved on `paths`. own: parameters that only a channel reads, (set, 1), by key.
     """
 
     traction: Floats
@@ -72,6 +72,7 @@ class Prediction:
     state: State
     section: Floats
     paths: Paths
+    own: Mapping[str, Floats] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -84,6 +85,13 @@ class ForwardModel:
     def points(self) -> Points:
         """Where the model is evaluated."""
         return operating_points(self.experiment)
+
+    def read_at(self, times: Floats, values: Floats, *, within: bool = True) -> Floats:
+        """Values at the operating points (set, point) at times [s] (sample,): (set, sample).
+
+        within: what may jump between iterations, as the power does, is read from points of the sample's own.
+        """
+        return self.points.reading(self.experiment.history, times, within=within)(values)
 
     @cached_property
     def circumference_hardness(self) -> float:
@@ -487,4 +495,5 @@ class _Chain:
             state=state,
             section=section,
             paths=self._paths(state, section),
+            own=self.base.own,
         )

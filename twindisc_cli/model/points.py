@@ -45,6 +45,7 @@ class Points:
     time_in_step: time since the creepage of the history changed [s]; greatest_creepage: the largest of the history so
     far, without its sign [1]: each (point,).
     of_traction: the point of every traction sample; of_temperature likewise; of_iteration: the last point of each.
+    of_cut: the points at which the history is cut, which are all but those of samples with a creepage of their own.
     traction, temperature: how values at the points are read at the samples.
     """
 
@@ -58,8 +59,13 @@ class Points:
     of_traction: Ints
     of_temperature: Ints
     of_iteration: Ints
+    of_cut: Ints
     traction: Reading
     temperature: Reading
+
+    def reading(self, history: History, times: Floats, *, within: bool) -> Reading:
+        """Where samples at times [s] (sample,) lie; `within`: between points of their own iteration."""
+        return _replaced(_reading(history, self.time[self.of_cut], times, within=within), self.of_cut)
 
 
 def operating_points(experiment: Experiment) -> Points:
@@ -68,7 +74,8 @@ def operating_points(experiment: Experiment) -> Points:
     ends = history.end_time
     traction_times = sample_times(history, measured.traction)
     temperature_times = measured.temperature.time if measured.temperature else np.empty(0)
-    cuts = _cuts(history, np.concatenate([traction_times, temperature_times]))
+    others = [np.asarray(getattr(samples, "time", [])) for samples in measured.others.values()]
+    cuts = _cuts(history, np.concatenate([traction_times, temperature_times, *others]))
     own = _own_creepage(history, measured.traction, traction_times)
     times, place = _merge(cuts, traction_times[own])
     of_cut, of_own = place[: len(cuts)], place[len(cuts) :]
@@ -94,6 +101,7 @@ def operating_points(experiment: Experiment) -> Points:
         of_traction=traction.of,
         of_temperature=temperature.of,
         of_iteration=of_cut[np.searchsorted(cuts, ends - 1e-9 * ends[-1])],
+        of_cut=of_cut,
         traction=traction,
         temperature=temperature,
     )

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from twindisc_cli.laws.law import Law
-from twindisc_cli.loop.channels import channels
+from twindisc_cli.loop.channels import base_named, channels
 from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis, Estimate, FoundEffect, FoundLaw, Tried
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.report.words import (
@@ -30,12 +30,6 @@ TOLD = 0.05
 """Share of its misfit from which on a term is told to leave some."""
 DIFFERENCE = "without the samples held out"
 """How a note begins that what is printed and what was judged on held-out samples differ."""
-BASE: Mapping[str, tuple[str, str]] = {
-    "mu": ("friction_coefficient", "coefficient of friction of the base model"),
-    "K": ("wear_coefficient", "wear coefficient of the base model"),
-    "convection_W_K": ("convection_W_K", "convection h S of the disc"),
-}
-"""Base parameters: their key in the definition, and what they are."""
 
 
 def provenance(kinds: Sequence[str]) -> str:
@@ -236,7 +230,8 @@ def ranked(diagnosis: Diagnosis, channel: str) -> list[Tried]:
 def base_meaning(name: str) -> str:
     """What a base parameter is; several tests have one each, which carries the test's name."""
     key, _, test = name.partition(" ")
-    meaning = BASE.get(key, ("", key))[1]
+    base = base_named(key)
+    meaning = base.meaning if base and base.meaning else key
     return f"{meaning} {test}".strip()
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.loop.noise import Noise
-from twindisc_cli.model.experiment import Experiment, Floats, Ints
+from twindisc_cli.model.experiment import Experiment, Floats, History, Ints
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.quantities import QUANTITIES, Quantity
 
@@ -28,22 +28,58 @@ def known(samples: Samples | None) -> Samples:
 
 @dataclass(frozen=True)
 class Base:
-    """A base parameter that a channel fixes: key, unit and bounds in the definition's unit.
+    """A base parameter that a channel fixes, which is positive: key, unit and bounds in the definition's unit.
 
-    `given` reads it from a definition (NaN: not known); `guess` estimates it from the measurements alone, NaN where
-    they cannot; `shared`: one for all tests, as a material's constant is.
+    The model reads mu, K and the convection; any other reaches the channel's own `predicted` as `prediction.own[key]`,
+    of shape (set, 1). `given` reads it from a definition (NaN: not known); `guess` estimates it from the measurements
+    alone, NaN where they cannot; `shared`: one for all tests, as a material's constant is. `place`: table and key of a
+    definition that give it, where that is not `[channels.NAME]` and its own key.
     """
 
     key: str
     unit: str
     lower: float
     upper: float
-    given: Callable[[Experiment], float]
     guess: Callable[[ForwardModel], float]
+    given: Callable[[Experiment], float] | None = None
     shared: bool = False
+    meaning: str = ""
+    place: tuple[str, str] | None = None
+
+    def of(self, test: Experiment) -> float:
+        """Its value in a definition, NaN where that gives none."""
+        if self.given is not None:
+            return self.given(test)
+        return test.own_parameters.get(self.key, np.nan)
 
 
 @dataclass(frozen=True)
+class FileColumn:
+    """A column of a channel's file: its name, a unit (all units of the same kind are understood), and its range [SI].
+
+    A column called `time` holds times of the history, which rise.
+    """
+
+    name: str
+    unit: str
+    required: bool = True
+    lower: float = -np.inf
+    upper: float = np.inf
+
+
+@dataclass(frozen=True)
+class File:
+    """How the file of a channel is read, which a definition names under [measured] by the channel's name.
+
+    samples: makes the channel's samples of the columns in SI units, by name (row,), and the history.
+    """
+
+    columns: tuple[FileColumn, ...]
+    samples: Callable[[Mapping[str, Floats], History], Any]
+    fewest: int = 3
+
+
+@dataclass(frozen=True, eq=False)
 class Channel:
     """A measured channel. Samples are a record of arrays (sample,); the functions take and give SI units.
 
@@ -52,7 +88,8 @@ class Channel:
     order      place among the channels, those first that drive the others
     samples    the samples of a test, None where the channel was not measured
     values     the measured values of the samples (sample,)
-    base       the base parameter that it fixes, None where it fixes none
+    parameters the base parameters that it fixes
+    file       how its file is read; None: the program's own reader knows
     predicted  the same of a prediction (set, sample)
     noise      the noise of a test's samples
     together   the same of several tests, which may tell of each other's; None: one by one
@@ -69,7 +106,6 @@ class Channel:
     quantity: Quantity
     order: int
     assumed_noise: float
-    base: Base | None
     samples: Callable[[Experiment], Any]
     values: Callable[[Any], Floats]
     predicted: Callable[[ForwardModel, Prediction], Floats]
@@ -78,6 +114,8 @@ class Channel:
     withheld: Callable[[Experiment, tuple[int, ...]], Mask]
     covariates: Callable[[ForwardModel, Prediction], dict[str, Floats | Ints]]
     planned: Callable[[Experiment, Floats, float], Any]
+    parameters: tuple[Base, ...] = ()
+    file: File | None = None
     together: Callable[[Sequence[Experiment]], Sequence[Noise]] | None = None
     look_at: Mapping[str, str] = field(default_factory=dict)
     stands_for: frozenset[str] = frozenset()

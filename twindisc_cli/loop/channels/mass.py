@@ -91,13 +91,23 @@ def _planned(test: Experiment, times: Floats, half_width: float) -> MassSamples 
     return MassSamples(stops, np.zeros(len(stops)), np.full(len(stops), 2, dtype=np.int64), unknown)
 
 
+BASE = Base(
+    "K",
+    "1",
+    1e-9,
+    1.0,
+    _guess,
+    _given,
+    shared=True,
+    meaning="wear coefficient of the base model",
+    place=("model", "wear_coefficient"),
+)
 CHANNEL = Channel(
     name="mass",
     label="mass lost",
     quantity=Quantity("mass", "m", "mass lost", "mg"),
     order=3,
     assumed_noise=1e-7,
-    base=Base("K", "1", 1e-9, 1.0, _given, _guess, shared=True),
     samples=lambda test: test.measured.mass,
     values=lambda samples: np.asarray(samples.loss),
     predicted=_predicted,
@@ -106,6 +116,7 @@ CHANNEL = Channel(
     withheld=_withheld,
     covariates=_covariates,
     planned=_planned,
+    parameters=(BASE,),
     look_at={"energy": "a wear coefficient that changed over the history, or another share of the discs in the wear"},
     stands_for=frozenset({"wear"}),
 )

@@ -135,13 +135,23 @@ def _planned(test: Experiment, times: Floats, half_width: float) -> ProfileSampl
     )
 
 
+BASE = Base(
+    "K",
+    "1",
+    1e-9,
+    1.0,
+    _guess,
+    _given,
+    shared=True,
+    meaning="wear coefficient of the base model",
+    place=("model", "wear_coefficient"),
+)
 CHANNEL = Channel(
     name="profile",
     label="worn profile",
     quantity=Quantity("profile", "h", "height change", "um"),
     order=2,
     assumed_noise=1e-7,
-    base=Base("K", "1", 1e-9, 1.0, _given, _guess, shared=True),
     samples=lambda test: test.measured.profile,
     values=lambda samples: np.asarray(samples.height),
     predicted=lambda model, prediction: prediction.profile,
@@ -150,6 +160,7 @@ CHANNEL = Channel(
     withheld=_withheld,
     covariates=_covariates,
     planned=_planned,
+    parameters=(BASE,),
     look_at={
         "y": "how wear spreads across the track: patch shape, alignment, play, both discs, the profilometer",
         "time": "a wear coefficient that changed over the history",

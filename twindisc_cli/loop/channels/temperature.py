@@ -97,13 +97,22 @@ def _planned(test: Experiment, times: Floats, half_width: float) -> TemperatureS
     return TemperatureSamples(times, np.full_like(times, 293.0)) if test.thermal is not None else None
 
 
+BASE = Base(
+    "convection_W_K",
+    "W K-1",
+    1e-5,
+    1e6,
+    _guess,
+    _given,
+    meaning="convection h S of the disc",
+    place=("thermal", "convection_W_K"),
+)
 CHANNEL = Channel(
     name="temperature",
     label="disc temperature",
     quantity=Quantity("temperature", "T", "disc temperature", "degC"),
     order=1,
     assumed_noise=0.2,
-    base=Base("convection_W_K", "W K-1", 1e-5, 1e6, _given, _guess),
     samples=lambda test: test.measured.temperature if test.thermal is not None else None,
     values=lambda samples: np.asarray(samples.temperature),
     predicted=lambda model, prediction: prediction.temperature,
@@ -112,6 +121,7 @@ CHANNEL = Channel(
     withheld=_withheld,
     covariates=_covariates,
     planned=_planned,
+    parameters=(BASE,),
     look_at={
         "time": "heat sources and cooling that change with time, and the environment",
         "temperature": "how the cooling depends on the temperature itself: radiation, boiling",

@@ -143,13 +143,22 @@ def _planned(test: Experiment, times: Floats, half_width: float) -> TractionSamp
     return TractionSamples(times, test.history.step[at], test.history.creepage[at], np.zeros_like(times), unknown)
 
 
+BASE = Base(
+    "mu",
+    "1",
+    1e-3,
+    3.0,
+    _guess,
+    _given,
+    meaning="coefficient of friction of the base model",
+    place=("model", "friction_coefficient"),
+)
 CHANNEL = Channel(
     name="traction",
     label="traction",
     quantity=Quantity("traction", "T/N", "traction ratio T/N", "1"),
     order=0,
     assumed_noise=0.005,
-    base=Base("mu", "1", 1e-3, 3.0, _given, _guess),
     samples=lambda test: test.measured.traction,
     values=lambda samples: np.asarray(samples.ratio),
     predicted=lambda model, prediction: prediction.traction,
@@ -159,6 +168,7 @@ CHANNEL = Channel(
     withheld=_withheld,
     covariates=_covariates,
     planned=_planned,
+    parameters=(BASE,),
     look_at={
         "creepage": "what changes with sliding: the friction law, films and third bodies, compliant layers",
         "time": "what changes as the test goes on: running-in, contamination, the zero of the torque meter",
