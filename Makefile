@@ -19,8 +19,7 @@ DEVELOPMENT := $(VENV)/.development
 DOCUMENTATION := $(VENV)/.documentation
 SOURCES := $(shell find twindisc_cli -name '*.py' -o -name '*.npz' -o -name '*.html' -o -name '*.toml')
 
-# A campaign uses all cores; one of them after the other.
-.NOTPARALLEL:
+# `make -j2 run` computes two results at a time.
 export OMP_NUM_THREADS = 1
 
 .PHONY: run figures test dist test-minimum test-python lint fuzz bench score records docs schema clean
@@ -38,40 +37,53 @@ $(DOCUMENTATION): $(RUNTIME)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
 	touch $@
 
-# Every command on every definition in configs/ that has what it needs; a definition is named as its file. What is there
-# and up to date is not computed again, unless the program changed. Exit code 5 is a negative finding: a result.
+# Every command on every definition in configs/ that has what it needs. A definition is named as its file, so that
+# results/ambient/check.png is what `twindisc check configs/ambient.toml` draws. The program itself knows what is up to
+# date; it is made to compute again where the program changed. Exit code 5 is a negative finding: a result.
 DEFINITIONS := $(wildcard configs/*.toml)
-named = $(patsubst configs/%.toml,%,$(1))
-holding = $(shell grep -lE '$(1)' $(DEFINITIONS))
-WORN := $(call holding,^(profile|mass) *=)
-friction-chart_ON := $(DEFINITIONS)
-identify-mu_ON := $(DEFINITIONS)
-contact_ON := $(DEFINITIONS)
-check_ON := $(DEFINITIONS)
-simulate-wear_ON := $(WORN)
-fit-k_ON := $(WORN)
-thermal_ON := $(call holding,^\[thermal\])
+TESTS := $(DEFINITIONS:configs/%.toml=%)
+HEATED := $(patsubst configs/%.toml,%,$(shell grep -lE '^\[thermal\]' $(DEFINITIONS)))
+WORN := $(patsubst configs/%.toml,%,$(shell grep -lE '^(profile|mass) *=' $(DEFINITIONS)))
 # The slips of Lewis and Dwyer-Joyce are eight tests apart: a loop over them as one history would find effects of time.
-LOOPS := $(filter-out configs/lewis2004.toml,$(DEFINITIONS))
-close-loop_ON := $(filter-out configs/ambient.toml,$(LOOPS))
-close-loop_MORE := close-loop.html revised.toml
-COMMANDS := friction-chart identify-mu contact check simulate-wear fit-k thermal close-loop
+LOOPS := $(filter-out lewis2004,$(TESTS))
+
+# $(call files,COMMAND,TESTS): the file and the figure of a command for each test.
+files = $(2:%=results/%/$(1).h5) $(2:%=results/%/$(1).png)
+RESULTS := \
+  $(call files,friction-chart,$(TESTS)) \
+  $(call files,identify-mu,$(TESTS)) \
+  $(call files,contact,$(TESTS)) \
+  $(call files,check,$(TESTS)) \
+  $(call files,simulate-wear,$(WORN)) \
+  $(call files,fit-k,$(WORN)) \
+  $(call files,thermal,$(HEATED)) \
+  $(call files,close-loop,$(LOOPS)) $(LOOPS:%=results/%/close-loop.html) $(LOOPS:%=results/%/revised.toml)
 
 INPUTS := $(wildcard data/*.csv) $(SOURCES) $(RUNTIME)
 anew = $(if $(filter $(SOURCES),$?),--force)
 done = || [ $$? -eq 5 ]
+# $(call compute,COMMAND): run it on the definition of a rule; what was up to date is as good as new.
+compute = $(TWINDISC) $(1) $< -o results $(anew) $(done) && touch -c results/$*/$(1).h5 results/$*/$(1).png
 
-define CAMPAIGN
-$(1)_FILES := results/campaign-$(1).csv $(foreach test,$(call named,$($(1)_ON)),results/$(test)/$(1).h5 results/$(test)/$(1).png $($(1)_MORE:%=results/$(test)/%))
-RESULTS += $$($(1)_FILES)
-$$($(1)_FILES) &: $($(1)_ON) $(INPUTS)
-	$(TWINDISC) campaign $(1) $($(1)_ON) -o results $$(anew) $$(done)
-	@touch -c $$($(1)_FILES)
-endef
-$(foreach command,$(COMMANDS),$(eval $(call CAMPAIGN,$(command))))
+results/%/friction-chart.h5 results/%/friction-chart.png: configs/%.toml $(INPUTS)
+	$(call compute,friction-chart)
+results/%/identify-mu.h5 results/%/identify-mu.png: configs/%.toml $(INPUTS)
+	$(call compute,identify-mu)
+results/%/contact.h5 results/%/contact.png: configs/%.toml $(INPUTS)
+	$(call compute,contact)
+results/%/check.h5 results/%/check.png: configs/%.toml $(INPUTS)
+	$(call compute,check)
+results/%/simulate-wear.h5 results/%/simulate-wear.png: configs/%.toml $(INPUTS)
+	$(call compute,simulate-wear)
+results/%/fit-k.h5 results/%/fit-k.png: configs/%.toml $(INPUTS)
+	$(call compute,fit-k)
+results/%/thermal.h5 results/%/thermal.png: configs/%.toml $(INPUTS)
+	$(call compute,thermal)
+results/%/close-loop.h5 results/%/close-loop.png results/%/close-loop.html results/%/revised.toml: configs/%.toml $(INPUTS)
+	$(call compute,close-loop) results/$*/close-loop.html results/$*/revised.toml
 
 # By itself: the nitrogen test predicted from the one in air.
-PREDICTED := $(addprefix results/ambient/,close-loop.h5 close-loop.png $(close-loop_MORE))
+PREDICTED := $(addprefix results/ambient/,close-loop.h5 close-loop.png close-loop.html revised.toml)
 $(PREDICTED) &: configs/ambient.toml configs/cryogenic.toml $(INPUTS)
 	$(TWINDISC) close-loop configs/ambient.toml --validate configs/cryogenic.toml -o results $(anew) $(done)
 	@touch -c $(PREDICTED)
@@ -85,7 +97,7 @@ $(PAPER) &: configs/ambient.toml configs/cryogenic.toml results/ambient/revised.
 	@touch -c $(PAPER)
 
 # Figures to look at, in one folder: the paper's, and the closed loop of each test.
-FIGURES := $(addprefix results/figures/,$(PAPER_FIGURES)) $(patsubst configs/%.toml,results/figures/loop_%.png,$(LOOPS))
+FIGURES := $(addprefix results/figures/,$(PAPER_FIGURES)) $(LOOPS:%=results/figures/loop_%.png)
 $(addprefix results/figures/,$(PAPER_FIGURES)): results/figures/%: results/paper/%
 	@mkdir -p $(@D) && cp $< $@
 results/figures/loop_%.png: results/%/close-loop.png
@@ -94,7 +106,7 @@ results/figures/loop_%.png: results/%/close-loop.png
 figures: $(FIGURES)
 	@printf '%s\n' $(sort $(FIGURES))
 
-run: $(RESULTS) $(PREDICTED) $(PAPER) $(FIGURES)
+run: $(RESULTS) $(PAPER) $(FIGURES)
 	@printf '%s\n' $(sort $(FIGURES))
 
 test: $(DEVELOPMENT)
@@ -107,24 +119,13 @@ dist: $(DEVELOPMENT)
 # The wheel by itself, through the tests of the unpacked source: with the oldest versions that pyproject.toml allows, and
 # with the newest there are on other versions of Python. Each in a folder of its own under build/alone.
 PYTHONS := python3.12 python3.13
-define ALONE
-	rm -rf build/alone/$(1) && mkdir -p build/alone/$(1)
-	tar -xzf build/dist/twindisc-*.tar.gz -C build/alone/$(1) --strip-components=1
-	find build/alone/$(1)/twindisc_cli -name '*.py' -delete
-	$(1) -m venv build/alone/$(1)/.venv
-	build/alone/$(1)/.venv/bin/python -m pip install --quiet --disable-pip-version-check $(2) \
-	  "$$(ls build/dist/*.whl)[test,cluster,rigs]"
-	build/alone/$(1)/.venv/bin/python -m pip check
-	cd build/alone/$(1) && .venv/bin/python -m pytest -n 2 --dist worksteal
-
-endef
 
 test-minimum: dist
 	$(BIN)/python tests/minimum_versions.py > build/pins.txt
-	$(call ALONE,$(PYTHON),-c build/pins.txt)
+	sh tests/alone.sh $(PYTHON) -c build/pins.txt
 
 test-python: dist
-	$(foreach python,$(PYTHONS),$(call ALONE,$(python),))
+	for python in $(PYTHONS); do sh tests/alone.sh $$python || exit 1; done
 
 lint: $(DEVELOPMENT)
 	$(BIN)/ruff check .
