@@ -106,6 +106,12 @@ def test_a_law_that_was_there_before_gives_way_to_two_effects(monkeypatch: pytes
     assert found.labels == (two if older else answer).labels
 
 
+def test_a_law_whose_rivals_were_not_recorded_stays() -> None:
+    """So it is where terms are exchanged until their number is exhausted, as with loads by step."""
+    answer, before = made(40.0, "mu_over_time", "torque_offset"), made(20.0, "mu_over_time")
+    assert without_older_laws(answer, {"torque_offset": []}, before) == (answer, {"torque_offset": []})
+
+
 def test_evidence_pays_for_the_choice_of_forms() -> None:
     problem = PLAIN.with_terms("mu_over_time", trial={"mu_over_time": LAW})
     fitted = at(problem, problem.start())

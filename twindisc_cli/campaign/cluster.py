@@ -188,6 +188,9 @@ def _connected(address: str) -> Iterator[Client]:
     except (OSError, ValueError) as error:
         what = f"no scheduler answers at {address} ({str(error).splitlines()[0] if str(error) else 'timed out'})"
         raise DefinitionError(Problem(what, key="--scheduler")) from error
+    except TypeError as error:  # what Dask raises where tls:// is asked for and no certificates are
+        what = f"{address} asks for TLS, and Dask's settings name no certificates: distributed.comm.tls.client.cert"
+        raise DefinitionError(Problem(what, key="--scheduler")) from error
     try:
         yield client
     except (OSError, CancelledError) as error:

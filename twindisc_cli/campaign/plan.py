@@ -77,11 +77,16 @@ def _files(given: Sequence[str], problems: list[Problem]) -> list[Path]:
     for pattern in given:
         path = Path(pattern)
         found = _matches(path)
-        files.update((file, None) for file in found if file.is_file())
+        regular = [file for file in found if file.is_file()]
+        files.update((file, None) for file in regular)
         if not found:
             problems.append(Problem("no such file", pattern))
         elif found == [path] and path.is_dir():
             problems.append(Problem(f"is a folder; write {path.as_posix()}/*.toml", pattern))
+        elif found == [path] and not regular:
+            problems.append(Problem("is a pipe or a device; name a file", pattern))
+        elif not regular:
+            problems.append(Problem(f"fits {found[0].as_posix()}, but no file; write {pattern}/*.toml", pattern))
     return list(files)
 
 

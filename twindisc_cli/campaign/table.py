@@ -11,8 +11,9 @@ import csv
 import importlib.util
 import io
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import chain, count
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,8 @@ Value = float | int | str | bool | None
 _KEYED = ("step", "effect", "law")
 _LARGEST = 10**300
 """What names a record in a list of records."""
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""What a spreadsheet takes a cell for a formula by."""
 _HEADER = re.compile(r"(.*) \[([^\]]*)\]")
 
 
@@ -170,22 +173,50 @@ def csv_text(table: Table) -> str:
     """The table as CSV: one header row with units, empty cells where there is nothing."""
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(table.columns)
+    writer.writerow([_as_text(name) for name in table.columns])
     for cells in zip(*(column.tolist() for column in table.columns.values()), strict=True):
-        writer.writerow(["" if isinstance(cell, float) and cell != cell else cell for cell in cells])
+        writer.writerow([_cell(cell) for cell in cells])
     return buffer.getvalue()
+
+
+def _cell(cell: Value) -> Value:
+    """A cell of the CSV: empty where a number is not known."""
+    if isinstance(cell, str):
+        return _as_text(cell)
+    return "" if isinstance(cell, float) and cell != cell else cell
+
+
+def _as_text(text: str) -> str:
+    """A text that no spreadsheet takes for a formula: with an apostrophe before it where it would."""
+    if not text.startswith(_FORMULA):
+        return text
+    try:
+        float(text)
+    except ValueError:
+        return f"'{text}"
+    return text
 
 
 def dataset_of(table: Table) -> Dataset:
     """The table as arrays over the tests, for the HDF5 file."""
-    arrays = []
+    arrays: dict[str, Array] = {}
     for name, values in table.columns.items():
         if name == "test":
             continue
         stem, unit = match.groups() if (match := _HEADER.fullmatch(name)) else (name, "1")
-        short = re.sub(r"[^A-Za-z0-9]+", "_", stem).strip("_")
-        arrays.append(Array(short, ("test",), values, unit, stem, optional=True))
-    return Dataset((Axis("test", table.columns["test"], "1", "name of the test"),), tuple(arrays))
+        short = _distinct((_short(stem), _short(name)), {"test", *arrays})
+        arrays[short] = Array(short, ("test",), values, unit, stem, optional=True)
+    return Dataset((Axis("test", table.columns["test"], "1", "name of the test"),), tuple(arrays.values()))
+
+
+def _short(text: str) -> str:
+    return re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_") or "_"
+
+
+def _distinct(names: tuple[str, str], taken: Collection[str]) -> str:
+    """The first of these names that is not taken; the last with a number behind it where both are."""
+    numbered = (f"{names[-1]}_{number}" for number in count(2))
+    return next(name for name in chain(names, numbered) if name not in taken)
 
 
 def parquet_bytes(table: Table) -> bytes | None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from twindisc_cli.commands._possible import as_declared
 from twindisc_cli.definition import Test
 from twindisc_cli.effects import catalogue
 from twindisc_cli.errors import DefinitionError
@@ -15,7 +16,6 @@ from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.identify.wear import identify_wear
 from twindisc_cli.laws.law import warnings
 from twindisc_cli.measurement import RowCount
-from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.results import Array, Axis, Dataset, Result
@@ -98,7 +98,4 @@ def laws_beyond(test: Experiment) -> list[str]:
     """Where declared laws are used outside of their range, or on a history they may not hold on, a line each."""
     if not test.laws:
         return []
-    model = ForwardModel(test)
-    mu = friction_in_use(model)[0]
-    state = model.predict(BaseParameters.declared(test, np.nan_to_num(mu, nan=1.0)[None])).state
-    return warnings(test.laws, state, test.name)
+    return warnings(test.laws, as_declared(test)[0], test.name)

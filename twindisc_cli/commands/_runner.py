@@ -231,10 +231,13 @@ def _made(
 ) -> tuple[Result, dict[str, bytes]]:
     """A result, and its files by name, made for a folder; a failure says which definition it is of."""
     from twindisc_cli.commands._base import with_data
+    from twindisc_cli.commands._possible import refuse_impossible
     from twindisc_cli.figures.style import house_style
 
     test = tests[0]
     try:
+        for each in tests:
+            refuse_impossible(each.experiment)
         with house_style():
             result = with_data(compute(), tests)
             files = result.extra_files.items()

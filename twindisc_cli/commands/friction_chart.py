@@ -59,16 +59,20 @@ def _typical_mu(test: Experiment, measured: StepFriction | None) -> float:
 
 def _summary(one: Chart, many: Chart, measured: StepFriction | None) -> tuple[str, ...]:
     lines = [
-        f"full slip at mu = {one.mu[0]:.3g} from {one.full_slip[0] * 100.0:.3g} % creepage, "
-        f"98 % of mu from {one.light_line[0] * 100.0:.3g} %",
-        f"full slip from {many.full_slip[0] * 100.0:.3g} % (mu = {many.mu[0]}) to "
-        f"{many.full_slip[-1] * 100.0:.3g} % (mu = {many.mu[-1]})",
+        f"full slip at mu = {one.mu[0]:.3g} {_from(one.full_slip[0], ' creepage')}, "
+        f"98 % of mu {_from(one.light_line[0])}",
+        f"full slip {_from(many.full_slip[0])} (mu = {many.mu[0]}), {_from(many.full_slip[-1])} (mu = {many.mu[-1]})",
     ]
     if measured is not None:
         left = [i + 1 for i, state in enumerate(measured.state) if state not in (None, SATURATED, NO_CREEPAGE)]
         named = f"all but step {', '.join(map(str, left))}" if left else "all"
         lines.append(f"measured steps on the saturated part, where T/N is mu: {named}")
     return tuple(lines)
+
+
+def _from(creepage: float, what: str = "") -> str:
+    """Where a line of the chart lies; it may not be reached."""
+    return f"from {creepage * 100.0:.3g} %{what}" if np.isfinite(creepage) else f"nowhere below 200 %{what}"
 
 
 def _points(measured: StepFriction) -> list[dict[str, object]]:

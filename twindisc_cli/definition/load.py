@@ -27,13 +27,14 @@ from twindisc_cli.definition.schema import (
     Uncertain,
 )
 from twindisc_cli.digests import digest_of
-from twindisc_cli.errors import DefinitionError, Problem
+from twindisc_cli.errors import DefinitionError, Problem, ValidityError
 from twindisc_cli.laws.covariates import COVARIATES, covariate_named
 from twindisc_cli.laws.law import Law
 from twindisc_cli.laws.shapes import SHAPES
 from twindisc_cli.loop.channels import further_channels
 from twindisc_cli.loop.channels._channel import Channel
 from twindisc_cli.model.experiment import Disc, Experiment, History, Options, Rig, Thermal
+from twindisc_cli.physics.half_space import ContactError
 from twindisc_cli.quantities import CELSIUS
 from twindisc_cli.reading import LARGEST_DEFINITION, read_regular
 
@@ -62,7 +63,10 @@ def load_text(text: str, path: Path) -> Test:
     settings |= {key: _source(settings[key]) for key in (*MEASURED_FILES, *further) if key in settings}
     others = {name: _other(settings.pop(name), channel) for name, channel in further.items() if name in settings}
     sources = measurement.Sources(path.parent, **settings, columns=naming, others=others)
-    recorded = measurement.read(sources, rig=rig, history=history, provenance=table.provenance)
+    try:
+        recorded = measurement.read(sources, rig=rig, history=history, provenance=table.provenance)
+    except ContactError as error:
+        raise ValidityError(str(error)).of(path) from error
     resolved = _resolved(definition)
     _check_hold_out(definition, recorded.history, path)
     experiment = Experiment(

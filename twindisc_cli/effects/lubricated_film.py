@@ -21,8 +21,10 @@ from twindisc_cli.effects._state import Floats, State
 
 
 def apply(s: State, *, share: Floats, eyring_speed_m_s: Floats, slope_ratio: Floats) -> State:
-    """Scale the coefficient of friction of every operating point, and the initial slope."""
-    film = np.arcsinh(s.sliding_speed / eyring_speed_m_s) / np.arcsinh(0.1 * s.rolling_speed / eyring_speed_m_s)
+    """Scale the coefficient of friction of every operating point that rolls, and the initial slope."""
+    at_a_tenth = np.arcsinh(0.1 * s.rolling_speed / eyring_speed_m_s)
+    rolls = at_a_tenth > 0.0
+    film = np.where(rolls, np.arcsinh(s.sliding_speed / eyring_speed_m_s) / np.where(rolls, at_a_tenth, 1.0), 1.0)
     return s.replace(mu=s.mu * (1.0 - share + share * film), slope=s.slope * slope_ratio)
 
 

@@ -281,7 +281,7 @@ def without_older_laws(
 ) -> tuple[Explanation, Mapping[str, Sequence[Explanation]]]:
     """The same with two effects in the place of a law that was there before: beside a new term they may say more."""
     for name in explanation.laws:
-        if name not in before.terms or len(explanation.terms) == THRESHOLDS.most_terms:
+        if name not in before.terms or name not in rivals or len(explanation.terms) == THRESHOLDS.most_terms:
             continue
         shorter = without(explanation, name)
         two = catalogued(explanation, shorter, rivals[name])[0]

@@ -141,8 +141,9 @@ def check_time(table: Table) -> None:
     time = table.columns["time"]
     again = np.flatnonzero(np.diff(time) <= 0.0) + 1
     label = table.columns.get("step")
-    if label is not None and len(again) and np.all(label[again] != label[again - 1]):
-        spacing = float(np.median(np.diff(time)))
+    apart = np.diff(time)[np.diff(time) > 0.0]
+    if label is not None and len(again) and len(apart) and np.all(label[again] != label[again - 1]):
+        spacing = float(np.median(apart))
         shift = np.zeros(len(time))
         shift[again] = time[again - 1] + spacing - time[again]
         table.columns["time"] = time + np.cumsum(shift)

@@ -135,7 +135,7 @@ def _read(table: NDArray[np.float32], unit: tuple[Floats, ...]) -> Floats:
     index, corners, shares = np.zeros(count, np.intp), np.zeros(1, np.intp), []
     for points, place in zip(table.shape[:-1], unit, strict=True):
         position = place.ravel() * (points - 1)
-        cell = np.minimum(position.astype(np.intp), points - 2)
+        cell = np.clip(np.nan_to_num(position).astype(np.intp), 0, points - 2)
         shares.append(position - cell)
         index = index * points + cell
         corners = np.add.outer(corners * points, np.arange(2)).ravel()
