@@ -44,8 +44,6 @@ DEFINITIONS := $(wildcard configs/*.toml)
 TESTS := $(DEFINITIONS:configs/%.toml=%)
 HEATED := $(patsubst configs/%.toml,%,$(shell grep -lE '^\[thermal\]' $(DEFINITIONS)))
 WORN := $(patsubst configs/%.toml,%,$(shell grep -lE '^(profile|mass) *=' $(DEFINITIONS)))
-# The slips of Lewis and Dwyer-Joyce are eight tests apart: a loop over them as one history would find effects of time.
-LOOPS := $(filter-out lewis2004,$(TESTS))
 
 # $(call files,COMMAND,TESTS): the file and the figure of a command for each test.
 files = $(2:%=results/%/$(1).h5) $(2:%=results/%/$(1).png)
@@ -57,7 +55,7 @@ RESULTS := \
   $(call files,simulate-wear,$(WORN)) \
   $(call files,fit-k,$(WORN)) \
   $(call files,thermal,$(HEATED)) \
-  $(call files,close-loop,$(LOOPS)) $(LOOPS:%=results/%/close-loop.html) $(LOOPS:%=results/%/revised.toml)
+  $(call files,close-loop,$(TESTS)) $(TESTS:%=results/%/close-loop.html) $(TESTS:%=results/%/revised.toml)
 
 INPUTS := $(wildcard data/*.csv) $(SOURCES) $(RUNTIME)
 anew = $(if $(filter $(SOURCES),$?),--force)
@@ -97,7 +95,7 @@ $(PAPER) &: configs/ambient.toml configs/cryogenic.toml results/ambient/revised.
 	@touch -c $(PAPER)
 
 # Figures to look at, in one folder: the paper's, and the closed loop of each test.
-FIGURES := $(addprefix results/figures/,$(PAPER_FIGURES)) $(LOOPS:%=results/figures/loop_%.png)
+FIGURES := $(addprefix results/figures/,$(PAPER_FIGURES)) $(TESTS:%=results/figures/loop_%.png)
 $(addprefix results/figures/,$(PAPER_FIGURES)): results/figures/%: results/paper/%
 	@mkdir -p $(@D) && cp $< $@
 results/figures/loop_%.png: results/%/close-loop.png

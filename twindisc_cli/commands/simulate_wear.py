@@ -25,6 +25,11 @@ WORTH_TELLING = 0.01
 def run(test: Test) -> Result:
     """Wear the discs through the history of a test."""
     experiment = test.experiment
+    if experiment.history.separate:
+        raise DefinitionError(
+            "the steps are tests of their own (history.separate): no wear is carried over, and there is no single "
+            "profile; give each test a definition of its own"
+        )
     model = ForwardModel(experiment)
     mu, _ = friction_of_steps(model)
     k, source = wear_coefficient(model, mu)

@@ -110,18 +110,19 @@ def _heat(model: ForwardModel, thermal: Thermal) -> Heat:
 
 def _paper_steps(energy: Floats, history: History, thermal: Thermal, convection: float) -> Floats:
     """Eq. 19, one implicit step an iteration, from the energy dissipated by the end of each [J], (iteration,)."""
-    power = np.diff(energy, prepend=0.0) / history.duration
-    steps, now = [], np.asarray(thermal.initial_temperature)
-    for watts, seconds in zip(power, history.duration, strict=True):
+    begins = np.isclose(history.begin_time, history.end_time - history.duration)
+    power = (energy - np.where(begins, 0.0, np.roll(energy, 1))) / history.duration
+    steps: list[Floats] = []
+    for first, watts, seconds in zip(begins, power, history.duration, strict=True):
         now = implicit_step(
-            now,
+            thermal.initial_temperature if first else steps[-1],
             power=watts,
             duration=seconds,
             capacity=thermal.heat_capacity,
             convection=convection,
             environment=thermal.environment_temperature,
         )
-        steps.append(now)
+        steps.append(np.asarray(now))
     return np.array(steps)
 
 

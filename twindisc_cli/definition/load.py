@@ -219,6 +219,7 @@ def _history(table: HistoryTable, rig: Rig) -> History:
         load_factor=np.repeat([(step.normal_load_N or rig.normal_load) / rig.normal_load for step in steps], counts),
         speed_factor=np.where(np.isnan(pause), speed / rig.rolling_speed, 0.0),
         yaw=np.repeat([step.yaw_mrad * 1e-3 for step in steps], counts),
+        separate=table.separate,
     )
 
 

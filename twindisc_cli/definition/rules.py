@@ -12,6 +12,7 @@ from itertools import pairwise
 from typing import Any
 
 from twindisc_cli.definition.lines import Key
+from twindisc_cli.effects import catalogue
 from twindisc_cli.errors import did_you_mean
 from twindisc_cli.laws.covariates import COVARIATES, LOCAL, covariate_named
 from twindisc_cli.laws.quantities import QUANTITIES, Quantity
@@ -130,6 +131,27 @@ def steps(raw: Raw) -> Iterator[Finding]:
         yield ("history", "steps"), "all steps are pauses"
 
 
+def separate(raw: Raw) -> Iterator[Finding]:
+    """Steps that are tests of their own have no pause between them, and no profile that they wore together."""
+    history = _table(raw, "history")
+    if history.get("separate") is not True:
+        return
+    steps = history.get("steps")
+    for index, step in enumerate(steps if isinstance(steps, list) else []):
+        if isinstance(step, Mapping) and "pause_s" in step:
+            yield ("history", "steps", index), "a pause between separate steps does nothing; remove it"
+    own = "wear is not carried over from one separate step to the next; give each test a definition of its own"
+    for key in ("profile", "mass"):
+        if key in _table(raw, "measured"):
+            yield ("measured", key), own
+    for name in _table(raw, "effects"):
+        if name in catalogue() and catalogue()[name].local:
+            yield ("effects", name), own
+    for name in _table(raw, "laws"):
+        if covariate_named(str(_table(_table(raw, "laws"), name).get("covariate"))) in LOCAL:
+            yield ("laws", name), own
+
+
 def hold_out(raw: Raw) -> Iterator[Finding]:
     """Steps held out must exist, once each, and leave some to fit."""
     steps = _table(raw, "history").get("steps")
@@ -220,7 +242,7 @@ def _curve(law: Raw, of: Quantity, key: Key) -> Iterator[Finding]:
         yield (*key, "parameters"), "only a formula has parameters; remove them or give shape"
 
 
-RULES = (speed, curvature, heat, measured, steps, hold_out, laws)
+RULES = (speed, curvature, heat, measured, steps, separate, hold_out, laws)
 
 
 def broken(raw: Raw) -> list[Finding]:

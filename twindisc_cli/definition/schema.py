@@ -192,6 +192,11 @@ class HistoryTable(Table):
 
     revolutions_per_iteration: Positive
     steps: list[StepTable] = Field(min_length=1)
+    separate: bool = Field(
+        default=False,
+        description="every step is a test of its own on new discs: no time, wear or warmth is carried over; times in "
+        "measured files run on through the steps as written",
+    )
 
 
 MEASURED: Literal["measured"] = "measured"

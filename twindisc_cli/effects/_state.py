@@ -29,6 +29,20 @@ def _one() -> Floats:
     return np.ones((1, 1))
 
 
+def _first() -> Floats:
+    return np.ones(1)
+
+
+def summed(values: Floats, begins: Floats) -> Floats:
+    """Sums of values (..., point) from the beginning of each test on, where `begins` (point,) is 1, otherwise 0."""
+    sums = np.cumsum(values, axis=-1)
+    if np.count_nonzero(begins) == 1:
+        return np.asarray(sums)
+    before = np.concatenate([np.zeros_like(sums[..., :1]), sums[..., :-1]], axis=-1)
+    first = np.flatnonzero(begins)
+    return np.asarray(sums - before[..., first[np.cumsum(begins > 0.0) - 1]])
+
+
 @dataclass(frozen=True)
 class Surface:
     """The worn surfaces as the profilometer records them: height (set, stop, strip) [m] over y (strip,) [m].
@@ -65,7 +79,8 @@ class State:
     """The operating points of one test, and what the stages have made of them so far.
 
     Given: time [s] at the end of each point, duration [s], cycles (revolutions so far), time_in_step [s] since the
-    creepage last changed, greatest_creepage of the history so far [1], all (point,); rolling_radius [m] of disc 2;
+    creepage last changed, greatest_creepage of the history so far [1], begins, 1 where a test begins and otherwise 0
+    (steps may be tests of their own), all (point,); rolling_radius [m] of disc 2;
     nominal_load [N] of the rig, recorded_load [N] by which the traction is divided; initial_temperature [K] of disc and
     sensor.
 
@@ -120,6 +135,7 @@ class State:
     wander: Floats = field(default_factory=_zero)
     wear_factor: Floats = field(default_factory=_one)
     disc1_share: Floats = field(default_factory=_zero)
+    begins: Floats = field(default_factory=_first)
     power: Floats = field(default_factory=_not_yet)
     heat: Floats = field(default_factory=_not_yet)
     convection: Floats = field(default_factory=_not_yet)
@@ -140,7 +156,7 @@ class State:
     @property
     def sliding_distance(self) -> Floats:
         """Distance slid so far [m], the integral of the rigid sliding speed over time; a pause adds nothing."""
-        return np.cumsum(np.atleast_2d(self.sliding_speed) * self.duration, axis=1)
+        return summed(np.atleast_2d(self.sliding_speed) * self.duration, self.begins)
 
     @property
     def creepage_size(self) -> Floats:

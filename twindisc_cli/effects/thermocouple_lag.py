@@ -17,25 +17,24 @@ from twindisc_cli.effects._effect import Effect, Param, seen
 from twindisc_cli.effects._state import Floats, State
 
 
-def follow(temperature: Floats, duration: Floats, time_constant: Floats, initial: float) -> Floats:
-    """Return the first-order response to a temperature (set, point), linear within each point, from `initial` [K]."""
+def follow(s: State, time_constant: Floats) -> Floats:
+    """Return the first-order response to the disc's temperature (set, point), linear within each point."""
+    temperature, duration, begins = s.disc_temperature, s.duration, s.begins > 0.0
     ratio = duration / np.maximum(time_constant, 1e-9)
     kept = np.exp(-ratio)
     mean = np.where(ratio > 1e-6, -np.expm1(-ratio) / np.maximum(ratio, 1e-300), 1.0)
-    start = np.full((len(temperature), 1), initial)
-    before = np.concatenate([start, temperature[:, :-1]], axis=1)
+    before = np.where(begins, s.initial_temperature, np.roll(temperature, 1, axis=1))
     drive = temperature - before * kept - (temperature - before) * mean
     recorded = np.empty_like(temperature)
-    last = start[:, 0]
-    for i in range(temperature.shape[1]):
-        last = last * kept[:, i] + drive[:, i]
-        recorded[:, i] = last
+    for i, first in enumerate(np.broadcast_to(begins, temperature.shape[1:])):
+        last = before[:, i] if first else recorded[:, i - 1]
+        recorded[:, i] = last * kept[:, i] + drive[:, i]
     return recorded
 
 
 def apply(s: State, *, time_constant_s: Floats) -> State:
     """Let the recorded temperature follow the disc's."""
-    return s.replace(disc_temperature=follow(s.disc_temperature, s.duration, time_constant_s, s.initial_temperature))
+    return s.replace(disc_temperature=follow(s, time_constant_s))
 
 
 EFFECT = Effect(

@@ -284,8 +284,12 @@ def _bin_rows(problem: Problem, theta: Floats, quantity: str, covariate: str, ed
 
 
 def is_timed(case: Case) -> bool:
-    """Whether a test has samples that know their time."""
-    traction = case.test.measured.traction
+    """Whether a test has samples that know their time; of separate steps, whether one has several."""
+    traction, history = case.test.measured.traction, case.test.history
+    if history.separate:
+        times = [s.time for s in (traction, case.test.measured.temperature) if s is not None]
+        known = np.unique(np.concatenate([t[np.isfinite(t)] for t in times]))
+        return bool(np.any(np.bincount(history.step[history.iteration_at(known)]) > 1))
     return "temperature" in case.noise or bool(traction is not None and np.isfinite(traction.time).all())
 
 
@@ -337,7 +341,8 @@ def _edges(fitted: Fit, predictions: list[Prediction], covariate: str) -> Floats
         inner = 0.5 * (distinct[1:] + distinct[:-1])
         return np.concatenate([[distinct[0] - 1e-9 * abs(distinct[0])], inner, [distinct[-1]]])
     if covariate == "time":
-        ends = fitted.problem.cases[0].test.history.end_time
+        history = fitted.problem.cases[0].test.history
+        ends = np.unique(history.end_time - history.begin_time)
         inner = ends if len(ends) <= most else np.linspace(0.0, ends[-1], most + 1)[1:]
         if len(ends) <= most // 2:
             inner = np.interp(np.arange(1, len(ends) * (most // len(ends)) + 1) / (most // len(ends)),

@@ -8,7 +8,8 @@ the steps are, as a ramp between two of them, is none. A curve without time is g
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -171,8 +172,8 @@ def begun_at_zero(found: FoundSteps) -> History:
         return replace(history, duration=history.duration + wait * (np.arange(len(history.step)) == 0))
     pause = {"step": -1, "creepage": 0.0, "duration": wait, "revolutions": 0.0, "given_mu": np.nan}
     pause |= {"load_factor": 1.0, "speed_factor": 0.0, "yaw": 0.0}
-    longer = {f.name: np.append(pause[f.name], getattr(history, f.name)) for f in fields(history)}
-    return History(**longer | {"step": longer["step"].astype(np.int64) + 1})
+    longer: dict[str, Any] = {name: np.append(value, getattr(history, name)) for name, value in pause.items()}
+    return replace(history, **longer | {"step": longer["step"].astype(np.int64) + 1})
 
 
 def _own(factor: float) -> float:

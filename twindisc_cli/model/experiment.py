@@ -173,7 +173,8 @@ class History:
 
     step [index from 0], creepage [1], duration [s], revolutions, given_mu [1] (NaN: not given), load_factor and
     speed_factor, normal load and rolling speed over the rig's [1], yaw [rad]; each (iteration,). A pause has no
-    revolutions, no creepage and no speed.
+    revolutions, no creepage and no speed. separate: every step is a test of its own, written down one after the other;
+    nothing is carried over from one to the next.
     """
 
     step: Ints
@@ -184,6 +185,7 @@ class History:
     load_factor: Floats = field(default_factory=lambda: np.ones(1))
     speed_factor: Floats = field(default_factory=lambda: np.ones(1))
     yaw: Floats = field(default_factory=lambda: np.zeros(1))
+    separate: bool = False
 
     def __post_init__(self) -> None:
         """What is the same in all iterations may be given once."""
@@ -214,6 +216,14 @@ class History:
         """Iteration that runs at each time [s] (...); a time at an end belongs to the iteration that ends there."""
         ends = self.end_time
         return np.asarray(np.minimum(np.searchsorted(ends, times - 1e-9 * ends[-1]), len(ends) - 1), dtype=np.int64)
+
+    @property
+    def begin_time(self) -> Floats:
+        """Time at which the test of each iteration begins [s], (iteration,): 0 unless steps are separate."""
+        if not self.separate:
+            return np.zeros(len(self.step))
+        first = np.searchsorted(self.step, self.step)
+        return np.asarray((self.end_time - self.duration)[first])
 
     @property
     def step_creepage(self) -> Floats:

@@ -24,7 +24,7 @@ import numpy as np
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Effect, Stage
-from twindisc_cli.effects._state import State
+from twindisc_cli.effects._state import State, summed
 from twindisc_cli.laws.law import Law
 from twindisc_cli.model import worn
 from twindisc_cli.model.base import BaseParameters, column
@@ -176,7 +176,9 @@ def _columns(parameters: Parameters, sets: int) -> dict[str, Floats]:
 
 def _standing(last: State, state: State, within: float) -> bool:
     """Whether energy (relative), temperature [K] and wear, a hundred times as far, change by less than that."""
-    energy = float(np.max(np.abs(state.energy[:, -1] - last.energy[:, -1]) / np.maximum(state.energy[:, -1], 1e-30)))
+    at_end = np.append(state.begins[1:] > 0.0, True)
+    now, before = state.energy[:, at_end], last.energy[:, at_end]
+    energy = float(np.max(np.abs(now - before) / np.maximum(now, 1e-30)))
     warmth = float(np.max(np.nan_to_num(np.abs(state.temperature - last.temperature))))
     wear = float(np.max(np.abs(state.wear_factor - last.wear_factor)))
     return energy < within and max(warmth, wear) < 100.0 * within
@@ -211,7 +213,8 @@ class _Chain:
         return State(
             wear_factor=1.0 + first,
             disc1_share=first / (1.0 + first),
-            time=points.time,
+            time=points.own_time,
+            begins=points.begins,
             duration=points.duration,
             cycles=points.cycles,
             time_in_step=points.time_in_step,
@@ -360,7 +363,7 @@ class _Chain:
         return state.replace(
             traction_ratio=force / state.recorded_load,
             power=power,
-            energy=np.cumsum(power * state.duration, axis=1),
+            energy=summed(power * state.duration, state.begins),
             wear_index=power / np.maximum(state.rolling_speed, _STANDING) / patch.area,
             normalised_creepage=xi,
             flash_before=partial(self._flash, power, state.creepage, state.rolling_speed, patch),
@@ -435,7 +438,8 @@ class _Chain:
 
     def section(self, state: State) -> Floats:
         """Worn section at every point [m2], of both discs together."""
-        worn = np.cumsum(np.diff(state.energy, axis=1, prepend=0.0) * state.wear_factor, axis=1)
+        before = np.where(state.begins > 0.0, 0.0, np.roll(state.energy, 1, axis=1))
+        worn = summed((state.energy - before) * state.wear_factor, state.begins)
         return worn * np.nan_to_num(self.base.K) / self.model.circumference_hardness
 
     def _paths(self, state: State, section: Floats) -> Paths:
@@ -463,6 +467,7 @@ class _Chain:
             initial=thermal.initial_temperature,
             shaft_conductance=state.shaft_conductance,
             shaft_capacity=state.shaft_capacity,
+            begins=state.begins,
         )
         temperature = np.where(known, temperature, np.nan)
         return state.replace(temperature=temperature, disc_temperature=temperature)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from twindisc_cli.effects._state import summed
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, TractionSamples
 
 Mask = NDArray[np.bool_]
@@ -42,6 +43,7 @@ class Reading:
 class Points:
     """time [s], duration [s], creepage [1], cycles, iteration (index from 0), each (point,) in order of time.
 
+    begins: 1 where a test begins, otherwise 0; own_time: time since then [s]; cycles are counted from there.
     time_in_step: time since the creepage of the history changed [s]; greatest_creepage: the largest of the history so
     far, without its sign [1]: each (point,).
     of_traction: the point of every traction sample; of_temperature likewise; of_iteration: the last point of each.
@@ -50,6 +52,8 @@ class Points:
     """
 
     time: Floats
+    own_time: Floats
+    begins: Floats
     duration: Floats
     creepage: Floats
     cycles: Floats
@@ -87,17 +91,20 @@ def operating_points(experiment: Experiment) -> Points:
     duration = np.diff(times, prepend=0.0)
     rate = history.revolutions / history.duration
     begin = ends - history.duration
-    changed = np.concatenate([[True], np.diff(history.creepage) != 0.0])
+    begins = np.diff(history.begin_time[iteration], prepend=-1.0) != 0.0
+    changed = np.concatenate([[True], np.diff(history.creepage) != 0.0]) | (begin == history.begin_time)
     traction = _replaced(_reading(history, cuts, traction_times, within=True), of_cut, own, of_own)
     temperature = _replaced(_reading(history, cuts, temperature_times, within=False), of_cut)
     return Points(
         time=times,
+        own_time=times - history.begin_time[iteration],
+        begins=begins.astype(float),
         duration=duration,
         creepage=creepage,
-        cycles=np.cumsum(rate[iteration] * duration),
+        cycles=summed(rate[iteration] * duration, begins),
         iteration=iteration,
         time_in_step=times - np.maximum.accumulate(np.where(changed, begin, 0.0))[iteration],
-        greatest_creepage=np.maximum.accumulate(np.abs(history.creepage))[iteration],
+        greatest_creepage=_greatest(history)[iteration],
         of_traction=traction.of,
         of_temperature=temperature.of,
         of_iteration=of_cut[np.searchsorted(cuts, ends - 1e-9 * ends[-1])],
@@ -105,6 +112,12 @@ def operating_points(experiment: Experiment) -> Points:
         traction=traction,
         temperature=temperature,
     )
+
+
+def _greatest(history: History) -> Floats:
+    """Largest creepage of each test so far, without its sign (iteration,)."""
+    size = np.abs(history.creepage)
+    return size if history.separate else np.asarray(np.maximum.accumulate(size))
 
 
 def sample_times(history: History, samples: TractionSamples | None) -> Floats:

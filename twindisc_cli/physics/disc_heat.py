@@ -23,7 +23,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.linalg.blas import dtbsv
 from scipy.special import exprel
 
@@ -44,10 +44,12 @@ def temperatures(
     initial: float,
     shaft_conductance: ArrayLike = 0.0,
     shaft_capacity: ArrayLike = 1.0,
+    begins: ArrayLike = 1.0,
 ) -> Floats:
     """The temperature [K] at the end of every interval, exact for a power that is constant within each.
 
     duration [s] (interval,); power, convection, environment and the shaft's values broadcast to (set, interval).
+    begins (interval,): not 0 where disc and shaft begin at `initial`, as they always do in the first interval.
     """
     power, duration, convection, environment = arrays(power, duration, convection, environment)
     conductance, shaft_capacity = arrays(shaft_conductance, shaft_capacity)
@@ -57,20 +59,20 @@ def temperatures(
     gone = -np.expm1(-loss * duration / capacity)
     level = (power + convection * environment + _NO_LOSS * environment * (convection + conductance == 0.0)) / loss
     level = np.broadcast_to(level, shape)
+    fresh = np.broadcast_to(np.asarray(begins) != 0.0, shape[-1:]) if np.size(begins) > 1 else np.arange(shape[-1]) == 0
     if not np.any(conductance):
-        return _disc(gone, level, initial)
+        return _disc(gone, level, initial, fresh)
     rates = conductance / capacity, conductance / shaft_capacity, convection / capacity
     steps = _Steps.of(*(np.broadcast_to(value, shape) for value in (*rates, duration)))
-    return _disc_and_shaft(steps, np.broadcast_to(power / capacity, shape), environment, initial)
+    return _disc_and_shaft(steps, np.broadcast_to(power / capacity, shape), environment, initial, fresh)
 
 
-def _disc(gone: Floats, level: Floats, initial: float) -> Floats:
+def _disc(gone: Floats, level: Floats, initial: float, fresh: NDArray[np.bool_]) -> Floats:
     """T_i - (1 - gone) T_(i-1) = gone level as one lower banded system, columns by diagonal (set, interval)."""
     bands = np.ones((*gone.shape, 2))
-    bands[:, :-1, 1] = gone[:, 1:] - 1.0
+    bands[:, :-1, 1] = np.where(fresh, 0.0, gone - 1.0)[:, 1:]
     bands[:, -1, 1] = 0.0
-    known = gone * level
-    known[:, 0] += initial * (1.0 - gone[:, 0])
+    known = gone * level + np.where(fresh, initial * (1.0 - gone), 0.0)
     return np.asarray(dtbsv(1, bands.reshape(-1, 2).T, known.ravel(), lower=1, diag=1).reshape(gone.shape))
 
 
@@ -99,7 +101,9 @@ class _Steps:
         return cls(kept, (level - half * pull, from_disc * pull))
 
 
-def _disc_and_shaft(steps: _Steps, warming: Floats, environment: Floats, initial: float) -> Floats:
+def _disc_and_shaft(
+    steps: _Steps, warming: Floats, environment: Floats, initial: float, fresh: NDArray[np.bool_]
+) -> Floats:
     """The disc beside a shaft as one lower banded system: beneath each row of the disc stands that of the shaft.
 
     T_i - k11 T_(i-1) - k12 T_s(i-1) = c1,   T_s(i) - k21 T_(i-1) - k22 T_s(i-1) = c2;   warming P / C [K/s]
@@ -107,11 +111,11 @@ def _disc_and_shaft(steps: _Steps, warming: Floats, environment: Floats, initial
     shape = warming.shape
     bands, known = np.zeros((*shape, 2, 4)), np.empty((*shape, 2))
     for row, (of_disc, of_shaft) in enumerate(steps.kept):
-        bands[:, :-1, 0, 2 + row] = -of_disc[:, 1:]
-        bands[:, :-1, 1, 1 + row] = -of_shaft[:, 1:]
+        bands[:, :-1, 0, 2 + row] = np.where(fresh, 0.0, -of_disc)[:, 1:]
+        bands[:, :-1, 1, 1 + row] = np.where(fresh, 0.0, -of_shaft)[:, 1:]
         stays = of_disc + of_shaft
         known[..., row] = environment * (1.0 - stays) + steps.gained[row] * warming
-        known[:, 0, row] += initial * stays[:, 0]
+        known[..., row] += np.where(fresh, initial * stays, 0.0)
     found = dtbsv(3, bands.reshape(-1, 4).T, known.ravel(), lower=1, diag=1)
     return np.asarray(found.reshape(*shape, 2)[..., 0])
 

@@ -45,21 +45,24 @@ def noise(test: Experiment) -> Noise:
     samples, step = _measured(test), _step(test)
     trends = [relaxations(samples.time, step, shapes, 4) for shapes in range(1, 6)]
     size = float(np.ptp(samples.temperature))
-    return estimate(samples.temperature, trends, samples.time, np.zeros_like(step), size, correlated=True)
+    series = step if test.history.separate else np.zeros_like(step)
+    return estimate(samples.temperature, trends, samples.time, series, size, correlated=True)
 
 
 def _generic(model: ForwardModel, prediction: Prediction) -> Iterator[Generic]:
     test, points, state = model.experiment, model.points, prediction.state
     at = points.of_temperature
     time, step = points.time[at], test.history.step[points.iteration[at]]
+    yield "temperature", "smooth", smooth(state.temperature[0, at], SMOOTH)
+    yield "energy", "smooth", smooth(state.energy[0, at], SMOOTH)
+    yield "creepage", "levels", levels(step)
+    if test.history.separate:
+        return
     yield "time", "smooth", smooth(time, SMOOTH)
     yield "time", "iterations", levels(points.iteration[at])
     yield "time", "heat by iteration", _heated(model, prediction)[:, at].T
     for wave in waves(time, 2 * WAVES):
         yield "time", "wave", wave
-    yield "temperature", "smooth", smooth(state.temperature[0, at], SMOOTH)
-    yield "energy", "smooth", smooth(state.energy[0, at], SMOOTH)
-    yield "creepage", "levels", levels(step)
     yield "time", "position in the step", in_step(test.history, time, step)
 
 
@@ -74,6 +77,7 @@ def _heated(model: ForwardModel, prediction: Prediction) -> Floats:
         convection=float(np.mean(prediction.state.convection[0])),
         environment=0.0,
         initial=0.0,
+        begins=points.begins,
     )
 
 

@@ -84,7 +84,8 @@ def noise(test: Experiment) -> Noise:
         if timed and len(times) > 3 * (trends[-1].shape[1] + KNOTS):
             trends += [recurring(times, samples.step, trend, KNOTS) for trend in trends]
     size = float(np.sqrt(np.mean(samples.ratio**2)))
-    found = estimate(samples.ratio, trends, times, np.zeros_like(samples.step), size, correlated=timed)
+    series = samples.step if test.history.separate else np.zeros_like(samples.step)
+    found = estimate(samples.ratio, trends, times, series, size, correlated=timed)
     load = np.log(test.history.load_factor[test.history.iteration_at(times)])
     return growing(found, detrended(samples.ratio, trends[-1], found.kept), [load, *([times] if timed else [])])
 
@@ -102,7 +103,7 @@ def _generic(model: ForwardModel, prediction: Prediction) -> Iterator[Generic]:
     time, creepage = points.time[at], samples.creepage
     yield "creepage", "smooth", smooth(np.log(np.maximum(np.abs(creepage), 1e-7)), SMOOTH)
     yield "creepage", "levels", levels(_level_of(samples.creepage, test.history.step_creepage))
-    if np.isnan(samples.time).any():
+    if np.isnan(samples.time).any() or test.history.separate:
         return
     yield "time", "smooth", smooth(time, SMOOTH)
     yield "time", "iterations", levels(points.iteration[at]) * prediction.traction.T
