@@ -155,7 +155,12 @@ def extended(
         count[proposal.is_law] += 1
         found.append(_with(explanation, proposal))
         best = max(best, found[-1].here - explanation.here)
-    return sorted([*found, *(_flashes(explanation, found) if laws else [])], key=lambda e: -e.evidence)
+    return by_falling([*found, *(_flashes(explanation, found) if laws else [])], evidence_of)
+
+
+def evidence_of(explanation: Explanation) -> float:
+    """Logarithm of the evidence of an explanation, to sort by."""
+    return explanation.evidence
 
 
 def _flashes(explanation: Explanation, found: Sequence[Explanation]) -> list[Explanation]:
@@ -213,9 +218,19 @@ def edged(fitted: Fit, name: str, trial: Trial, pair: Pair | None) -> Fit:
             problem = fitted.problem
             predictions = problem.moved(sets, extra={name: {**values, key: tried}}, trial={name: trial.unfixed})
             left = problem.discount(problem.white(predictions) - problem.measured)
-            trial = trial.fixed_at({key: float(tried[np.argmin(np.sum(left**2, axis=1))])})
-        fitted = fit(fitted.problem.with_terms(*fitted.terms, trial={name: trial}), fitted.theta)
+            trial = trial.fixed_at({key: middle_of_least(tried, np.sum(left**2, axis=1))})
+            fitted = fit(fitted.problem.with_terms(*fitted.terms, trial={name: trial}), fitted.theta)
     return fitted
+
+
+def middle_of_least(places: Floats, chi2: Floats) -> float:
+    """Middle of the first run of places (n,) at which chi2 (n,) is least, to within its numerical error.
+
+    Between two samples an edge may stand anywhere: which of the places has the least rounding error says nothing.
+    """
+    least = np.flatnonzero(chi2 <= chi2.min() + 2.0 * THRESHOLDS.evidence_error)
+    run = least[: 1 + int(np.argmin(np.append(np.diff(least) == 1, False)))]
+    return float(0.5 * (places[run[0]] + places[run[-1]]))
 
 
 def _trial(proposal: Proposal) -> dict[str, Effect]:
@@ -233,7 +248,29 @@ def chosen(before: Explanation, tried: Sequence[Explanation]) -> Explanation | N
         return None
     best = max(enough, key=lambda e: e.evidence)
     close = [e for e in enough if (best.evidence - e.evidence) / best.heat < THRESHOLDS.within]
-    return max(close, key=lambda e: (-len(e.laws), e.evidence / best.heat - THRESHOLDS.recorded * _recorded(e)))
+    fewest = min(len(e.laws) for e in close)
+    return by_falling(
+        [e for e in close if len(e.laws) == fewest],
+        lambda e: e.evidence - best.heat * THRESHOLDS.recorded * _recorded(e),
+    )[0]
+
+
+def by_falling(explanations: Sequence[Explanation], score: Callable[[Explanation], float]) -> list[Explanation]:
+    """Explanations by falling score [nats]; those within the numerical error of the evidence of the best left tie.
+
+    Of a tie the shortest description comes first (fewest parameters, lowest price of its forms), then the name.
+    """
+    rest, ordered = sorted(explanations, key=score, reverse=True), list[Explanation]()
+    while rest:
+        tie = [e for e in rest if score(rest[0]) - score(e) <= THRESHOLDS.evidence_error]
+        ordered += sorted(tie, key=_description)
+        rest = rest[len(tie) :]
+    return ordered
+
+
+def _description(explanation: Explanation) -> tuple[int, float, list[str]]:
+    """Number of parameters, price of the forms, and names of an explanation."""
+    return len(explanation.fit.theta), round(sum(explanation.prices.values()), 6), sorted(explanation.terms)
 
 
 def _recorded(explanation: Explanation) -> int:
@@ -337,7 +374,7 @@ def judged_alike(explanation: Explanation, others: Sequence[Explanation]) -> lis
 def ranked(explanations: Sequence[Explanation]) -> list[Explanation]:
     """Explanations by falling evidence, the best form of each."""
     best: dict[frozenset[tuple[str, ...]], Explanation] = {}
-    for explanation in sorted(explanations, key=lambda e: -e.evidence):
+    for explanation in by_falling(explanations, evidence_of):
         best.setdefault(explanation.labels, explanation)
     return list(best.values())
 

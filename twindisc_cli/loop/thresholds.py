@@ -25,6 +25,9 @@ class Thresholds:
     enough, law_enough  evidence [nats, cooled] that an effect, a law must add. From the seeds: on empty tests the
                         largest was 3.0 and 2.5. Two nats more lose small effects, two fewer double the false alarms.
     law_seen            what a law must add where a generic function of its channel is significant, too.
+    evidence_error      numerical error of an evidence [nats]: differences below it are ties, decided by description
+                        length and then by name. Between processors' kernels the evidence of one explanation differs by
+                        less than a tenth of it.
     within              cooled difference of evidence up to which two explanations cannot be told apart: 3 nats are odds
                         of twenty to one (H. Jeffreys, Theory of Probability, 1961).
     recorded            price [nats, cooled] of a law of what a sensor records beside one of the rig: where both say the
@@ -90,6 +93,7 @@ class Thresholds:
     enough: float = 5.0
     law_enough: float = 6.0
     law_seen: float = 1.5
+    evidence_error: float = 0.1
     within: float = 3.0
     recorded: float = 1.0
     cooling: float = 0.02
