@@ -23,9 +23,10 @@ from rigs import (
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.trial import curve, formula
-from twindisc_cli.loop.explain import as_estimated, revised_case
+from twindisc_cli.loop.explain import as_estimated
 from twindisc_cli.loop.fit import TYPICAL, Fit, at, fit, refit, remembered
 from twindisc_cli.loop.intervals import _estimate
+from twindisc_cli.loop.judge import revised_case
 from twindisc_cli.loop.problem import Case, Problem, case_of, parameters_of
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.energy import measured_energy

@@ -19,7 +19,8 @@ import twindisc_cli.loop.channels
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.diagnose import diagnose
 from twindisc_cli.loop.diagnosis import Diagnosis
-from twindisc_cli.loop.explain import plain_fit, problem_of
+from twindisc_cli.loop.fit import plain_fit
+from twindisc_cli.loop.problem import problem_of
 from twindisc_cli.loop.screen import leftover
 from twindisc_cli.model.experiment import Experiment
 

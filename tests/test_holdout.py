@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 from rigs import Instruments, Plant, experiment, history, running, spread, traction_samples
 
 from twindisc_cli.loop.diagnose import diagnose
-from twindisc_cli.loop.explain import Judged, judge, plain_fit, problem_of
-from twindisc_cli.loop.fit import fit
+from twindisc_cli.loop.fit import fit, plain_fit
 from twindisc_cli.loop.holdout import held_out_steps, steps_withheld, withheld, without
+from twindisc_cli.loop.judge import Judged, judge
+from twindisc_cli.loop.problem import problem_of
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.model.experiment import Experiment, Measured, TemperatureSamples
 
@@ -27,18 +29,18 @@ def masks_of(test: Experiment) -> dict[str, np.ndarray]:
     return dict(withheld(test))
 
 
-@pytest.mark.parametrize("count", [8, 9, 12, 20])
-def test_steps_at_both_ends_and_in_the_middle_but_not_the_extremes(count: int) -> None:
-    """The lowest and the highest creepage say most about both ends of the model, and stay."""
+@pytest.mark.parametrize("count", [8, 9, 12, 20, 24, 50])
+def test_the_lowest_and_the_highest_creepages_are_held_out(count: int) -> None:
+    """Both ends, where a model extrapolates, and from twelve steps on the middle: about a twelfth of the steps each."""
     creepage = np.random.default_rng(count).permutation(np.geomspace(0.002, 0.09, count))
     chosen = held_out_steps(history(creepage, 2))
-    rank = np.argsort(np.argsort(creepage))[list(chosen)]
-    assert len(chosen) == 3
-    assert 0 not in rank
-    assert count - 1 not in rank
-    assert sorted(rank)[0] <= 0.35 * count
-    assert 0.3 * count < sorted(rank)[1] < 0.75 * count
-    assert sorted(rank)[2] == count - 2
+    rank = np.sort(np.argsort(np.argsort(creepage))[list(chosen)])
+    size = max(count // 12, 1)
+    assert list(rank[:size]) == list(range(size))
+    assert list(rank[-size:]) == list(range(count - size, count))
+    middle = rank[size:-size]
+    assert len(middle) == (size if count >= 12 else 0)
+    assert all(0.4 * count < place < 0.6 * count for place in middle)
 
 
 @pytest.mark.parametrize(("count", "expected"), [(1, 0), (2, 0), (4, 0), (5, 1), (7, 1)])
@@ -56,7 +58,7 @@ def test_the_choice_is_the_same_whatever_was_measured() -> None:
         assert np.array_equal(mask, masks_of(recorded(0))[channel])
 
 
-def test_whole_steps_and_last_iterations_are_held_out() -> None:
+def test_whole_steps_and_the_last_iteration_are_held_out() -> None:
     test = recorded()
     assert test.measured.traction is not None
     assert test.measured.temperature is not None
@@ -64,9 +66,8 @@ def test_whole_steps_and_last_iterations_are_held_out() -> None:
     for channel, time in (("traction", test.measured.traction.time), ("temperature", test.measured.temperature.time)):
         held = masks_of(test)[channel]
         iteration = running(COURSE, time)
-        others = [step for step in range(9) if step not in steps]
-        last = np.flatnonzero(np.diff(COURSE.step, append=99))[others[1::2]]
-        assert np.array_equal(held, np.isin(COURSE.step[iteration], steps) | np.isin(iteration, last))
+        assert max(steps) < 8, "the last step is not held out whole"
+        assert np.array_equal(held, np.isin(COURSE.step[iteration], steps) | (iteration == len(COURSE.step) - 1))
         by_iteration = [set(held[iteration == i]) for i in np.unique(iteration)]
         assert all(len(kinds) == 1 for kinds in by_iteration), "an iteration is held out whole or not at all"
 
@@ -92,8 +93,11 @@ def test_steps_asked_for_are_held_out_in_their_place() -> None:
     assert found.held_out_steps == {"small": (1, 4)}
     (curve,) = found.curves
     at = COURSE.step[running(COURSE, np.asarray(curve.covariates["time"]))]
-    assert curve.held_out[np.isin(at, (1, 4))].all()
-    assert not curve.held_out[~np.isin(at, (1, 4))].all()
+    assert np.array_equal(curve.held_out, np.isin(at, (1, 4))), "these and no others"
+
+
+def test_nothing_is_held_out_where_none_is_asked_for() -> None:
+    assert not any(mask.any() for mask in withheld(replace(recorded(), hold_out_steps=())).values())
 
 
 def test_a_test_without_samples_keeps_the_others_as_they_are() -> None:
@@ -158,7 +162,7 @@ def judged(measured: Experiment) -> Judged:
     masks = [masks_of(measured)]
     before = plain_fit(problem_of([measured]))
     seen_before = plain_fit(problem_of([without(measured, masks[0])]))
-    problem = before.problem.with_terms("falling_friction")
+    problem = seen_before.problem.with_terms("falling_friction")
     return judge(Explanation(fit(problem), {}, 0.0), before, seen_before, masks)
 
 
@@ -191,3 +195,63 @@ def test_held_out_errors_are_of_a_fit_without_them(both: tuple[Judged, Judged]) 
     assert one.error("temperature", "unseen_after", held_out=True) < 0.3 * two.error(
         "temperature", "unseen_after", held_out=True
     )
+
+
+# ------------------------------------------------------------------------------------------------ blind
+
+
+NONSENSE = {
+    "zero": lambda values, rng: np.zeros_like(values),
+    "noise a hundred times as large": lambda values, rng: (
+        values + 100.0 * np.ptp(values) * rng.standard_normal(len(values))
+    ),
+    "turned and shifted": lambda values, rng: 5.0 * np.max(np.abs(values)) - 2.0 * values,
+}
+
+
+def with_nonsense(test: Experiment, kind: str) -> Experiment:
+    """The test with every held-out sample of all channels replaced by nonsense."""
+    measured, masks, rng = test.measured, masks_of(test), np.random.default_rng(7)
+    assert measured.traction is not None
+    assert measured.temperature is not None
+    replaced = [
+        np.where(masks[channel], NONSENSE[kind](values, rng), values)
+        for channel, values in (
+            ("traction", measured.traction.ratio),
+            ("temperature", measured.temperature.temperature),
+        )
+    ]
+    traction = replace(measured.traction, ratio=replaced[0])
+    temperature = replace(measured.temperature, temperature=replaced[1])
+    return replace(test, measured=replace(measured, traction=traction, temperature=temperature))
+
+
+@cache
+def terms(kind: str | None) -> tuple[list[str], list[tuple[str, str]], str]:
+    """Effects, laws and verdict of a test with falling friction, a lag and a step of the environment."""
+    test = Instruments(channels=("traction", "temperature"), each=4).record(FALLING, np.random.default_rng(3))
+    found = diagnose([with_nonsense(test, kind) if kind else test], validate=None, progress=ignored)
+    effects = [effect.name for effect in found.effects]
+    return effects, [(law.law.quantity, law.law.covariate) for law in found.laws], found.verdict
+
+
+@pytest.mark.parametrize("kind", NONSENSE)
+def test_nonsense_in_held_out_samples_changes_no_term(kind: str) -> None:
+    assert terms(None)[0] == ["falling_friction", "thermocouple_lag"]
+    assert terms(kind) == terms(None)
+
+
+def test_held_out_is_as_removed() -> None:
+    """The same terms and the same error as where the samples were never recorded, and are predicted later."""
+    whole = Instruments(channels=("traction",), each=4).record(FALLING, np.random.default_rng(4))
+    asked = replace(whole, hold_out_steps=(3, 7))
+    masks = withheld(asked)
+    rest = {channel: ~mask for channel, mask in masks.items()}
+    removed = replace(without(asked, masks), hold_out_steps=())
+    held = replace(without(asked, rest), name="held out", hold_out_steps=())
+    blind = diagnose([asked], validate=None, progress=ignored)
+    apart = diagnose([removed], validate=None, progress=ignored, predict=[held])
+    assert [e.name for e in blind.effects] == [e.name for e in apart.effects] == ["falling_friction"]
+    errors = apart.predictions[0].errors["traction"]
+    assert blind.errors["traction"].held_out_before == pytest.approx(errors.held_out_before, rel=0.01)
+    assert blind.errors["traction"].held_out_after == pytest.approx(errors.held_out_after, rel=0.01)

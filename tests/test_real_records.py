@@ -10,7 +10,8 @@ from records.figure import explained
 from records.sources import shipped
 from records.splits import SEED, held_out
 
-from twindisc_cli.loop.explain import Outcome, rises
+from twindisc_cli.loop.explain import Outcome
+from twindisc_cli.loop.judge import rises
 
 SPLITS = 5
 

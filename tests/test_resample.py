@@ -1,4 +1,4 @@
-"""The bootstrap of blocks against linear theory: weights, twins, what a single block carries, what is unseen."""
+"""The bootstrap of blocks against linear theory: weights, twins, what a single block carries."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rigs import Floats, autoregressive, experiment, history, spread, traction_s
 from twindisc_cli.loop.fit import fit, precision
 from twindisc_cli.loop.intervals import _estimate
 from twindisc_cli.loop.problem import Problem, case_of
-from twindisc_cli.loop.resample import blocks, scatter, softened, unseen, weights
+from twindisc_cli.loop.resample import blocks, scatter, softened, weights
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.model.experiment import Measured, Options
 
@@ -104,15 +104,6 @@ def test_weights_are_bayes_factors_cooled_by_the_best() -> None:
     found = softened(np.array([[4.0, 3.0, 1.0]]), [Said(2.0), Said(9.0), Said(5.0)])  # type: ignore[list-item]
     assert found[0, 1] / found[0, 0] == pytest.approx(np.exp(-0.5))
     assert found[0, 2] / found[0, 0] == pytest.approx(np.exp(-1.5))
-
-
-def test_what_only_held_out_samples_say_is_not_chosen_without_them() -> None:
-    late = 0.8 * TIME[-1] < TIME
-    problem = problem_of(0.03 * late)
-    members = [explanation(problem), explanation(problem, "sensor_drift")]
-    assert members[1].evidence > members[0].evidence
-    assert unseen(members, 0.0 * TIME) == 1
-    assert unseen(members, late.astype(float)) == 0
 
 
 def test_intervals_hold_where_what_is_missed_is_alike_over_blocks() -> None:

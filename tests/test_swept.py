@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from rigs import Floats, experiment, history, rig
 
-from twindisc_cli.loop.explain import problem_of
 from twindisc_cli.loop.noise import Noise
+from twindisc_cli.loop.problem import problem_of
 from twindisc_cli.model.experiment import Experiment, Measured, TractionSamples
 
 LEVELS = np.geomspace(0.003, 0.2, 12)

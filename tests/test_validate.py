@@ -12,7 +12,7 @@ from twindisc_cli.laws.law import Law, warnings
 from twindisc_cli.loop.fit import fit, linearised
 from twindisc_cli.loop.problem import Problem, case_of
 from twindisc_cli.loop.thresholds import THRESHOLDS
-from twindisc_cli.loop.validate import Elsewhere, foretell
+from twindisc_cli.loop.validate import Elsewhere, predict_test
 from twindisc_cli.model.forward import ForwardModel, Prediction
 
 COURSE = history((0.01, 0.02, 0.05, 0.08), 1)
@@ -65,7 +65,7 @@ def test_what_is_foretold_is_judged_by_the_covariance_of_noise_parameters_and_re
         miss, J = linearised(problem, fitted.theta, problem.measured)
         S = np.eye(len(miss)) + J @ (fitted.covariance + THRESHOLDS.repeats**2 * np.eye(len(fitted.theta))) @ J.T
         chi2 = float(miss @ np.linalg.solve(S, miss))
-        told[off] = Elsewhere(problem).foretold(fitted)
+        told[off] = Elsewhere(problem).density(fitted)
         assert told[off][1] == pytest.approx(chi2)
         excess, blocks = max(chi2 - len(miss), 0.0), THRESHOLDS.judged_blocks
         density = -0.5 * (min(chi2, len(miss)) + blocks * np.log1p(excess / blocks) + np.linalg.slogdet(S)[1])
@@ -81,5 +81,5 @@ def test_the_level_of_a_test_that_is_only_predicted_is_that_of_the_middle_of_tho
         for seed, mu in enumerate(levels)
     ]
     fitted = fit(Problem(cases, ("traction",)))
-    told = foretell(rig.record(Plant(COURSE), np.random.default_rng(9)), fitted)
+    told = predict_test(rig.record(Plant(COURSE), np.random.default_rng(9)), fitted)
     assert told.case.held["mu"] == pytest.approx(np.median(levels), rel=0.01)

@@ -15,7 +15,7 @@ package holds may move. The commands compute by the same functions.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -199,13 +199,14 @@ def experiment(
 def close_loop(
     *tests: Experiment,
     validate: Experiment | None = None,
+    predict: Sequence[Experiment] = (),
     quick: bool = False,
     progress: Callable[[str, float], None] = lambda what, fraction: None,
 ) -> Diagnosis:
     """What the model lacks in these tests: verdict, effects and laws with parameters, errors before and after.
 
-    validate: a test that is only predicted. quick: no resampling, and so no probabilities. progress(what, fraction) is
-    called as it goes.
+    validate: a test that is not fitted but counts in the choice. predict: tests that count in nothing. quick: no
+    resampling, and so no probabilities. progress(what, fraction) is called as it goes.
 
     A friction that falls with the sliding speed, in samples with a scatter of 0.003:
 
@@ -219,7 +220,7 @@ def close_loop(
     >>> print(f"{found.effects[0].parameters['ratio'].value:.1f}")
     0.5
     """
-    return diagnose(list(tests), validate=validate, quick=quick, progress=progress)
+    return diagnose(list(tests), validate=validate, predict=predict, quick=quick, progress=progress)
 
 
 def _floats(values: ArrayLike) -> Floats:

@@ -203,21 +203,28 @@ def close_loop(
     tests: Annotated[list[Path], typer.Argument(metavar="TEST.toml [MORE.toml ...]", show_default=False)],
     output: Output,
     validate: Annotated[
-        Path | None, typer.Option("--validate", metavar="OTHER.toml", help="A test that is only predicted.")
+        Path | None,
+        typer.Option("--validate", metavar="OTHER.toml", help="A test that is not fitted but counts in the choice."),
+    ] = None,
+    predict: Annotated[
+        list[Path] | None,
+        typer.Option("--predict", metavar="OTHER.toml", help="A test that is predicted and counts in nothing."),
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="No resampling, and so no probabilities.")] = False,
 ) -> int:
     """Find what the model lacks, add it, and report the error before and after on held-out data."""
     from twindisc_cli.commands._told import tell_unchanged
 
-    paths, unseen = [*tests, *([validate] if validate else [])], validate is not None
-    options = {"validate": unseen, "fitted": len(tests), **({"quick": True} if quick else {})}
+    only = [*([validate] if validate else []), *(predict or [])]
+    paths = [*tests, *only]
+    options = {"validate": validate is not None, "fitted": len(tests), **({"quick": True} if quick else {})}
+    options |= {"predict": len(predict)} if predict else {}
     told = tell_unchanged("close-loop", paths, options, output)
     if told is not None:
         return told
     from twindisc_cli.commands import _runner
 
-    return _runner.run_close_loop(paths, unseen, options, output, quick=quick)
+    return _runner.run_close_loop(paths, options, output)
 
 
 @_command("paper")

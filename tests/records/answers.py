@@ -11,7 +11,7 @@ from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.diagnose import diagnose
 from twindisc_cli.loop.diagnosis import Diagnosis, Estimate, LawCurve
 from twindisc_cli.loop.explain import explain
-from twindisc_cli.loop.validate import foretell
+from twindisc_cli.loop.validate import predict_test
 from twindisc_cli.model.experiment import Experiment
 
 from .sources import shipped, sweeps
@@ -102,7 +102,7 @@ def foretold(learnt: Sequence[int], *, quick: bool = False) -> Foretold:
     others = [i for i in range(len(every)) if i not in learnt]
     level = np.concatenate([ratios[i] for i in learnt]).mean()
     constant = np.concatenate([ratios[i] - level for i in others])
-    missed = np.concatenate([foretell(every[i], found.judged.after).misses("traction") for i in others])
+    missed = np.concatenate([predict_test(every[i], found.judged.after).misses("traction") for i in others])
     names = tuple(sorted(" over ".join(label) for label in found.answer.labels))
     return Foretold(tuple(learnt), names, float(np.sqrt(np.mean(constant**2))), float(np.sqrt(np.mean(missed**2))))
 

@@ -10,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.loop.channels import channels
-from twindisc_cli.loop.explain import Outcome, explain, predicted
+from twindisc_cli.loop.explain import Outcome, explain
+from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.holdout import without
-from twindisc_cli.loop.validate import foretell
+from twindisc_cli.loop.judge import predicted
+from twindisc_cli.loop.validate import predict_test
 from twindisc_cli.model.experiment import Experiment, TractionSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
 
@@ -52,9 +54,10 @@ def of_split(record: str, test: Experiment, split: str, masks: Mapping[str, Mask
     found, seconds = _learnt([without(test, masks)])
     whole = replace(found.problem.cases[0], model=ForwardModel(test))
     misses = {}
-    for kind, fitted in (("base", found.judged.before), ("loop", found.judged.after)):
-        told = predicted(fitted, [whole])[0]
-        misses |= {(kind, channel): _missed(test, whole.model, told, channel)[mask] for channel, mask in masks.items()}
+    for kind, fits, weights in _kinds(found):
+        for channel, mask in masks.items():
+            rows = [_missed(test, whole.model, predicted(f, [whole])[0], channel)[mask] for f in fits]
+            misses[kind, channel] = weights @ np.array(rows)
     creepage, when, ratio = _columns(_traction(test), masks["traction"])
     beside = _beside(_columns(_traction(test), ~masks["traction"]))
     error = {kind: rms(ratio - predict(creepage, when)) for kind, predict in beside.predict.items()}
@@ -75,11 +78,12 @@ def of_group(record: str, tests: Sequence[Experiment], learnt: Sequence[int]) ->
         creepage, when, ratio = _columns(_traction(test))
         for kind, predict in beside.predict.items():
             rows[kind].append(ratio - predict(creepage, when))
-        for kind, fitted in (("base", found.judged.before), ("loop", found.judged.after)):
-            told = foretell(test, fitted)
-            rows[kind].append(_missed(test, told.case.model, told.prediction, "traction"))
-            if test.measured.temperature is not None:
-                rows[f"warm {kind}"].append(_missed(test, told.case.model, told.prediction, "temperature"))
+        for kind, fits, weights in _kinds(found):
+            made = [predict_test(test, fitted) for fitted in fits]
+            for channel, row in (("traction", kind), ("temperature", f"warm {kind}")):
+                if channel == "traction" or test.measured.temperature is not None:
+                    every = [_missed(test, one.case.model, one.prediction, channel) for one in made]
+                    rows[row].append(weights @ np.array(every))
     error = {kind: rms(np.concatenate(row or [np.empty(0)])) for kind, row in rows.items()}
     warm = error.pop("warm loop"), error.pop("warm base")
     ratios = [_traction(test).ratio for test in others]
@@ -87,6 +91,13 @@ def of_group(record: str, tests: Sequence[Experiment], learnt: Sequence[int]) ->
     split = f"learnt on {', '.join(tests[i].name.split()[-1] for i in learnt[:5])}{' ...' if len(learnt) > 5 else ''}"
     return Errors(record, split, **error, named=named(found), chosen=beside.chosen, seconds=seconds,
                   warm=warm, level=level)  # fmt: skip
+
+
+def _kinds(found: Outcome) -> list[tuple[str, list[Fit], Floats]]:
+    """The base model, and the average of the loop's explanations: fits with their weights."""
+    mixture = found.mixture
+    every = [member.after for member in mixture.members]
+    return [("base", [found.judged.before], np.ones(1)), ("loop", every, mixture.weights)]
 
 
 def _learnt(tests: Sequence[Experiment]) -> tuple[Outcome, float]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.channels._channel import known
 from twindisc_cli.loop.explain import Outcome, explain
-from twindisc_cli.loop.validate import foretell
+from twindisc_cli.loop.validate import predict_test
 from twindisc_cli.model.experiment import Experiment, TractionSamples
 
 from .answers import choice, silent
@@ -68,7 +68,7 @@ def _draw_curve(axis: Axes, found: Outcome, label: str, across: Callable[[Tracti
     axis.plot(x[~held], samples.ratio[~held], ".", ms=3, color="0.6", label="fitted")
     axis.plot(x[held], samples.ratio[held], "o", ms=3, mfc="none", color="0.3", label="held out")
     for kind, style, what in (("before", "--", "base model"), ("unseen_after", "-", "revised, held out unseen")):
-        row = channels()["traction"].predicted(case.model, judged.predictions[kind][0])[0]
+        row = channels()["traction"].predicted(case.model, judged.prediction(kind)[0])[0]
         axis.plot(x[order], row[order], style, color="C0" if kind == "before" else "C3", lw=1.4, label=what)
     axis.set_xlabel(label)
 
@@ -87,7 +87,7 @@ def _draw_sweeps(axis: Axes) -> None:
         (found.judged.before, "--", "C0", "base model"),
         (found.judged.after, "-", "C3", "learnt on five others"),
     ):
-        told = foretell(others[0], fitted)
+        told = predict_test(others[0], fitted)
         row = channels()["traction"].predicted(told.case.model, told.prediction)[0]
         axis.plot(100.0 * samples.creepage[order], row[order], style, color=colour, lw=1.4, label=what)
     axis.set_xlabel("creepage [%]")

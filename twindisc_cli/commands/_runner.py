@@ -51,20 +51,20 @@ def single_origin(command: str, test: Test) -> Origin:
     return origin_of([test], {"validate": False, "fitted": 1} if command == "close-loop" else {})
 
 
-def run_close_loop(
-    paths: Sequence[Path], unseen: bool, options: Mapping[str, Any], output: Output, *, quick: bool = False
-) -> int:
-    """Run close-loop on several tests; where one is `unseen`, the last is predicted and not fitted. The exit code."""
+def run_close_loop(paths: Sequence[Path], options: Mapping[str, Any], output: Output) -> int:
+    """Run close-loop on several tests: those `fitted`, the one to `validate` with if any, those to predict."""
     with progress_bar() as progress:
         progress("close-loop: reading", 0.0)
         _know(output)
         tests = load_all(paths)
-        validate = tests[-1] if unseen else None
-        fitted = tests[:-1] if unseen else tests
+        fitted, only = tests[: options["fitted"]], tests[options["fitted"] :]
+        validate = only[0] if options["validate"] else None
+        predict = only[1:] if validate else only
         _refuse_equal_names(tests)
 
         def compute() -> Result:
-            result: Result = _module("close-loop").run(fitted, validate, progress, quick=quick)
+            quick = bool(options.get("quick"))
+            result: Result = _module("close-loop").run(fitted, validate, progress, quick=quick, predict=predict)
             return result
 
         return _deliver("close-loop", tests, options, output, compute)

@@ -19,7 +19,15 @@ from twindisc_cli.errors import NEGATIVE_FINDING, DefinitionError, Problem
 from twindisc_cli.loop.channels import channels, measured_channels, place_of
 from twindisc_cli.loop.channels.traction import friction_is_given
 from twindisc_cli.loop.diagnose import diagnose
-from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis, Estimate, FoundEffect, FoundLaw, NextExperiment
+from twindisc_cli.loop.diagnosis import (
+    ChannelError,
+    Diagnosis,
+    Estimate,
+    FoundEffect,
+    FoundLaw,
+    NextExperiment,
+    PredictedErrors,
+)
 from twindisc_cli.report import told
 from twindisc_cli.report.close_loop import render
 from twindisc_cli.report.words import channel_name, listed, number, p_value, plain_name, unit, with_error
@@ -30,16 +38,22 @@ DIGITS = 7
 
 
 def run(
-    tests: Sequence[Test], validate: Test | None, progress: Callable[[str, float], None], *, quick: bool = False
+    tests: Sequence[Test],
+    validate: Test | None,
+    progress: Callable[[str, float], None],
+    *,
+    quick: bool = False,
+    predict: Sequence[Test] = (),
 ) -> Result:
-    """Diagnose the tests together; `validate` is only predicted. Exit code 5 where the cause is in no catalogue.
+    """Diagnose the tests together; `validate` and `predict` are only predicted. Exit code 5: cause in no catalogue.
 
     quick: no resampling, and so no probabilities.
     """
     _refuse_nothing_measured(tests)
     experiments = [test.experiment for test in tests]
     unseen = validate.experiment if validate else None
-    found = diagnose(experiments, validate=unseen, progress=progress, quick=quick)
+    others = [test.experiment for test in predict]
+    found = diagnose(experiments, validate=unseen, progress=progress, quick=quick, predict=others)
     used = [note for test in experiments for note in laws_beyond(test)]
     return result_of(replace(found, notes=[*used, *found.notes]), tests, validate)
 
@@ -99,8 +113,8 @@ def summary(diagnosis: Diagnosis) -> list[str]:
     with_what = ", with what was added (use them with revised.toml)" if told.together(diagnosis) else ""
     lines += [f"base{with_what}: {', '.join(base)} (± one standard deviation)"] if base else []
     if diagnosis.validation is not None:
-        parts = [f"{channel_name(c)} {_before_after(e)}" for c, e in diagnosis.validation.errors.items()]
-        lines.append(f"predicted, never fitted: {diagnosis.validation.test}: {', '.join(parts)}")
+        lines.append(f"predicted, not fitted, used in the choice: {_predicted_line(diagnosis.validation)}")
+    lines += [f"predicted, used in nothing: {_predicted_line(predicted)}" for predicted in diagnosis.predictions]
     if diagnosis.next_experiment is not None:
         lines.append(f"next: {diagnosis.next_experiment.why}")
     room = LINES - len(lines)
@@ -109,6 +123,15 @@ def summary(diagnosis: Diagnosis) -> list[str]:
         kept = notes[: max(room - 1, 0)]
         notes = [*kept, f"{len(notes) - len(kept)} {'more ' if kept else ''}notes in close-loop.html"]
     return (lines + notes)[:LINES]
+
+
+def _predicted_line(predicted: PredictedErrors) -> str:
+    """Errors of a test that was only predicted; with its own level known where that is another."""
+    parts = [f"{channel_name(c)} {_before_after(e)}" for c, e in predicted.errors.items()]
+    own = [f"{channel_name(c)} {_before_after(e)}" for c, e in predicted.at_own_level.items()]
+    level = [f"{key} {number(used)} for {number(its)}" for key, (used, its) in predicted.level.items()]
+    known = f"; with its own level ({', '.join(level)}): {', '.join(own)}" if level else ""
+    return f"{predicted.test}: {', '.join(parts)}{known}"
 
 
 def _significance(diagnosis: Diagnosis) -> str:
@@ -155,9 +178,10 @@ def _json(diagnosis: Diagnosis) -> dict[str, Any]:
         "explanations": {c: _explanations(diagnosis, c) for c in diagnosis.errors},
         "next_experiment": _next(diagnosis.next_experiment),
         "revised": "revised.toml",
-        "validation": None
-        if diagnosis.validation is None
-        else {"test": diagnosis.validation.test, "error": _errors(diagnosis.validation.errors)},
+        "validation": None if diagnosis.validation is None else _prediction(diagnosis.validation),
+        "prediction": [_prediction(predicted) for predicted in diagnosis.predictions],
+        "held_out": {"blind": diagnosis.blind},
+        "search": {"same_on_all": diagnosis.same_on_all},
         "hold_out_steps": {test: [step + 1 for step in steps] for test, steps in diagnosis.held_out_steps.items()},
         "p_value": dict(diagnosis.p_values),
         "notes": list(diagnosis.notes),
@@ -231,6 +255,16 @@ def _errors(errors: Mapping[str, ChannelError]) -> dict[str, Any]:
     """Every channel; an empty object for one that was not measured."""
     keys = ("unit", "noise", "before", "after", "held_out_before", "held_out_after")
     return {c: {key: getattr(errors[c], key) for key in keys} if c in errors else {} for c in channels()}
+
+
+def _prediction(predicted: PredictedErrors) -> dict[str, Any]:
+    """Errors of a test that was only predicted, with the level of the tests fitted and with its own."""
+    return {
+        "test": predicted.test,
+        "error": _errors(predicted.errors),
+        "error_at_own_level": _errors(predicted.at_own_level),
+        "levels": {key: {"predicted": shared, "own": own} for key, (shared, own) in predicted.level.items()},
+    }
 
 
 def _next(planned: NextExperiment | None) -> dict[str, Any]:

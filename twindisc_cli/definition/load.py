@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -80,7 +80,7 @@ def load_text(text: str, path: Path) -> Test:
         laws={name: _law(table) for name, table in definition.laws.items()},
         tolerances=_tolerances(definition.rig, definition.material),
         measured=recorded.measured,
-        hold_out_steps=tuple(step - 1 for step in definition.loop.hold_out_steps or ()),
+        hold_out_steps=_from_zero(definition.loop.hold_out_steps),
         reported=_reported(definition),
         own_parameters={key: v for table in resolved.get("channels", {}).values() for key, v in table.items()},
     )
@@ -103,6 +103,11 @@ def _other(source: measurement.Source, channel: Channel) -> measurement.Other:
     columns = [measurement.column(c.name, c.unit, required=c.required) for c in channel.file.columns]
     ranges = {c.name: (c.lower, c.upper) for c in channel.file.columns}
     return measurement.Other(source, columns, ranges, channel.file.samples, channel.file.fewest)
+
+
+def _from_zero(steps: Sequence[int] | None) -> tuple[int, ...] | None:
+    """Steps counted from 1 as counted from 0; None where the program chooses."""
+    return None if steps is None else tuple(step - 1 for step in steps)
 
 
 def _check_hold_out(definition: DefinitionBase, history: History, path: Path) -> None:

@@ -12,6 +12,7 @@ from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Effect
 from twindisc_cli.laws.law import Law, formula_text, warnings
 from twindisc_cli.laws.trial import Trial
+from twindisc_cli.loop.alternatives import Weighed, alike, in_its_place, weighed
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.channels.profile import recorded_stops
 from twindisc_cli.loop.channels.traction import friction_is_given
@@ -25,31 +26,41 @@ from twindisc_cli.loop.diagnosis import (
     FoundLaw,
     LawCurve,
     NextExperiment,
+    PredictedErrors,
     Strength,
     Tried,
     Unexplained,
-    Validation,
     Verdict,
 )
 from twindisc_cli.loop.explain import Outcome, Progress, explain
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.holdout import steps_withheld
 from twindisc_cli.loop.intervals import base_parameters, term_parameters, widened
+from twindisc_cli.loop.judge import Kind
 from twindisc_cli.loop.screen import Leftover, leftover
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.thresholds import THRESHOLDS
-from twindisc_cli.loop.validate import Foretold, foretell
-from twindisc_cli.loop.weighing import Weighed, alike, in_its_place, weighed
-from twindisc_cli.model.experiment import Experiment
+from twindisc_cli.loop.validate import PredictedTest, at_its_own_level, predict_test, rms
+from twindisc_cli.model.experiment import Experiment, Floats
 
 PLACES = 60
+DIFFERENCE = "the answer was found without the samples held out"
+"""How the note begins that a choice on all samples would be another."""
 DRAWS = 400
 
 
 def diagnose(
-    tests: Sequence[Experiment], *, validate: Experiment | None, progress: Progress, quick: bool = False
+    tests: Sequence[Experiment],
+    *,
+    validate: Experiment | None,
+    progress: Progress,
+    quick: bool = False,
+    predict: Sequence[Experiment] = (),
 ) -> Diagnosis:
     """Find what the model lacks in these tests.
+
+    `validate` is not fitted, but how well an explanation predicts it counts in the choice; what is in `predict` is
+    predicted at the end and counts in nothing.
 
     Raises ValueError where the tests cannot be diagnosed: nothing measured, or nothing that fixes the friction.
     """
@@ -62,7 +73,7 @@ def diagnose(
     weights = {name: weighed(found, name) for name in found.answer.terms}
     effects, laws = _found(found, weights)
     progress("next experiment", 0.95)
-    told = _told(found, validate)
+    validation = _prediction(found, validate) if validate is not None else None
     return Diagnosis(
         verdict=_verdict(effects, laws, left),
         effects=effects,
@@ -78,11 +89,14 @@ def diagnose(
             *_differences(found),
             *_unfixed(effects),
             *_running_alike(weights),
-            *(_warned(laws, told, validate) if validate else []),
+            *(note for test in [*predict, *([validate] if validate else [])] for note in _warned(found, laws, test)),
             *_notes(found),
         ],
         next_experiment=_next(found, weights, left),
-        validation=_validation(told, validate) if validate is not None and told else None,
+        validation=validation,
+        predictions=[_prediction(found, test) for test in predict],
+        same_on_all=None if found.on_all is None else found.on_all == found.answer.labels,
+        blind=found.blind,
         seconds=monotonic() - started,
     )
 
@@ -192,10 +206,16 @@ def _text(label: tuple[str, ...]) -> str:
 
 def _strength(found: Outcome, probability: float, rivals: Sequence[object]) -> Strength:
     """In a word: established where it comes back in nine of ten resamples and nothing stands against it."""
-    same = found.blind.labels == found.answer.labels
-    if probability >= THRESHOLDS.established and not rivals and same:
+    same = found.on_all in (None, found.answer.labels)
+    if probability >= THRESHOLDS.established and not rivals and same and found.blind and not _tied(found):
         return "established"
     return "probable" if probability >= THRESHOLDS.probable else "possible"
+
+
+def _tied(found: Outcome) -> bool:
+    """Whether another explanation is as good as the answer, to within the numerical error of the evidence."""
+    near = [m for m in found.members if found.answer.evidence - m.evidence <= THRESHOLDS.evidence_error]
+    return any(m.labels != found.answer.labels for m in near)
 
 
 def _law(
@@ -207,7 +227,7 @@ def _law(
     strength: Strength,
     remains: float,
 ) -> FoundLaw:
-    law = _with_range(found, trial.law(found.judged.explanation.fit.values(name)), rivals)
+    law = _with_range(found, trial.law(found.judged.estimated.values(name)), rivals)
     resembles = [
         (label[0], share)
         for _, member, label in in_its_place(found, name)
@@ -234,7 +254,7 @@ def _with_range(found: Outcome, law: Law, rivals: Sequence[tuple[tuple[str, ...]
         return replace(law, valid=(-law.over.reach, law.over.reach))
     values = [
         np.broadcast_to(law.over.of(prediction.state), prediction.section.shape)[0]
-        for prediction in found.judged.predictions["after"]
+        for prediction in found.judged.prediction("after")
     ]
     every = np.concatenate(values)
     mixed = any(len(label) == 2 and label[0] == law.quantity and label[1] != law.covariate for label, _ in rivals)
@@ -277,14 +297,15 @@ def _error(channel: str, found: Outcome) -> ChannelError:
         before=of.factor * judged.error(channel, "before", held_out=False),
         after=of.factor * judged.error(channel, "after", held_out=False),
         held_out_before=of.factor * judged.error(channel, "unseen_before", held_out=True),
-        held_out_after=of.factor * judged.error(channel, "unseen_after", held_out=True),
+        held_out_after=of.factor * found.mixture.error(channel, "unseen_after", held_out=True),
     )
 
 
 def _curves(found: Outcome) -> list[Curve]:
     """Every channel of every test, by the answer fitted to all samples and by the one fitted without those held out."""
     curves = []
-    predictions = found.judged.predictions
+    kinds: tuple[Kind, ...] = ("before", "after", "unseen_before")
+    predictions = {kind: found.judged.prediction(kind) for kind in kinds}
     for number, channel in found.problem.parts:
         case, of = found.problem.cases[number], channels()[channel]
         rows = {kind: of.predicted(case.model, every[number])[0] for kind, every in predictions.items()}
@@ -293,6 +314,7 @@ def _curves(found: Outcome) -> list[Curve]:
                 test=case.test.name,
                 channel=channel,
                 measured=case.values(channel),
+                unseen_after=found.mixture.predicted(channel, number, "unseen_after"),
                 held_out=found.judged.masks[number][channel],
                 kept=case.noise[channel].kept,
                 covariates=of.covariates(case.model, predictions["before"][number]),
@@ -351,10 +373,12 @@ def _differences(found: Outcome) -> list[str]:
         f"{' and '.join(sorted(_text(label) for label in labels))} is not given as the answer: it {why}"
         for labels, why in found.refused.items()
     ]
-    if found.blind.labels != found.answer.labels:
-        other = " and ".join(sorted(_text(label) for label in found.blind.labels)) or "nothing"
-        notes.insert(
-            0, f"without the samples held out the evidence is for {other}; the held-out errors are the answer's"
+    if found.on_all not in (None, found.answer.labels):
+        other = " and ".join(sorted(_text(label) for label in found.on_all or ())) or "nothing"
+        notes.insert(0, f"{DIFFERENCE}: fitted to all samples, the evidence is for {other}")
+    if not found.blind:
+        notes.append(
+            "the first choice of the search raised an error: the answer was chosen with a look at the held-out samples"
         )
     return notes
 
@@ -448,25 +472,35 @@ def _next(found: Outcome, weights: Mapping[str, Weighed], left: Sequence[Unexpla
     return None
 
 
-def _told(found: Outcome, test: Experiment | None) -> tuple[Foretold, Foretold] | None:
-    """The test that was not fitted, by the base and by the revised model."""
-    if test is None:
-        return None
-    return foretell(test, found.judged.before), foretell(test, found.judged.after)
+def _prediction(found: Outcome, test: Experiment) -> PredictedErrors:
+    """Errors of a test that was not fitted: as predicted, and with its own level known."""
+    first = predict_test(test, found.judged.before)
+    last = [predict_test(test, member.after) for member in found.mixture.members]
+    own = at_its_own_level(first), [at_its_own_level(each) for each in last]
+    level = {
+        key: (float(value), float(own[1][0].level[key]))
+        for key, value in last[0].level.items()
+        if np.isfinite(value) and own[1][0].level[key] != value
+    }
+    weights = found.mixture.weights
+    return PredictedErrors(test.name, _predicted_errors(first, last, weights), _predicted_errors(*own, weights), level)
 
 
-def _validation(told: tuple[Foretold, Foretold], test: Experiment) -> Validation:
+def _predicted_errors(first: PredictedTest, last: Sequence[PredictedTest], weights: Floats) -> dict[str, ChannelError]:
+    """Errors of each channel by the base model, and by the average over the explanations."""
     errors = {}
-    for channel, noise in told[0].case.noise.items():
+    for channel, noise in first.case.noise.items():
         of = channels()[channel]
-        first, last = (of.factor * side.error(channel) for side in told)
-        if np.isfinite(first):
+        before = of.factor * first.error(channel)
+        after = of.factor * rms(weights @ np.array([each.misses(channel) for each in last]))
+        if np.isfinite(before):
             errors[channel] = ChannelError(
-                of.unit, of.factor * noise.std, noise.correlation, np.nan, np.nan, first, last
+                of.unit, of.factor * noise.std, noise.correlation, np.nan, np.nan, before, after
             )
-    return Validation(test.name, errors)
+    return errors
 
 
-def _warned(laws: Sequence[FoundLaw], told: tuple[Foretold, Foretold] | None, test: Experiment) -> list[str]:
-    assert told is not None
-    return warnings({law.name: law.law for law in laws}, told[1].prediction.state, test.name)
+def _warned(found: Outcome, laws: Sequence[FoundLaw], test: Experiment) -> list[str]:
+    """Where a test goes beyond what a law was learnt on."""
+    state = predict_test(test, found.judged.after).prediction.state
+    return warnings({law.name: law.law for law in laws}, state, test.name)

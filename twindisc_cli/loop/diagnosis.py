@@ -156,16 +156,26 @@ class NextExperiment:
 
 
 @dataclass(frozen=True)
-class Validation:
-    """A test that was only predicted: its name, and the error of each channel before and after."""
+class PredictedErrors:
+    """A test that was only predicted: the error of each channel before and after.
+
+    errors: with the level (mu, h S) of the tests that were fitted; at_own_level: with the level estimated on the test
+    itself, so that only its course is predicted. level: base parameters by key, as predicted and as its own.
+    """
 
     test: str
     errors: Mapping[str, ChannelError]
+    at_own_level: Mapping[str, ChannelError]
+    level: Mapping[str, tuple[float, float]]
 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """All that the closed loop found out."""
+    """All that the closed loop found out.
+
+    same_on_all: whether a choice on all samples would give the same terms, None where not asked; blind: whether the
+    held-out samples had no say in the choice.
+    """
 
     verdict: Verdict
     effects: Sequence[FoundEffect]
@@ -179,5 +189,8 @@ class Diagnosis:
     held_out_steps: Mapping[str, tuple[int, ...]]
     notes: Sequence[str]
     next_experiment: NextExperiment | None
-    validation: Validation | None
+    validation: PredictedErrors | None
+    predictions: Sequence[PredictedErrors]
+    same_on_all: bool | None
+    blind: bool
     seconds: float

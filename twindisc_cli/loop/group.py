@@ -32,9 +32,8 @@ from twindisc_cli.loop.candidates import effects
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.design import next_for_set
 from twindisc_cli.loop.diagnosis import NextExperiment
-from twindisc_cli.loop.explain import plain_fit, problem_of
-from twindisc_cli.loop.fit import Fit, fit, refit
-from twindisc_cli.loop.problem import Parameter
+from twindisc_cli.loop.fit import Fit, fit, plain_fit, refit
+from twindisc_cli.loop.problem import Parameter, problem_of
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.experiment import Experiment, Floats

@@ -63,9 +63,9 @@ def _spread(found: Outcome, wide: Sequence[Floats], name: str, case: int | None)
 
     wide: by how much what is left widens the intervals of each member.
     """
-    answer = found.answer.fit
+    answer, whole = found.answer.fit, found.judged.estimated
     number = _number(answer, name, case)
-    systematic = answer.covariance @ (answer.jacobian.T @ _imitated(answer))
+    systematic = whole.covariance @ (whole.jacobian.T @ _imitated(whole))
     only = np.array([float(member.labels == found.answer.labels) for member in found.members])
     shares = found.shares if np.isfinite(found.shares).all() else only
     draws, weights = [], []

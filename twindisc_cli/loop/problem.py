@@ -54,7 +54,7 @@ class Case:
     def guesses(self) -> dict[str, float]:
         """Base parameters from the measurements alone, by key; NaN where nothing tells."""
         guesses: dict[str, float] = {}
-        for base in _bases():
+        for base in base_parameters():
             if not np.isfinite(guesses.get(base.key, np.nan)):
                 guesses[base.key] = base.guess(self.model)
         return guesses
@@ -65,14 +65,14 @@ class Case:
         return self.guesses | dict(self.known) | stated(self.test)
 
 
-def _bases() -> list[Base]:
+def base_parameters() -> list[Base]:
     """The base parameters that channels fix."""
     return [base for channel in channels().values() for base in channel.parameters]
 
 
 def stated(test: Experiment) -> dict[str, float]:
     """The base parameters that a definition gives a value."""
-    values = {base.key: base.of(test) for base in _bases()}
+    values = {base.key: base.of(test) for base in base_parameters()}
     return {key: value for key, value in values.items() if np.isfinite(value)}
 
 
@@ -460,6 +460,12 @@ class Problem:
         ]
         cases = [replace(c, model=ForwardModel(test)) for c, test in zip(self.cases, tests, strict=True)]
         return replace(self, cases=cases, tracks=None)
+
+
+def problem_of(tests: Sequence[Experiment]) -> Problem:
+    """All channels of the tests, with their noise."""
+    cases = cases_of(tests)
+    return Problem(cases, tuple(c for c in channels() if any(c in case.noise for case in cases)))
 
 
 def _off(rig: Rig, name: str, test: Experiment) -> Rig:

@@ -100,10 +100,3 @@ def scatter(fitted: Fit, draws: int = THRESHOLDS.draws) -> tuple[Floats, Floats]
     leverage = np.add.reduceat(fitted.jacobian**2, np.searchsorted(block, np.arange(drawn.shape[1])), axis=0)
     seen = np.sum(leverage, axis=0) ** 2 / np.maximum(np.sum(leverage**2, axis=0), 1e-300)
     return np.std(step, axis=0), np.asarray(1.0 / np.sqrt(2.0 * np.maximum(seen, 1.0)))
-
-
-def unseen(explanations: Sequence[Explanation], held_out: Floats) -> int:
-    """Which explanation would be chosen without some samples; held_out is 1 for these, else 0, (sample,)."""
-    one = np.arange(len(held_out))
-    evidence = [float(_evidence(e, one, (1.0 - held_out)[None])[0]) for e in explanations]
-    return int(np.argmax(evidence))

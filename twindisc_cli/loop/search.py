@@ -25,6 +25,7 @@ from twindisc_cli.loop.problem import Problem
 from twindisc_cli.loop.screen import leftover
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.loop.validate import Elsewhere
+from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import Marched
 from twindisc_cli.model.patch import Paths
 
@@ -51,7 +52,7 @@ class Explanation:
     @property
     def evidence(self) -> float:
         """Logarithm of the evidence, the choice of forms paid."""
-        return self.here + self._foretold[0]
+        return self.here + self._elsewhere[0]
 
     @property
     def here(self) -> float:
@@ -59,13 +60,13 @@ class Explanation:
         return self.fit.evidence - sum(self.prices.values())
 
     @cached_property
-    def _foretold(self) -> tuple[float, float]:
-        return (0.0, 0.0) if self.elsewhere is None else self.elsewhere.foretold(self.fit)
+    def _elsewhere(self) -> tuple[float, float]:
+        return (0.0, 0.0) if self.elsewhere is None else self.elsewhere.density(self.fit)
 
     @property
     def heat(self) -> float:
         """What differences of evidence are divided by: formulas err more, the more they explain."""
-        return 1.0 + THRESHOLDS.cooling * float(np.sqrt(max(self.before - self.fit.chi2 - self._foretold[1], 0.0)))
+        return 1.0 + THRESHOLDS.cooling * float(np.sqrt(max(self.before - self.fit.chi2 - self._elsewhere[1], 0.0)))
 
     def effect(self, name: str) -> Effect:
         """A term as it acts."""
@@ -105,7 +106,7 @@ def search(problem: Problem, progress: Progress, other: Elsewhere | None = None)
     """Find the terms that explain all channels together, and foretell another test that is not fitted."""
     progress("base model")
     first = refit(problem)
-    before = first.chi2 + (other.foretold(first)[1] if other else 0.0)
+    before = first.chi2 + (other.density(first)[1] if other else 0.0)
     base = Explanation(first, {}, before, other)
     best, others = base, list[Explanation]()
     rivals: Mapping[str, Sequence[Explanation]] = {}
@@ -244,10 +245,13 @@ def chosen(before: Explanation, tried: Sequence[Explanation]) -> Explanation | N
     explanation.
     """
     enough = [e for e in tried if _says_enough(e, before) and not e.fit.at_bound]
-    if not enough:
-        return None
-    best = max(enough, key=lambda e: e.evidence)
-    close = [e for e in enough if (best.evidence - e.evidence) / best.heat < THRESHOLDS.within]
+    return preferred(enough) if enough else None
+
+
+def preferred(explanations: Sequence[Explanation]) -> Explanation:
+    """Of the explanations that cannot be told from the best, one of few laws, of the rig rather than of a sensor."""
+    best = max(explanations, key=evidence_of)
+    close = [e for e in explanations if (best.evidence - e.evidence) / best.heat < THRESHOLDS.within]
     fewest = min(len(e.laws) for e in close)
     return by_falling(
         [e for e in close if len(e.laws) == fewest],

@@ -55,6 +55,8 @@ class Thresholds:
     short               length of a leftover, in those of what was explained, below which it is the formulas' own error.
     covariates          covariates named for a leftover.
     rise, rise_at_most  growth of an error that counts where it is significant, and that counts in any case [1].
+    foreign             error of the base model on held-out samples, over its error on those fitted, beyond which they
+                        are of another state, where the revised model is no nearer to them.
     rise_errors         standard errors at which a growth of an error is significant.
     at_noise            error over the noise up to which a test that is only predicted counts as foretold [1].
     judged_blocks, fewest_judged  blocks of neighbours this is taken from, and samples below which nothing is judged.
@@ -78,6 +80,7 @@ class Thresholds:
                         seeds, and kept 28 of 30 sets to three members, 0.95 kept 24.
     small_set           members of the set of an effect at most, and up to which effects are named beyond that share.
     established, probable  probability from which on the words are used.
+    mixed               explanations that predict together at most: the others have little weight.
     separated           explanations between which the next experiment decides.
     """
 
@@ -116,9 +119,10 @@ class Thresholds:
     refusal: float = 0.002
     short: float = 0.2
     covariates: int = 2
-    rise: float = 0.01
+    rise: float = 0.05
     rise_at_most: float = 0.2
-    rise_errors: float = 2.5
+    rise_errors: float = 1.0
+    foreign: float = 2.0
     at_noise: float = 1.15
     judged_blocks: int = 12
     fewest_judged: int = 6
@@ -138,6 +142,7 @@ class Thresholds:
     small_set: int = 3
     established: float = 0.9
     probable: float = 0.6
+    mixed: int = 4
     separated: int = 4
 
 

@@ -3,7 +3,7 @@
     log p = -min(chi2, n) / 2 - m / 2 log(1 + max(chi2 - n, 0) / m) - log|S| / 2
     chi2 = r' S^-1 r,   S = 1 + J (C + R) J'
 
-    r   white residual (n,) of the test as an explanation foretells it, J its Jacobian over the inner parameters
+    r   white residual (n,) of the test as an explanation predicts it, J its Jacobian over the inner parameters
     C   covariance of the parameters after the fit, R what base parameters scatter from one repeat to the next
     m   blocks of neighbours in all channels
 
@@ -14,24 +14,30 @@ density of m degrees of freedom (K. L. Lange et al., J. Am. Stat. Assoc. 84 (198
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from twindisc_cli.loop.channels import channels
-from twindisc_cli.loop.fit import Fit, carried, linearised
-from twindisc_cli.loop.problem import Case, Problem, case_of, stated
+from twindisc_cli.loop.fit import Fit, carried, linearised, plain_fit, remembered
+from twindisc_cli.loop.problem import Case, Problem, base_parameters, case_of, stated
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import Prediction
 
 
 @dataclass(frozen=True)
-class Foretold:
+class PredictedTest:
     """A test with its prediction by a fit of other tests: root mean square errors by channel, in SI units."""
 
     case: Case
     prediction: Prediction
+
+    @property
+    def level(self) -> Mapping[str, float]:
+        """The base parameters it is predicted with, by key; NaN where not known."""
+        return {base.key: self.case.known.get(base.key, np.nan) for base in base_parameters()}
 
     def misses(self, channel: str) -> Floats:
         """Measured minus predicted in the order of the record (sample,); NaN where it cannot be predicted."""
@@ -48,14 +54,25 @@ def rms(misses: Floats) -> float:
     return float(np.sqrt(np.mean(misses**2))) if len(misses) else float("nan")
 
 
-def foretell(test: Experiment, fitted: Fit) -> Foretold:
+def predict_test(test: Experiment, fitted: Fit) -> PredictedTest:
     """Predict a test by a fit of others, with the effects and laws these declare.
 
     Base parameters are as fitted, those of single tests as these have them in the middle; else as either test says.
     """
-    case = _unfitted(test, fitted)
-    keys = ("mu", "K", "convection_W_K")
-    return Foretold(case, case.model.predict({key: np.array([case.known.get(key, np.nan)]) for key in keys}))
+    return _predicted(_unfitted(test, fitted))
+
+
+def at_its_own_level(predicted: PredictedTest) -> PredictedTest:
+    """The same with the level of the test known: base parameters that are no material's are fitted to it."""
+    case = predicted.case
+    own = tuple(name for name in case.noise if any(not base.shared for base in channels()[name].parameters))
+    fitted = plain_fit(Problem([case], own)) if own else None
+    return _predicted(remembered([case], fitted)[0]) if fitted is not None else predicted
+
+
+def _predicted(case: Case) -> PredictedTest:
+    known = {base.key: np.array([case.known.get(base.key, np.nan)]) for base in base_parameters()}
+    return PredictedTest(case, case.model.predict(known))
 
 
 def _unfitted(test: Experiment, fitted: Fit) -> Case:
@@ -81,8 +98,8 @@ class Elsewhere:
 
     problem: Problem
 
-    def foretold(self, fitted: Fit) -> tuple[float, float]:
-        """Logarithm of the density that a fit of others foretells for the test, and the chi2 of what it misses."""
+    def density(self, fitted: Fit) -> tuple[float, float]:
+        """Logarithm of the density that a fit of others predicts for the test, and the chi2 of what it misses."""
         problem = self.problem.with_terms(*fitted.terms, trial=fitted.problem.trial)
         miss, slopes = linearised(problem, carried(problem, fitted), problem.discount(problem.measured))
         places = {(p.name, p.case): i for i, p in enumerate(fitted.problem.parameters)}

@@ -367,7 +367,8 @@ class Experiment:
     """One twin-disc test: rig, history, options, declared effects and laws, measured channels.
 
     reported holds numbers stated elsewhere (a paper, a report) that `check` compares with the physics: depth [m],
-    width [m], wear_coefficient [1], temperature_rise [K], each only where stated. hold_out_steps count from 0.
+    width [m], wear_coefficient [1], temperature_rise [K], each only where stated. hold_out_steps count from 0;
+    None: chosen by the program, (): nothing is held out.
     tolerances: relative standard deviations of quantities of the discs, by name. own_parameters: what the definition
     says of base parameters that only a channel reads, by key.
     """
@@ -382,7 +383,7 @@ class Experiment:
     laws: Mapping[str, Law] = field(default_factory=dict)
     tolerances: Mapping[str, float] = field(default_factory=dict)
     measured: Measured = field(default_factory=Measured)
-    hold_out_steps: tuple[int, ...] = ()
+    hold_out_steps: tuple[int, ...] | None = None
     reported: Mapping[str, float] = field(default_factory=dict)
     own_parameters: Mapping[str, float] = field(default_factory=dict)
 

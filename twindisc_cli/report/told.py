@@ -8,6 +8,7 @@ import numpy as np
 
 from twindisc_cli.laws.law import Law
 from twindisc_cli.loop.channels import base_named, channels
+from twindisc_cli.loop.diagnose import DIFFERENCE
 from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis, Estimate, FoundEffect, FoundLaw, Tried
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.report.words import (
@@ -28,8 +29,6 @@ WORN = ("profile", "mass")
 """Channels for which an added term acts on the wear, and so on what K means."""
 TOLD = 0.05
 """Share of its misfit from which on a term is told to leave some."""
-DIFFERENCE = "without the samples held out"
-"""How a note begins that what is printed and what was judged on held-out samples differ."""
 
 
 def provenance(kinds: Sequence[str]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from twindisc_cli.model.experiment import Floats, History, Ints
+from twindisc_cli.model.experiment import Experiment, Floats, Ints
 
 BANDS = 40
 EVERY = 5
@@ -17,17 +17,20 @@ def held_out_bands(y: Floats) -> NDArray[np.bool_]:
     return np.asarray(band % EVERY == 2)
 
 
-def held_out_samples(history: History, step: Ints, times: Floats, steps: tuple[int, ...]) -> NDArray[np.bool_]:
-    """Samples in the held-out steps, and in the last iteration of every second other one that is long enough.
+def held_out_samples(test: Experiment, step: Ints, times: Floats, steps: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Samples in the held-out steps; where the program chose these, in the last iteration of the others, too.
+
+    That is held out of a step of three iterations and more, with three samples each.
 
     Without a time the iteration of a sample is not known: only whole steps are held out.
     """
     held = np.isin(step, steps)
-    others = np.setdiff1d(step, steps)
-    for number in others[1::2]:
-        iterations = np.flatnonzero(history.step == number)
-        inside = step == number
-        if len(iterations) >= 3 and inside.sum() >= 3 * len(iterations):
-            begin = history.end_time[iterations[-1]] - history.duration[iterations[-1]]
-            held |= inside & (times > begin * (1.0 + 1e-12))
+    if test.hold_out_steps is not None:
+        return np.asarray(held)
+    history = test.history
+    last = int(step[~held].max(initial=-1))
+    iterations, inside = np.flatnonzero(history.step == last), step == last
+    if len(iterations) >= 3 and inside.sum() >= 3 * len(iterations):
+        begin = history.end_time[iterations[-1]] - history.duration[iterations[-1]]
+        held |= inside & (times > begin * (1.0 + 1e-12))
     return np.asarray(held)

@@ -82,7 +82,7 @@ def _heated(model: ForwardModel, prediction: Prediction) -> Floats:
 
 
 def _withheld(test: Experiment, steps: tuple[int, ...]) -> Mask:
-    return held_out_samples(test.history, _step(test), _measured(test).time, steps)
+    return held_out_samples(test, _step(test), _measured(test).time, steps)
 
 
 def _covariates(model: ForwardModel, prediction: Prediction) -> dict[str, Floats | Ints]:

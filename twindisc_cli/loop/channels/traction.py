@@ -123,7 +123,7 @@ def _level_of(creepage: Floats, nominal: Floats) -> Ints:
 
 def _withheld(test: Experiment, steps: tuple[int, ...]) -> Mask:
     samples = _measured(test)
-    return held_out_samples(test.history, samples.step, samples.time, steps)
+    return held_out_samples(test, samples.step, samples.time, steps)
 
 
 def _covariates(model: ForwardModel, prediction: Prediction) -> dict[str, Floats | Ints]:

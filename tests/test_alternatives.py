@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from twindisc_cli.effects import catalogue
-from twindisc_cli.loop.weighing import weighed
+from twindisc_cli.loop.alternatives import weighed
 
 TIME = np.linspace(0.0, 1.0, 200)
 NOISE = np.sin(40.0 * TIME)  # what nothing explains

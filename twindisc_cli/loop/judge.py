@@ -1,0 +1,140 @@
+"""An explanation judged on samples that it has not seen: the revised model beside the base model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from twindisc_cli.laws.trial import Trial
+from twindisc_cli.loop.channels import channels
+from twindisc_cli.loop.fit import Fit, carried, plain_fit, refit
+from twindisc_cli.loop.noise import Mask
+from twindisc_cli.loop.problem import Case
+from twindisc_cli.loop.search import Explanation
+from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.validate import rms
+from twindisc_cli.model.experiment import Floats
+from twindisc_cli.model.forward import Prediction
+
+Kind = Literal["before", "after", "unseen_before", "unseen_after"]
+
+
+@dataclass(frozen=True)
+class Judged:
+    """An explanation with the base and the revised model, and how far each is from what was measured.
+
+    explanation: as it was found, without the samples held out. before, after: the two models with their parameters
+    estimated on all samples; unseen_before, unseen_after: on those that are not held out. Errors are over a channel of
+    all tests, in SI units.
+    """
+
+    explanation: Explanation
+    before: Fit
+    unseen_before: Fit
+    unseen_after: Fit
+    masks: Sequence[Mapping[str, Mask]]
+    _known: dict[Kind, list[Prediction]] = field(default_factory=dict, repr=False, compare=False)
+
+    @cached_property
+    def estimated(self) -> Fit:
+        """All parameters of the explanation estimated on all samples."""
+        member = self.explanation.fit
+        if not member.terms:
+            return refit(self.before.problem, self.before.theta)
+        problem = self.before.problem.with_terms(*member.terms, trial=member.problem.trial)
+        return refit(problem, carried(problem, self.before, member))
+
+    @cached_property
+    def after(self) -> Fit:
+        """The revised model on all samples."""
+        return revised_fit(self.estimated, self.before) if self.explanation.terms else self.before
+
+    def prediction(self, kind: Kind) -> list[Prediction]:
+        """Predictions of all tests at all samples by one of the four fits."""
+        if kind not in self._known:
+            self._known[kind] = predicted(getattr(self, kind), self.before.problem.cases)
+        return self._known[kind]
+
+    def misses(self, channel: str, kind: Kind, *, held_out: bool) -> Floats:
+        """Measured minus predicted of a channel, in the order of the record (sample,)."""
+        misses = []
+        for i, case in enumerate(self.before.problem.cases):
+            if channel in case.noise:
+                order = case.noise[channel].order
+                order = order[self.masks[i][channel][order] == held_out]
+                values = channels()[channel].predicted(case.model, self.prediction(kind)[i])[0]
+                misses.append((case.values(channel) - values)[order])
+        return np.concatenate(misses)
+
+    def error(self, channel: str, kind: Kind, *, held_out: bool) -> float:
+        """Root mean square of measured minus predicted; NaN without samples."""
+        return rms(self.misses(channel, kind, held_out=held_out))
+
+    @property
+    def rises(self) -> list[str]:
+        """Channels in which the revised model errs more than the base, where samples were seen or where held out.
+
+        Both are fitted without the samples held out. Held-out samples that are far from both models are of another
+        state than those fitted, and judge neither.
+        """
+        found = []
+        for channel in self.before.problem.channels:
+            base = self.error(channel, "unseen_before", held_out=False)
+            for held_out in (False, True):
+                before = self.misses(channel, "unseen_before", held_out=held_out)
+                after = self.misses(channel, "unseen_after", held_out=held_out)
+                foreign = held_out and min(rms(before), rms(after)) > THRESHOLDS.foreign * base
+                if not foreign and rises(before, after):
+                    found.append(channel)
+        return list(dict.fromkeys(found))
+
+
+def rises(before: Floats, after: Floats) -> bool:
+    """Whether misses (sample,) grew from before to after: by more than blocks of neighbours scatter, or by far."""
+    if len(before) < THRESHOLDS.fewest_judged:
+        return False
+    growth = rms(after) / max(rms(before), 1e-300) - 1.0
+    parts = np.array_split(after**2 - before**2, min(THRESHOLDS.judged_blocks, len(before) // 2))
+    means = np.array([part.mean() for part in parts])
+    chance = float(means.std(ddof=1)) / np.sqrt(len(means))
+    sure = float(means.mean()) > THRESHOLDS.rise_errors * chance
+    return bool(growth > THRESHOLDS.rise_at_most or (growth > THRESHOLDS.rise and sure))
+
+
+def judge(member: Explanation, before: Fit, seen_before: Fit, masks: Sequence[Mapping[str, Mask]]) -> Judged:
+    """An explanation found without the samples held out, with the revised model fitted without them."""
+    blind = revised_fit(member.fit, seen_before) if member.terms else seen_before
+    return Judged(member, before, seen_before, blind, masks)
+
+
+def revised_fit(fitted: Fit, before: Fit) -> Fit:
+    """The revised model: what was found is declared, as the revised definition will say, the base fitted anew."""
+    cases = [revised_case(case, fitted) for case in before.problem.cases]
+    tracks = fitted.problem.followed(fitted.theta).tracks
+    return plain_fit(replace(before.problem, cases=cases, tracks=tracks), fitted, before)
+
+
+def revised_case(case: Case, fitted: Fit) -> Case:
+    """A test with the effects and the laws of a fit declared."""
+    effects, laws = dict(case.test.effects), dict(case.test.laws)
+    for name in fitted.terms:
+        effect = fitted.problem.effect(name)
+        if isinstance(effect, Trial):
+            laws[name] = effect.law(fitted.values(name))
+        else:
+            effects[name] = fitted.values(name)
+    return replace(case, model=replace(case.model, experiment=replace(case.test, effects=effects, laws=laws)))
+
+
+def predicted(fitted: Fit, cases: Sequence[Case]) -> list[Prediction]:
+    """Predictions at all samples of these tests by a fit that may have seen fewer of them."""
+    whole = [
+        replace(case, model=replace(case.model, experiment=replace(case.test, measured=other.test.measured)))
+        for case, other in zip(fitted.problem.cases, cases, strict=True)
+    ]
+    whole = [replace(case, known=first.held) for case, first in zip(whole, fitted.problem.cases, strict=True)]
+    return replace(fitted.problem, cases=whole).predict(fitted.theta[None])
