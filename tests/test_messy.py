@@ -188,6 +188,10 @@ READ: dict[str, Manner] = {
         header=["time [s]", "speed 1 [rpm]", "speed 2 [rpm]", "torque [N m]", "normal load [kgf]"],
         scale=(1, 1, 1, 1, 1 / 9.80665),
     ),
+    "American units": Manner(
+        header=["time [s]", "speed 1 [deg/s]", "speed 2 [ft/min]", "torque [lbf·in]", "normal load [lbf]"],
+        scale=(1, 6, RPM * RADIUS / 0.00508, 1 / (0.0254 * 4.4482216152605), 1 / 4.4482216152605),
+    ),
     "time of day": Manner(
         header=["time", *(f"{n} [{u}]" for n, u in zip(NAMES[1:], UNITS[1:], strict=True))],
         change=stamps(lambda t: clock(t + 36000)),
@@ -243,8 +247,8 @@ READ: dict[str, Manner] = {
 }  # fmt: skip
 REFUSED: dict[str, tuple[Manner, str]] = {
     "unknown unit": (
-        Manner(header=[*Manner().header[:3], "torque [ozf in]", "normal load [N]"]),
-        "log.csv:1: torque [ozf in]: unknown unit [ozf in] for torque; known: N m, N cm, N mm, mN m, kN m",
+        Manner(header=[*Manner().header[:3], "torque [slug V]", "normal load [N]"]),
+        "log.csv:1: torque [slug V]: unknown unit [slug V] for torque; known: N m, N cm, N mm, mN m, kN m",
     ),
     "no units": (Manner(header=NAMES), "log.csv:1: torque: has no unit; write one of [N m, N cm, N mm, mN m, kN m]"),
     "other names": (
