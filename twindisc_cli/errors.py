@@ -18,6 +18,12 @@ class Problem:
     file: Path | str = ""
     line: int = 0
     key: str = ""
+    block: tuple[str, ...] = ()
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """The mistake in a line, and the lines of a definition that cure it, where they are known."""
+        return (str(self), *self.block)
 
     def __str__(self) -> str:
         """`file:line: key: what`, leaving out what is not known."""

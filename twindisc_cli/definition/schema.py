@@ -264,6 +264,7 @@ class ColumnsTable(Table):
     speed_1: ColumnTable | None = None
     speed_2: ColumnTable | None = None
     rolling_speed: ColumnTable | None = None
+    sliding_speed: ColumnTable | None = None
     torque: ColumnTable | None = None
     traction_force: ColumnTable | None = None
     normal_load: ColumnTable | None = None
@@ -274,6 +275,11 @@ class ColumnsTable(Table):
     iteration: ColumnTable | None = None
     temperature: ColumnTable | None = None
     mass_loss: ColumnTable | None = None
+    mass_1: ColumnTable | None = None
+    mass_2: ColumnTable | None = None
+    cycles: ColumnTable | None = None
+    revolutions: ColumnTable | None = None
+    distance: ColumnTable | None = None
 
 
 MEASURED_FILES = ("traction", "log", "profile", "temperature", "mass")

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 
 from twindisc_cli.errors import MeasurementError, Problem
+from twindisc_cli.measurement.cells import ANY, number
 from twindisc_cli.measurement.channels import RATIOS, SLIP
 from twindisc_cli.measurement.content import Content
-from twindisc_cli.measurement.header import Column, Named, clock, parts, plain
+from twindisc_cli.measurement.header import Column, Named, Naming, clock, parts, plain
 from twindisc_cli.measurement.log import read_log
 from twindisc_cli.measurement.sheet import Sheet, sheets
+from twindisc_cli.measurement.suggest import Cell, block, line, looks_like, what_else
 from twindisc_cli.measurement.table import read_table
 from twindisc_cli.measurement.units import (
     COUNT,
@@ -30,34 +33,52 @@ from twindisc_cli.measurement.units import (
     Quantity,
     rim_speed,
 )
+from twindisc_cli.measurement.vendors import vendor_of
 from twindisc_cli.model.experiment import Disc, Rig
 
 Kind = Literal["log", "traction", "profile", "temperature", "mass"]
 TURNING = Quantity("speed of rotation", {u: f for u, f in rim_speed(1.0).units.items() if u not in SPEED.units})
 _NAMES: Mapping[str, tuple[str, ...]] = {
-    "time": ("time", "t", "elapsed time", "test time", "zeit", "temps"),
-    "step": ("step", "sweep", "stufe"),
+    "time": (
+        "time", "t", "elapsed time", "test time", "step time", "x value", "timestamp", "time stamp", "date/time",
+        "datetime", "date time", "elapsed", "zeit", "uhrzeit", "zeitstempel", "temps", "tiempo", "tempo",
+    ),
+    "step": ("step", "sweep", "stufe", "this step", "step number", "step no"),
     "creepage": ("creepage", *SLIP, "schlupf", "glissement"),
-    "traction ratio": ("traction ratio", *RATIOS, "µ", "reibwert", "reibungszahl", "reibzahl"),
-    "traction force": ("traction force", "friction force", "tangential force", "ft", "reibkraft"),
-    "normal load": ("normal load", "load", "normal force", "fn", "normalkraft", "last"),
-    "torque": ("torque", "friction torque", "drehmoment", "moment", "couple"),
-    "speed 1": ("speed 1",),
-    "speed 2": ("speed 2",),
+    "traction ratio": (
+        "traction ratio", *RATIOS, "µ", "traction coeff", "friction coeff", "friction", "reibwert", "reibungszahl",
+        "reibzahl", "coefficient of friction", "coefficient de frottement",
+    ),
+    "traction force": ("traction force", "friction force", "tangential force", "ft", "fx", "reibkraft"),
+    "normal load": (
+        "normal load", "load", "normal force", "fn", "fz", "normalkraft", "last", "ball load", "applied load",
+        "contact load", "charge", "force normale", "anpresskraft",
+    ),
+    "torque": ("torque", "friction torque", "drehmoment", "reibmoment", "moment", "couple", "tz"),
+    "speed 1": ("speed 1", "n1", "n 1", "drehzahl 1", "speed upper", "upper speed", "speed top", "drehzahl oben"),
+    "speed 2": ("speed 2", "n2", "n 2", "drehzahl 2", "speed lower", "lower speed", "speed bottom", "drehzahl unten"),
     "rolling speed": ("rolling speed", "entrainment speed", "mean speed", "rolling"),
+    "sliding speed": ("sliding speed", "sliding velocity", "gleitgeschwindigkeit"),
     "iteration": ("iteration",),
-    "disc": ("disc",),
-    "y": ("y",),
-    "height": ("height", "z"),
-    "mass loss": ("mass loss", "weight loss", "masseverlust"),
-    "temperature": ("temperature", "temperatur", "température", "temp", "temp.", "disc temperature"),
-}
+    "cycles": ("cycles", "cycle", "zyklen"),
+    "revolutions": ("revolutions", "revs", "umdrehungen", "tours"),
+    "distance": ("distance", "sliding distance", "rolling distance", "weg"),
+    "disc": ("disc", "disk", "scheibe"),
+    "x": ("x", "lateral", "position", "lateral position", "scan position", "x position", "scan length"),
+    "y": ("y", "y1"),
+    "height": ("height", "z", "raw", "z1", "profile height", "höhe"),
+    "mass loss": ("mass loss", "weight loss", "masseverlust", "gewichtsverlust"),
+    "mass 1": ("mass 1", "weight 1", "mass disc 1", "weight disc 1", "mass upper", "weight upper"),
+    "mass 2": ("mass 2", "weight 2", "mass disc 2", "weight disc 2", "mass lower", "weight lower"),
+    "temperature": ("temperature", "temperatur", "température", "temperatura", "temp", "temp.", "disc temperature"),
+}  # fmt: skip
 _KEYS = {name: key for key, group in _NAMES.items() for name in group}
 _QUANTITY: Mapping[str, Quantity] = {
     "time": TIME, "step": COUNT, "creepage": PERCENTAGE, "traction ratio": RATIO, "traction force": FORCE,
     "normal load": FORCE, "torque": TORQUE, "speed 1": rim_speed(1.0), "speed 2": rim_speed(1.0),
-    "rolling speed": SPEED, "iteration": COUNT, "disc": COUNT, "y": LENGTH, "height": LENGTH, "mass loss": MASS,
-    "temperature": TEMPERATURE,
+    "rolling speed": SPEED, "sliding speed": SPEED, "iteration": COUNT, "cycles": COUNT, "revolutions": COUNT,
+    "distance": LENGTH, "disc": COUNT, "x": LENGTH, "y": LENGTH, "height": LENGTH, "mass loss": MASS, "mass 1": MASS,
+    "mass 2": MASS, "temperature": TEMPERATURE,
 }  # fmt: skip
 _BY_UNIT: tuple[tuple[Quantity, tuple[str, ...]], ...] = (
     (TORQUE, ("torque",)),
@@ -70,7 +91,8 @@ _BY_UNIT: tuple[tuple[Quantity, tuple[str, ...]], ...] = (
     (MASS, ("mass loss",)),
 )
 _OTHER_PLACES = re.compile(
-    r"\b(ambient|room|air|environment|oil|bearing|raum|umgebung|luft|öl|lager|ambiante|huile|air)", re.IGNORECASE
+    r"\b(pot|lube|lubricant|bath|bad|ambient|room|air|environment|oil|bearing|raum|umgebung|luft|öl|lager|ambiante|huile|air)",
+    re.IGNORECASE,
 )
 """Temperatures with such a word are not the disc's."""
 _FEWEST = 2
@@ -78,107 +100,221 @@ _CARRYING = 0.1
 _RADIUS = 0.0235
 
 
+_SAMPLE = 60
+_WEIGHED = ("mass loss", "mass 1", "mass 2")
+_WHEN = ("iteration", "cycles", "revolutions", "time", "distance")
+
+
 @dataclass(frozen=True)
 class Guess:
     """What a file is, and its columns by what they are: as they are named in it, with a unit where it must be said.
 
-    by_unit: those that only their unit tells; has_turning: whether the discs' speeds are given as rotation.
+    by_unit: those that only their unit tells; has_turning: whether the discs' speeds are given as rotation; sheet: the
+    part of the file, where it has several; unused: what is not read, and looks as if it should be.
     """
 
     kind: Kind
     columns: Mapping[str, Named]
     by_unit: frozenset[str]
     has_turning: bool
+    sheet: str | None = None
+    unused: Sequence[str] = field(default=())
 
 
-def guess(data: bytes, file: str) -> Guess:
-    """Look for a header that tells what the file is; MeasurementError where there is none."""
-    best: Mapping[str, Named] = {}
-    for sheet in sheets(Content(data), file):
-        cells = list(_cells(sheet))
-        if len(cells) < _FEWEST:
-            continue
-        columns, by_unit = _columns(cells)
-        best = columns if len(columns) > len(best) else best
-        if (kind := _kind(columns)) is not None:
-            own = {name: columns[name] for name in needed(kind, columns)}
-            turning = any(text == own["speed 1"].column and _knows(TURNING, unit) for text, unit, _ in cells
-                          if "speed 1" in own)  # fmt: skip
-            return Guess(kind, own, frozenset(by_unit), turning)
+def guess(content: Content, file: str, declared: Naming | None = None) -> Guess:
+    """Look for a header that tells what the file is; MeasurementError where there is none, or several.
+
+    declared: what is said of columns beforehand.
+    """
+    vendor = vendor_of(content, file)
+    best, found = _Reading([], {}, set()), dict[str, _Reading]()
+    for sheet in sheets(content, file):
+        reading = _read(sheet, declared or {}, vendor.columns if vendor else {})
+        if len(reading.columns) > len(best.columns) or (not best.columns and len(reading.cells) > len(best.cells)):
+            best = reading
+        if _kind(reading.columns) is not None and sheet.part not in found:
+            found[sheet.part] = reading
+            if not sheet.part:
+                break
+    if not found:
+        raise MeasurementError(_none_of_ours(best, file))
+    if len(found) > 1:
+        one, other = list(found)[:2]
+        what = f'has several parts that fit, {one} and {other}; name one with {{ file = "...", sheet = "{one}" }}'
+        raise MeasurementError(Problem(what, file))
+    ((part, reading),) = found.items()
+    return _guess(reading, part if content.sheet is None else content.sheet, file)
+
+
+@dataclass(frozen=True)
+class _Reading:
+    """The cells of a header, its columns by what they are, and those told by their unit."""
+
+    cells: Sequence[Cell]
+    columns: Mapping[str, Named]
+    by_unit: set[str]
+
+
+def _read(sheet: Sheet, declared: Naming, of_vendor: Naming) -> _Reading:
+    cells = list(_cells(sheet))
+    if len(cells) < _FEWEST:
+        return _Reading(cells, {}, set())
+    columns, by_unit = _columns(cells, declared, of_vendor)
+    return _Reading(cells, columns, by_unit)
+
+
+def _guess(reading: _Reading, part: str, file: str) -> Guess:
+    """What a file is whose header is understood; MeasurementError where a load stands in it that is not."""
+    kind = _kind(reading.columns)
+    assert kind is not None  # was looked for
+    own = {name: reading.columns[name] for name in needed(kind, reading.columns)}
+    units = {cell.name: cell.unit for cell in reading.cells}
+    turning = "speed 1" in own and _knows(TURNING, own["speed 1"].unit or units.get(str(own["speed 1"].column)) or "")
+    others = what_else(reading.cells, (str(named.column) for named in own.values()))
+    loads = others.get("normal load", [])
+    if kind == "log" and "normal load" not in own and loads:
+        cell = next(cell for cell in reading.cells if cell.name == loads[0])
+        what = f"{loads[0]} looks like a load; without one, rows without load would count. {_HOW}"
+        ignored = f"# or, where it is none: ignore = {json.dumps(loads, ensure_ascii=False)}"
+        raise MeasurementError(Problem(what, file, block=("[measured]", line("normal load", cell), ignored)))
+    alike = [name for key in ("normal load", "torque", "time", "speed 1", "speed 2") for name in others.get(key, [])]
+    return Guess(
+        kind,
+        own,
+        frozenset(reading.by_unit & set(own)),
+        turning,
+        part or None,
+        list(dict.fromkeys(alike)) if kind == "log" else [],
+    )
+
+
+_HOW = "Put this into a file such as block.toml, check it, and name it after the measured file:"
+
+
+def _none_of_ours(best: _Reading, file: str) -> Problem:
+    """What is said of a file that is not understood, with lines that would name its columns where they are there."""
+    understood = ", ".join(best.columns) or "nothing"
+    lines = block(best.cells, {key: str(named.column) for key, named in best.columns.items()})
     what = (
         "is no log (time, speeds or creepage, torque or traction), curve, profile, temperature or mass that its header "
-        f"tells; understood: {', '.join(best) or 'nothing'}. Write a definition (twindisc init) and name its columns "
-        "there under [measured.columns]"
+        f"tells; understood: {understood}."
     )
-    raise MeasurementError(Problem(what, file))
+    if lines:
+        return Problem(f"{what} {_HOW}", file, block=("[measured]", *lines))
+    held = ", ".join(cell.written or cell.name for cell in best.cells[:12])
+    return Problem(f"{what} It holds {held or 'no table'}: nothing that a twin-disc test is read from", file)
 
 
-def typical(data: bytes, file: str, found: Guess) -> tuple[float, float, float]:
+def typical(content: Content, file: str, found: Guess) -> tuple[float, float, float]:
     """Median load [N] and rolling speed [m/s] under load, NaN where not recorded; the radius [m] that was assumed."""
     if found.kind != "log":
         return np.nan, np.nan, _RADIUS
     steel = {"youngs_modulus": 2e11, "poisson_ratio": 0.3, "hardness": 7e9}
     disc = Disc(_RADIUS, _RADIUS, **steel)
     rig = Rig(disc, disc, normal_load=np.nan, rolling_speed=1.0)
-    log = read_log(data, file, rig=rig, torque_disc=2, naming=found.columns)
+    log = read_log(content, file, rig=rig, torque_disc=2, naming=found.columns)
     carrying = np.abs(log.load) > _CARRYING * np.max(np.abs(log.load)) if log.has_load else np.ones(len(log.time), bool)
     return float(np.median(log.load[carrying])), float(np.median(np.abs(log.speed[carrying]))), _RADIUS
 
 
-def first_temperature(data: bytes, file: str, columns: Mapping[str, Named]) -> float:
+def first_temperature(content: Content, file: str, columns: Mapping[str, Named]) -> float:
     """The first temperature [K] of a file: of a disc that has not run yet."""
-    table = read_table(data, file, (Column("temperature", TEMPERATURE),), columns, gaps=True)
+    table = read_table(content, file, (Column("temperature", TEMPERATURE),), columns, gaps=True)
     return float(table.columns["temperature"][0]) if len(table) else np.nan
 
 
-def _cells(sheet: Sheet) -> Iterator[tuple[str, str, str | None]]:
+def _cells(sheet: Sheet) -> Iterator[Cell]:
     """Name and unit of each cell of a header that may be one, and the unit that must be said; none of a row of numbers.
 
-    A unit stands in the cell, in the row below, or at the end of the name.
+    A unit stands in the cell, in the row below, or at the end of the name. A column without a name goes by its place,
+    one without any numbers is left out.
     """
-    _, below = sheet.first()
+    sample = [row for _, row in sheet.top(_SAMPLE)]
+    below = sample[0] if sample else []
     for n, cell in enumerate(sheet.header):
+        held = [row[n].strip() for row in sample if n < len(row)]
+        if held and not any(_is_number(text) or clock(text) is not None for text in held):
+            continue
         text, unit = parts(cell)
         under = below[n].strip().strip("[]()") if n < len(below) else ""
-        if not text or _is_number(text) or clock(text) is not None:
+        if _is_number(text) or clock(text) is not None:
             continue
-        words = text.split("_")
-        key = _KEYS.get(plain(words[0]), "")
-        tails = ("/".join(words[-k:]) for k in (1, 2))
-        tail = next((t for t in tails if key and _knows(_QUANTITY[key], t)), None)
-        if unit is None and len(words) > 1 and tail:
-            yield text, tail, tail
+        if not text:
+            if held:
+                yield Cell(f"#{n + 1}", "", None, written=f"#{n + 1}")
+            continue
+        tail = _unit_in(text) if unit is None else None
+        if tail:
+            yield Cell(cell.strip(), tail[0], tail[1], tail[1], cell.strip())
         else:
-            yield text, unit if unit is not None else "" if _is_number(under) or clock(under) else under, None
+            under = "" if _is_number(under) or clock(under) is not None or len(under) > 12 else under
+            name, unit = (text, unit) if unit is not None else (cell.strip(), under or None)
+            yield Cell(name, text, unit, written=cell.strip())
 
 
-def _columns(cells: Sequence[tuple[str, str, str | None]]) -> tuple[dict[str, Named], set[str]]:
+def _unit_in(text: str) -> tuple[str, str] | None:
+    """Name and unit of `slip_percent`, `x in um`, `Lateral um`."""
+    words = re.split(r"_|\s+in\s+|\s+", text)
+    for count in (1, 2):
+        stem, unit = " ".join(words[:-count]), "/".join(words[-count:])
+        key = _KEYS.get(plain(stem)) or _KEYS.get(plain(words[0]))
+        if stem and key and _knows(_QUANTITY[key], unit):
+            return stem, unit
+    return None
+
+
+def _columns(cells: Sequence[Cell], declared: Naming, of_vendor: Naming) -> tuple[dict[str, Named], set[str]]:
     """The columns of a header by what they are, and those told by their unit.
 
-    First those that are called so, then those whose name begins so, then those of a unit.
+    First those that are declared, then those of the maker, then those that are called so, then those whose name begins
+    so, then those of a unit.
     """
-    found: dict[str, Named] = {}
+    there = {plain(name) for cell in cells for name in (cell.name, cell.text)}
+    found = {key: named for key, named in declared.items() if plain(str(named.column)) in there}
+    found |= {key: n for key, n in of_vendor.items() if key not in found and _is_there(str(n.column), cells, there)}
+    taken = {plain(str(named.column)) for named in found.values()}
     by_unit: set[str] = set()
     rest = []
-    for text, unit, said in cells:
-        key = _KEYS.get(plain(text)) or (_KEYS.get(plain(text.split("_")[0])) if said else None)
+    for cell in (cell for cell in cells if not {plain(cell.name), plain(cell.text)} & taken):
+        key = _KEYS.get(plain(cell.text)) or (_KEYS.get(plain(cell.text.split(" ")[0])) if cell.said else None)
         if key and key not in found:
-            found[key] = Named(text, said)
+            found[key] = Named(cell.name, cell.said)
         else:
-            rest.append((text, unit))
-    for text, unit in rest:
-        key = _begun(plain(text))
-        if key and key not in found and (not unit or _knows(_QUANTITY[key], unit)):
-            found[key] = Named(text)
-    taken = {named.column for named in found.values()}
-    for text, unit in rest:
-        if text in taken or (_OTHER_PLACES.search(text) and unit and _knows(TEMPERATURE, unit)):
+            rest.append(cell)
+    for cell in rest:
+        key = _begun(plain(cell.text))
+        if key and key not in found and (not cell.unit or _knows(_QUANTITY[key], cell.unit)):
+            found[key] = Named(cell.name, cell.said)
+    names = {named.column for named in found.values()}
+    for cell in rest:
+        if cell.name in names or (_OTHER_PLACES.search(cell.text) and cell.unit and _knows(TEMPERATURE, cell.unit)):
             continue
-        kinds = (k for quantity, keys in _BY_UNIT if unit and _knows(quantity, unit) for k in keys if k not in found)
-        if key := next(kinds, None):
-            found[key] = Named(text)
+        kinds = (k for quantity, keys in _BY_UNIT if cell.unit and _knows(quantity, cell.unit) for k in keys)
+        kinds = (k for k in kinds if k != "mass loss" or looks_like(cell.text, None) == "mass loss")
+        key = next((k for k in kinds if k not in found), None)
+        if key and not (key == "traction force" and {"torque", "traction ratio"} & set(found)):
+            found[key] = Named(cell.name, cell.said)
             by_unit.add(key)
-    return found, by_unit
+    return _profile(found, cells), by_unit
+
+
+def _is_there(name: str, cells: Sequence[Cell], there: set[str]) -> bool:
+    """Whether a maker's column stands in a header; one by its place where no column has a name."""
+    if name.startswith("#"):
+        return all(cell.name.startswith("#") for cell in cells) and name in {cell.name for cell in cells}
+    return plain(name) in there or plain(parts(name)[0]) in there
+
+
+def _profile(found: dict[str, Named], cells: Sequence[Cell]) -> dict[str, Named]:
+    """Columns x and y or x and z are place and height; a height without a unit has that of the place."""
+    if "x" in found and ("height" in found) != ("y" in found):
+        found = {**found, "height": found.get("height") or found["y"], "y": found["x"]}
+        units = {cell.name: cell.unit for cell in cells}
+        height = found["height"]
+        if height.unit is None and units.get(str(height.column)) is None:
+            found["height"] = Named(height.column, units.get(str(found["x"].column)))
+    found.pop("x", None)
+    return found
 
 
 def _begun(name: str) -> str | None:
@@ -197,36 +333,36 @@ def _knows(quantity: Quantity, unit: str) -> bool:
 
 
 def _is_number(text: str) -> bool:
-    try:
-        float(text.replace(",", "."))
-    except ValueError:
-        return False
-    return True
+    return bool(np.isfinite(number(text, ANY)))
 
 
 def _kind(columns: Mapping[str, Named]) -> Kind | None:
     """What a file with these columns is."""
     has = set(columns)
     traction = bool(has & {"torque", "traction ratio", "traction force"})
-    if "time" in has and traction and ({"speed 1", "speed 2"} <= has or "creepage" in has):
+    if "time" in has and traction and ({"speed 1", "speed 2"} <= has or has & {"creepage", "sliding speed"}):
         return "log"
     if {"creepage", "traction ratio"} <= has:
         return "traction"
     if {"y", "height"} <= has:
         return "profile"
-    if {"iteration", "mass loss"} <= has:
+    if has & set(_WEIGHED) and has & set(_WHEN):
         return "mass"
     return "temperature" if {"time", "temperature"} <= has else None
 
 
 def needed(kind: Kind, columns: Mapping[str, Named]) -> Iterator[str]:
     """The columns of a file that are read of it, as one of its kind."""
-    of: dict[Kind, Sequence[str]] = {
+    motion: tuple[str, ...] = (
+        ("speed 1", "speed 2") if {"speed 1", "speed 2"} <= set(columns) else ("creepage", "rolling speed")
+    )
+    motion = motion if set(motion) & set(columns) - {"rolling speed"} else ("sliding speed",)
+    signal = next((name for name in ("torque", "traction ratio", "traction force") if name in columns), "torque")
+    of: dict[Kind, tuple[str, ...]] = {
         "traction": ("creepage", "traction ratio", "step"),
         "profile": ("y", "height", "disc", "iteration"),
         "temperature": ("time", "temperature"),
-        "mass": ("iteration", "mass loss", "disc"),
-        "log": ("time", "step", "speed 1", "speed 2", "creepage", "rolling speed", "torque", "traction ratio",
-                "traction force", "normal load", "temperature"),
-    }  # fmt: skip
+        "mass": (*[name for name in _WHEN if name in columns][:1], *_WEIGHED, "disc"),
+        "log": ("time", "step", *motion, signal, "normal load", "temperature"),
+    }
     return (name for name in of[kind] if name in columns)

@@ -17,6 +17,7 @@ _FORMS = tuple(
 )
 _SHARED = ("time", "step", "disc", "iteration", "uncertainty")
 """Columns that files of several kinds have."""
+_FIGURE = re.compile(r"[-+]?\d+([.,]\d+)?(?:[eE][-+]?\d+)?")
 _CLOCK = re.compile(r"^(?:(\d{4})-(\d\d)-(\d\d)[T ]|(\d\d)\.(\d\d)\.(\d{4})[T ])?(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)$")
 
 
@@ -162,7 +163,8 @@ def parts(cell: str) -> tuple[str, str | None]:
 def is_header(cells: Sequence[str], wanted: Sequence[Column], naming: Naming) -> bool:
     """Whether a line names every column that is needed."""
     found = match(cells, wanted, naming).places
-    return all(column.name in found for column in wanted if column.required)
+    of_numbers = any(_FIGURE.fullmatch(cells[place.index].strip()) for place in found.values())
+    return all(column.name in found for column in wanted if column.required) and not of_numbers
 
 
 def units_below(row: Sequence[str], places: Mapping[str, Place]) -> dict[str, Place] | None:
@@ -175,7 +177,7 @@ def units_below(row: Sequence[str], places: Mapping[str, Place]) -> dict[str, Pl
         except ValueError:
             if cell or place.column.quantity.default is None:
                 return None
-        if re.fullmatch(r"[-+]?\d+([.,]\d+)?", cell):
+        if _FIGURE.fullmatch(cell):
             return None
         filled[name] = replace(place, unit=place.unit or cell or None)
     return filled

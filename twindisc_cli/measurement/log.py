@@ -1,6 +1,7 @@
 """A rig's log as it was written, row by row: creepage, rolling speed, load and traction, in SI units.
 
     creepage = (v1 - v2) / ((v1 + v2) / 2)          (Eq. 1), or a slide-roll ratio as recorded
+    creepage = 2, rolling speed v / 2, where a sliding speed v is recorded: one body is held still
     T/N      = (signal - zero) / (arm N)            torque (arm: radius of its disc) or traction force (arm: 1)
 
 T/N itself may be recorded, too. A load that is not recorded is the definition's.
@@ -29,7 +30,7 @@ REASONS = (
 )  # fmt: skip
 """Why a row says nothing of the traction; the first: it does."""
 CLOCK = (
-    Column("time", TIME, also=("t", "elapsed time", "test time")),
+    Column("time", TIME, also=("t", "elapsed time", "test time", "x_value")),
     Column("step", COUNT, required=False, also=("sweep",)),
 )
 """The columns that tell when a row was written."""
@@ -120,7 +121,8 @@ def _ways(rig: Rig) -> list[Sequence[Column]]:
         (Column("traction ratio", RATIO, also=RATIOS), optional),
         (Column("traction force", FORCE, also=("friction force", "tangential force", "ft")), optional),
     )
-    return [(*CLOCK, *motion, *signal) for signal in signals for motion in (speeds, slip)]
+    held = (Column("sliding speed", SPEED, also=("sliding velocity",)),)
+    return [(*CLOCK, *motion, *signal) for signal in signals for motion in (speeds, slip, held)]
 
 
 def _arm(table: Table, rig: Rig, torque_disc: int | None) -> float:
@@ -158,6 +160,8 @@ def _motion(columns: dict[str, Floats]) -> tuple[Floats, Floats]:
     """Creepage [1] and rolling speed [m/s] of each row; NaN where a speed was not recorded."""
     if "creepage" in columns:
         return columns["creepage"], columns.get("rolling speed", np.full(len(columns["time"]), np.nan))
+    if "sliding speed" in columns:
+        return np.full(len(columns["time"]), 2.0), 0.5 * np.abs(columns["sliding speed"])
     mean = 0.5 * (columns["speed 1"] + columns["speed 2"])
     with np.errstate(divide="ignore", invalid="ignore"):
         return (columns["speed 1"] - columns["speed 2"]) / mean, mean

@@ -158,7 +158,8 @@ def _is_time(name: str) -> bool:
 def _named(name: str, unit: str) -> str:
     """A header cell; the unit is put behind a name that has none."""
     unit = unit.strip()
-    return f"{name} [{unit}]" if unit and not re.search(r"[\[(].*[\])]\s*$", name) else name
+    written = re.search(r"[\[(]([^\])]*)[\])]\s*$", name)
+    return f"{name} [{unit}]" if unit and not (written and written[1].strip() == unit) else name
 
 
 def _grid(columns: Mapping[str, Floats], part: str = "", notes: tuple[str, ...] = ()) -> Sheet:

@@ -11,6 +11,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from io import BytesIO
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -77,14 +78,19 @@ class Sheet:
 
     def first(self) -> tuple[int, Sequence[str]]:
         """The first line below that holds anything, and its cells; none where there is no such line."""
+        return next(iter(self.top(1)), (0, []))
+
+    def top(self, count: int) -> list[tuple[int, Sequence[str]]]:
+        """The first lines below that hold anything, each with its cells."""
         if self.numbers is not None:
-            return (self.line + 1, [repr(float(v)) for v in self.numbers[0]]) if len(self.numbers) else (0, [])
+            rows = ([repr(float(value)) for value in row] for row in self.numbers[:count])
+            return list(enumerate(rows, start=self.line + 1))
         if self.cells is not None:
-            return next(((line, row) for line, row in self.cells.items() if line > self.line and any(row)), (0, []))
+            below = ((line, row) for line, row in self.cells.items() if line > self.line and any(row))
+            return list(islice(below, count))
         lines = _decoded(self.text[self.start : self.start + _HEAD]).split("\n")
         found = ((self.line + 1 + n, line) for n, line in enumerate(lines) if _content(line))
-        line, text = next(found, (0, ""))
-        return line, _cells(text, self.delimiter)
+        return [(number, _cells(line, self.delimiter)) for number, line in islice(found, count)]
 
     def below(self, line: int) -> Sheet:
         """The sheet without what is above and in a line, which may come again."""
@@ -195,6 +201,8 @@ def _grid_heads(part: Sheet) -> Iterator[Sheet]:
     first = [(line, row) for line, row in part.cells.items() if any(row)][:_MOST_PREAMBLE]
     for above, (line, row) in enumerate(first):
         yield replace(part, header=row, line=line, preamble=above)
+    if first:
+        yield replace(part, header=[""] * max(len(row) for _, row in first), line=first[0][0] - 1)
 
 
 def _text_heads(text: bytes) -> Iterator[tuple[Sheet, int]]:

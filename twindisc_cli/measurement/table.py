@@ -76,9 +76,9 @@ class Table:
             line = int(self.lines[rows[_SHOWN]])
             self.note(f"the same in {len(rows) - _SHOWN} more rows, down to line {self.lines[rows[-1]]}", name, line)
 
-    def note(self, what: str, name: str = "", line: int = 0) -> None:
-        """Note a problem of the file, of a column, or of a cell."""
-        self.problems.append(Problem(what, self.file, line, self.headers.get(name, name)))
+    def note(self, what: str, name: str = "", line: int = 0, block: tuple[str, ...] = ()) -> None:
+        """Note a problem of the file, of a column, or of a cell; block: lines of a definition that cure it."""
+        self.problems.append(Problem(what, self.file, line, self.headers.get(name, name), block))
 
     def count(self, used: int | None = None) -> RowCount:
         """What became of the rows; all that could be read were used unless said."""
@@ -152,8 +152,9 @@ def _check_doubled(table: Table, sheet: Sheet, found: Match, places: Mapping[str
             table.notes.append(f"{cell} stands there twice with the same numbers; the first is read")
             continue
         key = f"columns.{name.replace(' ', '_')}"
-        here, there = (f'{key} = {{ column = "#{n + 1}" }}' for n in (places[name].index, index))
-        table.note(f"the column occurs twice, with other numbers; set {here}\nor {there}", cell, sheet.line)
+        lines = [f'{key} = {{ column = "#{n + 1}" }}' for n in (places[name].index, index)]
+        block = ("[measured]", lines[0], f"# or {lines[1]}")
+        table.note("the column occurs twice, with other numbers; say which", cell, sheet.line, block)
 
 
 def _mark(table: Table, rows: Rows, places: Mapping[str, Place], content: Content, *, gaps: bool) -> Rows:
@@ -270,11 +271,13 @@ def _read_stamps(table: Table, rows: Rows, places: Mapping[str, Place]) -> None:
 
 
 def _summary(rows: Rows, broken: Bools) -> Bools:
-    """Rows at the end that begin with a text in place of a number: what vendors write below their data."""
+    """Rows at the end that begin with a text in place of a number, or are short and hold none: what is below data."""
     sound = np.flatnonzero(~broken)
     tail = np.zeros(len(broken), dtype=bool)
     for row in range(int(sound[-1]) + 1 if len(sound) else len(broken), len(broken)):
-        tail[row] = bool(rows.text.get((row, 0), "")) and not _GAP.fullmatch(rows.text[row, 0])
+        named = bool(rows.text.get((row, 0), "")) and not _GAP.fullmatch(rows.text[row, 0])
+        short = 0 < rows.counts[row] < np.max(rows.counts) and np.all(np.isnan(rows.numbers[row]))
+        tail[row] = named or short
     return tail
 
 
