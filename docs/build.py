@@ -10,6 +10,7 @@ is the one that a command before it has drawn. The pages of commands and effects
 from __future__ import annotations
 
 import io
+import json
 import os
 import re
 import shlex
@@ -22,12 +23,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+sys.path.insert(0, str(Path(__file__).parent))
+import tables
+from pictures import draw_effects
+
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
 BLOCK = re.compile(r"^```(console|python)\n(.*?)^```\n", re.MULTILINE | re.DOTALL)
 IMAGE = re.compile(r"!\[([^\]]*)\]\((results/[^)]+)\)")
 SECTION = re.compile(r'<!-- section "([^"]+)" of (\S+) -->')
-DOCSTRING = re.compile(r"<!-- docstring of (\S+) -->")
+TABLE = re.compile(r"<!-- table (\w+) -->")
+QUIET = re.compile(r"<!-- console quiet: (.*?) -->\n")
 LINKS = {"](docs/": "](", "](CONTRIBUTING.md)": "](extending.md)", "](data/README.md)": "](data.md)"}
 EXAMPLES = {
     "friction-chart": "my_test.toml",
@@ -45,6 +51,18 @@ EXAMPLES = {
 """What each command is shown with; one that is not here shows its options alone."""
 FIGURES = {"campaign": "results/loads-simulate-wear.png"}
 """Where a command draws, if not results/my_test/COMMAND.png."""
+EFFECTS = """---
+hide: [toc]
+---
+# All effects
+
+Sorted by the channel in which each shows first. The pictures show one test without the effect (dashed) and with it at a
+typical size.
+
+"""
+RESULTS = tuple(name for name in EXAMPLES if name not in ("campaign", "effects", "init"))
+ROOMS = ("physics", "effects", "laws", "model", "identify", "measurement", "loop")
+"""Packages whose modules the reference lists."""
 
 
 class DocumentationError(Exception):
@@ -107,7 +125,8 @@ def page(text: str, bench: Workbench, place: Path) -> str:
         shutil.copy(bench.folder / match[2], place / name)
         return f"![{match[1]}]({name})"
 
-    text = DOCSTRING.sub(docstring, SECTION.sub(section, text))
+    text = TABLE.sub(lambda match: str(getattr(tables, match[1])()), SECTION.sub(section, text))
+    text = QUIET.sub(lambda match: bench.command(match[1])[:0], text)
     parts, end = [], 0
     for match in BLOCK.finditer(text):
         parts += [IMAGE.sub(image, text[end : match.start()]), run(match)]
@@ -125,15 +144,6 @@ def section(match: re.Match[str]) -> str:
     for there, here in LINKS.items():
         body = body.replace(there, here)
     return body
-
-
-def docstring(match: re.Match[str]) -> str:
-    """What stands at the head of a module, below its first sentence as a title."""
-    from importlib import import_module
-
-    title, _, rest = (import_module(match[1]).__doc__ or "").strip().partition("\n\n")
-    first = " ".join(title.split())
-    return f"### {first}\n`{match[1]}`\n\n```text\n{rest}\n```\n" if rest else f"### {first}\n"
 
 
 def shown(said: str) -> str:
@@ -166,13 +176,19 @@ def command_pages() -> Iterator[tuple[str, str]]:
 
 
 def effect_pages() -> Iterator[tuple[str, str]]:
-    """Name and page of every effect, from its file."""
+    """Name and page of every effect, from its file, with its formula typeset and its picture."""
     from twindisc_cli.effects import catalogue
 
     for name, effect in sorted(catalogue().items()):
         title, _, rest = effect.explanation.partition("\n")
         head, _, what = title.partition(": ")
-        lines = [f"# {head}", "", f"`[effects.{name}]`: {what}", "", "```text", rest.strip("\n"), "```", ""]
+        lines = [f"# {head}", "", f"`[effects.{name}]`: {what}", "", f"$$ {tables.FORMULAS[name]} $$", ""]
+        lines += [f"![A test without and with {head.lower()}, in the {effect.channel}]({name}.png)", ""]
+        lines += [
+            "*A test without the effect, and with it at a typical size; the difference is what it leaves behind.*",
+            "",
+        ]
+        lines += ["```text", rest.strip("\n"), "```", ""]
         lines += ["| parameter | unit | from | to | off | what it is |", "|---|---|---|---|---|---|"]
         for p in effect.params:
             off = "" if p.off is None else f"{p.off:g}"
@@ -186,6 +202,33 @@ def effect_pages() -> Iterator[tuple[str, str]]:
         yield name, "\n".join(lines)
 
 
+def results_of(bench: Workbench) -> str:
+    """For every command the keys of its JSON and the variables of its HDF5 file, of the tutorial's test."""
+    parts = []
+    for name in RESULTS:
+        answer = json.loads(bench.command(f"twindisc {name} {EXAMPLES[name]} --json -q"))
+        parts.append(f"### {name}\n\n{tables.outcome(answer)}")
+        parts.append(tables.variables(bench.folder / f"results/my_test/{name}.h5"))
+    return "\n".join(parts)
+
+
+def modules() -> str:
+    """A reference of every module that is not internal, below the public interface."""
+    import pkgutil
+
+    import twindisc_cli
+
+    found: dict[str, list[str]] = {}
+    for module in pkgutil.walk_packages(twindisc_cli.__path__, "twindisc_cli."):
+        parts = module.name.split(".")[1:]
+        if parts[0] in ROOMS and not module.ispkg and not any(part.startswith("_") for part in parts):
+            found.setdefault(parts[0], []).append(module.name)
+    lines = []
+    for room in ROOMS:
+        lines += [f"## {room}", "", *(f"::: {name}\n" for name in found.get(room, ()))]
+    return "\n".join(lines)
+
+
 def capital(text: str) -> str:
     """The text with a capital at its beginning."""
     return text[:1].upper() + text[1:]
@@ -196,16 +239,21 @@ def build(target: Path, workbench: Path) -> None:
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     shutil.rmtree(target, ignore_errors=True)
     target.mkdir(parents=True)
-    shutil.copytree(DOCS / "tutorial", workbench, dirs_exist_ok=True)
+    for name in ("tutorial", "examples"):
+        shutil.copytree(DOCS / name, workbench, dirs_exist_ok=True)
     for name in ("configs", "data"):
         shutil.copytree(ROOT / name, workbench / name, dirs_exist_ok=True)
     for picture in DOCS.glob("*.png"):
         shutil.copy(picture, target)
     shutil.copy(ROOT / "data/README.md", target / "data.md")
+    shutil.copy(ROOT / "CODE_OF_CONDUCT.md", target / "conduct.md")
     bench = Workbench(workbench)
     for path in [DOCS / "tutorial.md", *sorted(set(DOCS.glob("*.md")) - {DOCS / "tutorial.md"})]:
         bench.names = {}
         text = path.read_text(encoding="utf-8").replace("](../data/README.md)", "](data.md)")
+        text = text.replace("<!-- modules -->", modules())
+        if "<!-- results -->" in text:
+            text = text.replace("<!-- results -->", results_of(bench))
         (target / path.name).write_text(page(text, bench, target), encoding="utf-8")
     listed: dict[str, list[str]] = {}
     for folder, pages in (("commands", command_pages()), ("effects", effect_pages())):
@@ -216,11 +264,20 @@ def build(target: Path, workbench: Path) -> None:
             (target / folder / f"{name}.md").write_text(done, encoding="utf-8")
             rows.append(f"- [{name}]({name}.md)")
         listed[folder] = [f"{folder}/index.md", *(f"{folder}/{row[3 : row.index(']')]}.md" for row in rows)]
-        index = f"# All {folder}\n\n" + "\n".join(rows) + "\n"
+        index = EFFECTS + tables.effects() if folder == "effects" else "# All commands\n\n" + "\n".join(rows) + "\n"
         (target / folder / "index.md").write_text(index, encoding="utf-8")
+    draw_effects(target / "effects")
+    shutil.copy(DOCS / "site.css", target)
+    for name in ("hooks.py", "doctests.py"):
+        shutil.copy(DOCS / name, target.parent)
     site = (DOCS / "mkdocs.yml").read_text(encoding="utf-8")
     for folder, paths in listed.items():
-        site = site.replace(f": {folder}/\n", ":\n" + "".join(f"    - {path}\n" for path in paths))
+        site = re.sub(
+            rf"^( *)(- \w+:) {folder}/\n",
+            lambda at, paths=paths: f"{at[1]}{at[2]}\n" + "".join(f"{at[1]}  - {path}\n" for path in paths),  # type: ignore[misc]
+            site,
+            flags=re.MULTILINE,
+        )
     (target.parent / "mkdocs.yml").write_text(site, encoding="utf-8")
 
 

@@ -14,7 +14,9 @@ DOCS = Path(__file__).parents[1] / "docs"
 if not (DOCS / "build.py").exists():
     pytest.skip("the documentation is not here: this is not a checkout", allow_module_level=True)
 sys.path.insert(0, str(DOCS))
-from build import DocumentationError, Workbench, build, page  # type: ignore[import-not-found]  # noqa: E402
+from tables import FORMULAS, formula, keys  # type: ignore[import-not-found]  # noqa: E402
+
+from build import DocumentationError, Workbench, build, modules, page  # type: ignore[import-not-found]  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +32,7 @@ def test_all_pages_are_made_and_no_picture_or_page_is_missing(pages: Path) -> No
         for target in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", text):
             assert "://" in target or (path.parent / target).exists(), f"{path.name}: {target}"
         assert "<!-- section" not in text
-        assert "<!-- docstring" not in text
+        assert not re.search(r"<!-- (table|results|modules|console)", text), path.name
     assert {path.stem for path in (pages / "effects").glob("*.md")} == {"index", *catalogue()}
     assert "$ twindisc close-loop my_test.toml" in (pages / "tutorial.md").read_text(encoding="utf-8")
 
@@ -56,3 +58,55 @@ def test_no_command_line_stands_where_it_is_not_run() -> None:
     for path in DOCS.glob("*.md"):
         plain = re.sub(r"^```console\n.*?^```\n", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
         assert not re.findall(r"^\$? ?twindisc .*", plain, re.MULTILINE), path.name
+
+
+def test_every_effect_has_a_formula_and_every_equation_is_typeset() -> None:
+    pytest.importorskip("latex2mathml", reason="the packages of the documentation are not installed")
+    from hooks import typeset  # type: ignore[import-not-found]
+
+    assert FORMULAS.keys() == catalogue().keys()
+    theory = (DOCS / "theory.md").read_text(encoding="utf-8")
+    equations = [*re.findall(r"\$\$ (.*?) \$\$", theory, re.DOTALL), *FORMULAS.values(), *map(formula, FORMULAS)]
+    for tex in equations:
+        made = typeset(tex.replace("$", "").replace("<br>", " "), displayed=True)
+        assert made.count("<math") == made.count("</math>") == 1
+        assert "\\" not in re.sub(r'aria-label="[^"]*"', "", made), tex
+    assert {int(n) for n in re.findall(r"\\tag\{(\d+)", theory)} >= {1, 4, 5, 6, 7, 9, 10, 11, *range(12, 20)}
+
+
+def test_an_equation_keeps_its_number() -> None:
+    pytest.importorskip("latex2mathml", reason="the packages of the documentation are not installed")
+    from hooks import on_page_content  # type: ignore[import-not-found]
+
+    page = on_page_content(r'<div class="arithmatex">\[a &lt; b \tag{9}\]</div><span class="arithmatex">\(c\)</span>')
+    assert page.count("<math") == 2
+    assert '<span class="number">(9)</span>' in page
+    assert "<mo>&#x0003C;</mo>" in page
+    assert "tag" not in page
+
+
+def test_the_reference_lists_every_key_and_every_module() -> None:
+    import json
+    import pkgutil
+
+    import twindisc_cli
+    from twindisc_cli.commands.schema import run
+
+    text = keys()
+    schema = json.loads(run())
+    names = {key for part in [schema, *schema["$defs"].values()] for key in part.get("properties", ())}
+    effects = {p.name for effect in catalogue().values() for p in effect.params} | set(catalogue())
+    columns = {"column", "unit", "sign"}
+    assert {name for name in names - effects - columns if f"`{name}`" not in text} <= {"effects"}
+    physics = [m.name for m in pkgutil.iter_modules(twindisc_cli.__path__) if m.name in ("physics", "identify", "laws")]
+    assert len(physics) == 3
+    listed = modules()
+    assert "::: twindisc_cli.physics.hertz" in listed and "._" not in listed
+
+
+def test_examples_in_docstrings_are_shown_as_python() -> None:
+    pytest.importorskip("griffe", reason="the packages of the documentation are not installed")
+    from doctests import EXAMPLE  # type: ignore[import-not-found]
+
+    fenced = EXAMPLE.sub("[]", "Words.\n\n>>> 1 + 1\n2\n\nMore.")
+    assert fenced == "Words.\n\n[]\n\nMore."
