@@ -45,11 +45,13 @@ EXAMPLES = {
     "check": "my_test.toml",
     "close-loop": "my_test.toml --quick",
     "campaign": "simulate-wear loads.toml",
+    "compare": "results/sweep_1 results/eurosprinter",
+    "report": "my_test.toml",
     "effects": "falling_friction",
     "init": "another_test.toml",
 }
 """What each command is shown with; one that is not here shows its options alone."""
-FIGURES = {"campaign": "results/loads-simulate-wear.png"}
+FIGURES = {"campaign": "results/loads-simulate-wear.png", "compare": "results/compare/creep_curve.png"}
 """Where a command draws, if not results/my_test/COMMAND.png."""
 EFFECTS = """---
 hide: [toc]
@@ -57,10 +59,10 @@ hide: [toc]
 # All effects
 
 Sorted by the channel in which each shows first. The pictures show one test without the effect (dashed) and with it at a
-typical size.
+typical size, and below what it leaves behind when it is missing.
 
 """
-RESULTS = tuple(name for name in EXAMPLES if name not in ("campaign", "effects", "init"))
+RESULTS = tuple(name for name in EXAMPLES if name not in ("campaign", "compare", "report", "effects", "init"))
 ROOMS = ("physics", "effects", "laws", "model", "identify", "measurement", "loop")
 """Packages whose modules the reference lists."""
 
@@ -169,7 +171,7 @@ def command_pages() -> Iterator[tuple[str, str]]:
         if name in EXAMPLES:
             lines += ["```console", f"$ twindisc {name} {EXAMPLES[name]}", "```", ""]
             figure = FIGURES.get(name, f"results/my_test/{name}.png")
-            if name not in ("effects", "init", "check"):
+            if name not in ("effects", "init", "check", "report"):
                 lines += [f"![What {name} draws of the example]({figure})", ""]
         lines += ["## Options", "", "```console", f"$ twindisc {name} --help", "```", ""]
         yield name, "\n".join(lines)
@@ -185,7 +187,7 @@ def effect_pages() -> Iterator[tuple[str, str]]:
         lines = [f"# {head}", "", f"`[effects.{name}]`: {what}", "", f"$$ {tables.FORMULAS[name]} $$", ""]
         lines += [f"![A test without and with {head.lower()}, in the {effect.channel}]({name}.png)", ""]
         lines += [
-            "*A test without the effect, and with it at a typical size; the difference is what it leaves behind.*",
+            "*A test without the effect, and with it at a typical size; below, what it leaves behind.*",
             "",
         ]
         lines += ["```text", rest.strip("\n"), "```", ""]

@@ -51,9 +51,9 @@ def draw_effects(folder: Path) -> None:
 
 
 def draw(path: Path, channel: str, measured: Any, before: Any, after: Any) -> None:
-    """Both curves of a channel, small enough for a table."""
-    figure = Figure(figsize=(3.2, 1.9), layout="constrained")
-    axes = figure.subplots()
+    """Both curves of a channel and their difference, small enough for a table."""
+    figure = Figure(figsize=(3.2, 2.5), layout="constrained")
+    axes, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     if channel == "profile":
         x, scale, shift, labels = 1e3 * measured.profile.y, 1e6, 0.0, ("y [mm]", "height [µm]")
     else:
@@ -62,9 +62,12 @@ def draw(path: Path, channel: str, measured: Any, before: Any, after: Any) -> No
         labels = ("time [min]", "disc [°C]" if channel == "temperature" else "T/N")
     axes.plot(x, scale * before + shift, color="#7F7F7F", linestyle="--", linewidth=1.1, label="without")
     axes.plot(x, scale * after + shift, color="#0072B2", linewidth=1.4, label="with the effect")
-    axes.set_xlabel(labels[0], fontsize=7)
+    below.plot(x, scale * (after - before), color="#D55E00", linewidth=1.2)
+    below.set_xlabel(labels[0], fontsize=7)
+    below.set_ylabel("left behind", fontsize=7)
     axes.set_ylabel(labels[1], fontsize=7)
-    axes.tick_params(labelsize=6.5)
-    axes.grid(True, color="#DDDDDD", linewidth=0.4)
+    for panel in (axes, below):
+        panel.tick_params(labelsize=6.5)
+        panel.grid(True, color="#DDDDDD", linewidth=0.4)
     axes.legend(fontsize=6.5, frameon=False)
     figure.savefig(path, dpi=130)

@@ -302,14 +302,11 @@ def effects() -> str:
             [
                 f"[`{name}`]({name}.md)<br>{what}",
                 formula(name),
-                effect.channel,
-                left,
+                f"*{effect.channel}*: {left}",
                 f"![What {name} does]({name}.png)",
             ]
         )
-    return table(
-        ("effect", "formula", "first in", "left behind, when it is missing", "a test without and with it"), rows
-    )
+    return table(("effect", "formula", "what it leaves behind, when it is missing", "a test without and with it"), rows)
 
 
 def formula(name: str) -> str:

@@ -269,6 +269,44 @@ def campaign(
     return run(command, tests or ["configs/*.toml"], means, output)
 
 
+@_command("compare", without=("force", "dry_run", "depfile", "effects"))
+def compare(
+    results: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="RESULTS...", help="Folders of results (results/my_test), or .h5 files.", show_default=False
+        ),
+    ],
+    output: Output,
+    over: Annotated[
+        str, typer.Option("--over", metavar="time|cycles|distance", help="What histories are drawn over.")
+    ] = "time",
+    xlsx: Annotated[bool, typer.Option("--xlsx", help="Write the tables as one workbook too.")] = False,
+) -> int:
+    """Overlay the results of several tests, one figure a quantity, with the table behind each."""
+    from typing import get_args
+
+    from twindisc_cli.campaign.comparison import Over
+    from twindisc_cli.commands.compare import run
+
+    if over not in get_args(Over):
+        raise typer.BadParameter(f"--over knows {', '.join(get_args(Over))}, not {over}")
+    return run(results, cast(Over, over), xlsx, output)
+
+
+@_command("report", without=("force", "dry_run", "depfile", "effects", "formats", "dpi"))
+def report(
+    test: Annotated[
+        Path, typer.Argument(metavar="TEST", help="A definition, or the folder of its results.", show_default=False)
+    ],
+    output: Output,
+) -> int:
+    """Gather what all commands found of a test: one HTML page, and a PDF of two pages."""
+    from twindisc_cli.commands.report import run
+
+    return run(test, output)
+
+
 @app.command("effects", context_settings=_HELP)
 def effects(
     name: Annotated[str | None, typer.Argument(metavar="[NAME]", show_default=False)] = None,

@@ -1,0 +1,127 @@
+"""compare and report: results of several tests overlaid, and all results of one gathered."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas
+import pytest
+
+from twindisc_cli.cli import main
+
+DEFINITION = """schema = 1
+[test]
+name = "{name}"
+[rig]
+normal_load_N = {load}
+rolling_speed_m_s = 9.42
+disc1 = {{ rolling_radius_mm = 30.0, transverse_radius_mm = inf }}
+disc2 = {{ rolling_radius_mm = 30.0, transverse_radius_mm = 30.0 }}
+[material]
+youngs_modulus_GPa = 206.0
+poisson_ratio = 0.30
+hardness_HV = 700
+[history]
+revolutions_per_iteration = 3000
+steps = [{{ creepage_percent = 1.0 }}, {{ creepage_percent = 2.0 }}, {{ creepage_percent = 5.0 }}]
+[model]
+wear_coefficient = 1e-4
+[measured]
+traction = "{name}.csv"
+"""
+MU = {"soft": (50.0, 0.4), "hard": (100.0, 0.5)}
+
+
+def left(arguments: list[str]) -> int:
+    with pytest.raises(SystemExit) as end:
+        main(arguments)
+    return int(end.value.code or 0)
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """identify-mu and simulate-wear of two tests that slide all over, with mu 0.4 and 0.5."""
+    home = tmp_path_factory.mktemp("compared")
+    for name, (load, mu) in MU.items():
+        (home / f"{name}.toml").write_text(DEFINITION.format(name=name, load=load))
+        rows = "".join(f"{v},{mu}\n" for v in (2.0, 5.0))
+        (home / f"{name}.csv").write_text(f"creepage [%],traction ratio [1]\n1.0,{mu}\n{rows}")
+        for command in ("identify-mu", "simulate-wear"):
+            assert left([command, str(home / f"{name}.toml"), "-q", "-o", str(home / "results")]) == 0
+    return home / "results"
+
+
+def test_tests_are_overlaid_with_what_differs(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folders = [str(results / name) for name in MU]
+    assert left(["compare", *folders, "--json", "--xlsx", "-o", str(results)]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["tests"] == list(MU)
+    assert said["differs"] == {"rig.normal_load_N": ["50", "100"]}
+    assert {"creep_curve", "friction", "profile", "depth", "wear"} <= {q["name"] for q in said["quantities"]}
+    table = pandas.read_csv(results / "compare/friction.csv")
+    for name, (_, mu) in MU.items():
+        mine = table[table["test"] == name]
+        assert mine["creepage [%]"].to_numpy() == pytest.approx([1.0, 2.0, 5.0])
+        assert mine["coefficient of friction [1]"].to_numpy() == pytest.approx(mu, abs=1e-9)
+        assert mine["what differs"].iloc[0] == f"{name}: normal_load_N {MU[name][0]:g}"
+    sheet = pandas.read_excel(results / "compare/compare.xlsx", sheet_name="friction", engine="openpyxl")
+    assert sheet.shape == table.shape
+    assert (results / "compare/depth.png").stat().st_size > 10_000
+
+
+def test_worn_volume_follows_the_energy(results: Path) -> None:
+    assert left(["compare", *(str(results / name) for name in MU), "-q", "-o", str(results)]) == 0
+    table = pandas.read_csv(results / "compare/wear.csv")
+    hardness = 700 * 9.80665e6
+    expected = 1e-4 * table["dissipated energy [kJ]"] * 1e3 / hardness * 1e9
+    assert table["worn volume [mm3]"].to_numpy() == pytest.approx(expected.to_numpy(), rel=1e-3)
+
+
+@pytest.mark.parametrize(("over", "header", "last"), [
+    ("time", "time [min]", 9000 * 2 * np.pi * 0.03 / 9.42 / 60.0),
+    ("cycles", "revolutions [1]", 9000.0),
+    ("distance", "rolled distance [km]", 9000 * 2 * np.pi * 0.03e-3),
+])  # fmt: skip
+def test_histories_run_over_time_cycles_or_distance(results: Path, over: str, header: str, last: float) -> None:
+    folders = [str(results / name) for name in MU]
+    assert left(["compare", *folders, "--over", over, "-q", "-o", str(results)]) == 0
+    assert pandas.read_csv(results / "compare/depth.csv")[header].max() == pytest.approx(last, rel=1e-6)
+
+
+def test_what_cannot_be_compared_is_said(results: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert left(["compare", str(results / "soft")]) == 2
+    assert "one test alone" in capsys.readouterr().err
+    assert left(["compare", str(tmp_path / "nothing"), str(tmp_path)]) == 2
+    err = capsys.readouterr().err
+    assert "no such result" in err
+    assert "holds no result" in err
+    broken = tmp_path / "identify-mu.h5"
+    broken.write_bytes((results / "soft/identify-mu.h5").read_bytes()[:-10])
+    assert left(["compare", str(broken), str(results / "hard")]) == 2
+    assert "run its command again" in capsys.readouterr().err
+    assert left(["compare", str(results / "soft"), str(results / "hard"), "--over", "miles"]) == 2
+
+
+def test_a_report_gathers_all_commands_on_one_page_and_two_for_print(results: Path) -> None:
+    assert left(["report", str(results / "soft"), "-q"]) == 0
+    page = (results / "soft/report.html").read_text(encoding="utf-8")
+    assert page.count("data:image/png;base64,") == 2
+    assert "http://" not in page and "https://" not in page
+    for title in ("Which μ is behind each measured T/N?", "How deep and wide does the track become?"):
+        assert title in page
+    pdf = (results / "soft/report.pdf").read_bytes()
+    assert pdf.startswith(b"%PDF")
+    assert len(re.findall(rb"/Type /Page\b", pdf)) == 2
+    assert left(["report", str(results.parent / "soft.toml"), "-q", "-o", str(results)]) == 0
+    assert (results / "soft/report.pdf").read_bytes() == pdf
+
+
+def test_a_report_of_nothing_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert left(["report", str(tmp_path)]) == 2
+    assert "holds no result of a command" in capsys.readouterr().err
+    (tmp_path / "t.toml").write_text("[test]\n")
+    assert left(["report", str(tmp_path / "t.toml")]) == 2
+    assert "neither the folder" in capsys.readouterr().err

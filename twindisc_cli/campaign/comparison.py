@@ -1,0 +1,391 @@
+"""Results of several tests side by side: what they share as curves, and in what their definitions differ.
+
+A result is read from its HDF5 file alone. Every quantity has one table, a row for each point of each test, from which
+its figure and its CSV, Excel and Parquet files are made.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from twindisc_cli.campaign.table import Table
+from twindisc_cli.errors import DefinitionError, Problem
+from twindisc_cli.identify.least_squares import NINETY
+from twindisc_cli.quantities import UNITS, Floats
+from twindisc_cli.results.recorded import Recorded, recorded
+
+Over = Literal["time", "cycles", "distance"]
+COMMANDS = ("identify-mu", "simulate-wear", "fit-k", "thermal", "close-loop")
+OVER: Mapping[Over, str] = {"time": "time [min]", "cycles": "revolutions [1]", "distance": "rolled distance [km]"}
+UNSAID = ("test", "measured", "reported", "loop")
+"""Tables of a definition that no legend names: what a test is called, and where its data lie."""
+MOST_SAID = 3
+"""Keys that a legend names of a test."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """The results of one test: its definition, and by command its JSON and its arrays."""
+
+    name: str
+    definition: Mapping[str, Any]
+    json: Mapping[str, Mapping[str, Any]]
+    arrays: Mapping[str, Mapping[str, Floats]]
+    provenance: str
+
+
+@dataclass(frozen=True)
+class Series:
+    """One test in one figure: points or a curve (n,), in the units of the headers; NaN where no interval is known."""
+
+    test: str
+    x: Floats
+    y: Floats
+    low: Floats
+    high: Floats
+    is_line: bool
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One figure: what it shows, headers `name [unit]` of its axes, whether x is logarithmic, a series a test."""
+
+    name: str
+    title: str
+    x: str
+    y: str
+    series: tuple[Series, ...]
+    logarithmic: bool = False
+
+
+def read(paths: Sequence[Path]) -> list[Shown]:
+    """The results that paths name: folders of a test, or result files of it."""
+    found: dict[Path, dict[str, Recorded]] = {}
+    problems = []
+    for path in paths:
+        files = [path] if path.suffix == ".h5" else [path / f"{command}.h5" for command in COMMANDS]
+        whole = {file: recorded(file) for file in files}
+        for file, what in whole.items():
+            if isinstance(what, Recorded) and file.stem in COMMANDS:
+                found.setdefault(file.parent.resolve(), {})[file.stem] = what
+        if not any(isinstance(what, Recorded) for what in whole.values()):
+            problems.append(_missing(path, whole))
+    if problems:
+        raise DefinitionError(problems)
+    tests = [_shown(folder, of_commands) for folder, of_commands in found.items()]
+    if len({test.name for test in tests}) < len(tests):
+        tests = [_renamed(test, folder) for test, folder in zip(tests, found, strict=True)]
+    return tests
+
+
+def _missing(path: Path, whole: Mapping[Path, Recorded | str]) -> Problem:
+    if not path.exists():
+        return Problem("no such result; name a folder of results (results/my_test) or an .h5 file", path)
+    if path.suffix == ".h5":
+        return Problem(f"{next(iter(whole.values()))}; run its command again", path)
+    return Problem(f"holds no result that can be compared; {', '.join(COMMANDS)} write such", path)
+
+
+def _shown(folder: Path, results: Mapping[str, Recorded]) -> Shown:
+    import h5py
+
+    arrays: dict[str, dict[str, Floats]] = {}
+    provenance = ""
+    for command in results:
+        with h5py.File(str(folder / f"{command}.h5")) as file:
+            provenance = str(file.attrs.get("provenance", ""))
+            numbers = {name: item for name, item in file.items() if isinstance(item, h5py.Dataset)}
+            arrays[command] = {name: np.asarray(item) for name, item in numbers.items() if item.dtype.kind in "fiub"}
+    config = tomllib.loads(next(iter(results.values())).configs[0])
+    return Shown(
+        name=str(config["test"]["name"]),
+        definition=config,
+        json={command: found.stored.json for command, found in results.items()},
+        arrays=arrays,
+        provenance=provenance,
+    )
+
+
+def _renamed(test: Shown, folder: Path) -> Shown:
+    """A test by its folder above too, where two results are of one name."""
+    return Shown(f"{folder.parent.name}/{test.name}", test.definition, test.json, test.arrays, test.provenance)
+
+
+# ---------------------------------------------------------------------------------------------- what differs
+
+
+def differing(tests: Sequence[Shown]) -> dict[str, list[str]]:
+    """The keys at which the definitions differ, with the value of each test ("–" where it has none)."""
+    flat = [dict(_flat(test.definition, "")) for test in tests]
+    keys = dict.fromkeys(key for values in flat for key in values)
+    found = {key: [values.get(key, "–") for values in flat] for key in keys}
+    return {key: values for key, values in found.items() if len(set(values)) > 1}
+
+
+def labels(tests: Sequence[Shown]) -> list[str]:
+    """What a legend calls each test: its name, and the keys in which it differs from the others."""
+    differ = list(differing(tests).items())
+    said = [
+        ", ".join(f"{key.rpartition('.')[2]} {values[i]}" for key, values in differ[:MOST_SAID])
+        for i in range(len(tests))
+    ]
+    return [f"{test.name}: {what}" if what else test.name for test, what in zip(tests, said, strict=True)]
+
+
+def _flat(table: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, str]]:
+    for key, value in table.items():
+        if not prefix and key in UNSAID:
+            continue
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{prefix}{key}.")
+        elif key == "steps":
+            yield f"{prefix}steps", f"{len(value)} ({_digest(value)})"
+        else:
+            yield f"{prefix}{key}", f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _digest(steps: Sequence[Any]) -> str:
+    """A short sign of a history: its creepages, or how many where they are many."""
+    creepages = [f"{step.get('creepage_percent', 0.0):g}" for step in steps if isinstance(step, Mapping)]
+    return f"{creepages[0]} … {creepages[-1]} %" if creepages else "pauses"
+
+
+# ---------------------------------------------------------------------------------------------- quantities
+
+
+def quantities(tests: Sequence[Shown], over: Over) -> list[Quantity]:
+    """Every quantity that at least one of the results has."""
+    made = [make(tests, over) for make in _MAKERS]
+    return [quantity for quantity in made if quantity.series]
+
+
+def table(quantity: Quantity, tests: Sequence[Shown], said: Sequence[str]) -> Table:
+    """The table behind a figure: a row for each point of each test."""
+    label = {test.name: text for test, text in zip(tests, said, strict=True)}
+    series = quantity.series
+    names = np.array([s.test for s in series for _ in s.x], dtype=object)
+    columns: dict[str, Any] = {
+        "test": names,
+        "what differs": np.array([label[name] for name in names], dtype=object),
+        quantity.x: np.concatenate([s.x for s in series]),
+        quantity.y: np.concatenate([s.y for s in series]),
+    }
+    stem, _, unit = quantity.y.rpartition(" [")
+    bounds = {"low": np.concatenate([s.low for s in series]), "high": np.concatenate([s.high for s in series])}
+    if any(np.isfinite(values).any() for values in bounds.values()):
+        columns |= {f"{stem} {end} [{unit}": values for end, values in bounds.items()}
+    return Table(columns)
+
+
+def excel_bytes(tables: Mapping[str, Table]) -> bytes:
+    """A workbook with a sheet for each table."""
+    try:
+        from openpyxl import Workbook
+    except ImportError:
+        what = "workbooks need the package openpyxl: pip install 'twindisc[xlsx]'"
+        raise DefinitionError(Problem(what, key="--xlsx")) from None
+    book = Workbook()
+    book.remove(book.active)
+    for name, one in tables.items():
+        sheet = book.create_sheet(name.replace("_", " ")[:31])
+        sheet.append(list(one.columns))
+        for row in zip(*(column.tolist() for column in one.columns.values()), strict=True):
+            sheet.append([None if isinstance(cell, float) and not np.isfinite(cell) else cell for cell in row])
+    buffer = io.BytesIO()
+    book.save(buffer)
+    return buffer.getvalue()
+
+
+def _series(
+    test: Shown, x: Any, y: Any, low: Any = np.nan, high: Any = np.nan, *, is_line: bool = False
+) -> Iterator[Series]:
+    """A series of the places where both coordinates are known; none where there are none."""
+    across, up, below, above = np.broadcast_arrays(*(np.atleast_1d(np.asarray(v, float)) for v in (x, y, low, high)))
+    known = np.isfinite(across) & np.isfinite(up)
+    if known.any():
+        below, above = (np.where(np.isfinite(v), v, np.nan) for v in (below, above))
+        yield Series(test.name, across[known], up[known], below[known], above[known], is_line)
+
+
+def _of(test: Shown, command: str, *names: str) -> list[Floats] | None:
+    """Arrays of a command's result; None where it has not all of them."""
+    arrays = test.arrays.get(command, {})
+    return [arrays[name] for name in names] if all(name in arrays for name in names) else None
+
+
+def _creep_curve(tests: Sequence[Shown], _: Over) -> Quantity:
+    def made(test: Shown) -> Iterator[Series]:
+        found = _of(test, "identify-mu", "creepage", "traction_ratio", "traction_ratio_half_interval")
+        if found:
+            v, ratio, half = found
+            yield from _series(test, 100.0 * v, ratio, ratio - half, ratio + half)
+
+    return _quantity("creep_curve", "T/N over creepage", "creepage [%]", "traction ratio [1]", tests, made, True)
+
+
+def _friction(tests: Sequence[Shown], _: Over) -> Quantity:
+    def made(test: Shown) -> Iterator[Series]:
+        found = _of(test, "identify-mu", "creepage", "mu", "mu_low", "mu_high")
+        if found:
+            v, mu, low, high = found
+            yield from _series(test, 100.0 * v, mu, low, high)
+
+    title, y = "identified coefficient of friction", "coefficient of friction [1]"
+    return _quantity("friction", title, "creepage [%]", y, tests, made, True)
+
+
+def _traction(tests: Sequence[Shown], over: Over) -> Quantity:
+    def made(test: Shown) -> Iterator[Series]:
+        found = _of(test, "close-loop", "traction_at_time", "traction_at_cycles", "traction_measured")
+        if found:
+            time, cycles, ratio = found
+            yield from _series(test, _along(test, over, time, cycles), ratio)
+
+    return _quantity("traction", f"measured T/N over {over}", OVER[over], "traction ratio [1]", tests, made)
+
+
+def _profile(tests: Sequence[Shown], _: Over) -> Quantity:
+    def made(test: Shown) -> Iterator[Series]:
+        measured = _of(test, "fit-k", "y", "measured_height")
+        simulated = _of(test, "simulate-wear", "y", "height")
+        if measured:
+            y, height = measured
+        elif simulated:
+            y, height = simulated[0], simulated[1][-1]
+        else:
+            return
+        yield from _series(test, 1e3 * y, 1e6 * height, is_line=True)
+
+    return _quantity("profile", "final profile", "y [mm]", "height change [um]", tests, made)
+
+
+def _depth(tests: Sequence[Shown], over: Over) -> Quantity:
+    def made(test: Shown) -> Iterator[Series]:
+        found = _of(test, "simulate-wear", "time", "depth")
+        if found:
+            time, depth = found
+            yield from _series(test, _along(test, over, time, _cycles(test, time)), 1e6 * depth, is_line=True)
+
+    return _quantity("depth", f"simulated depth of the track over {over}", OVER[over], "depth [um]", tests, made)
+
+
+def _wear(tests: Sequence[Shown], _: Over) -> Quantity:
+    def made(test: Shown) -> Iterator[Series]:
+        weighed = test.json.get("fit-k", {}).get("wear_rates") or []
+        if weighed:
+            pairs = [(row["Tgamma_over_A_N_mm2"], row["wear_rate_ug_m_mm2"]) for row in weighed]
+            yield from _series(test, *np.array(pairs, dtype=float).T)
+
+    y = "wear rate [ug/m/mm2]"
+    return _quantity("wear_rate", "weighed wear rate over the wear index", "Tgamma/A [N/mm2]", y, tests, made, True)
+
+
+def _volume(tests: Sequence[Shown], _: Over) -> Quantity:
+    def made(test: Shown) -> Iterator[Series]:
+        weighed = _of(test, "fit-k", "energy", "weighed_volume", "weighed_volume_error")
+        simulated = _of(test, "simulate-wear", "energy", "volume")
+        if weighed:
+            energy, volume, error = weighed
+            half = NINETY * error
+            yield from _series(test, 1e-3 * energy, 1e9 * volume, 1e9 * (volume - half), 1e9 * (volume + half))
+        elif simulated:
+            yield from _series(test, 1e-3 * simulated[0], 1e9 * simulated[1], is_line=True)
+
+    title = "worn volume over dissipated energy, weighed or simulated"
+    return _quantity("wear", title, "dissipated energy [kJ]", "worn volume [mm3]", tests, made)
+
+
+def _temperature(tests: Sequence[Shown], over: Over) -> Quantity:
+    def made(test: Shown) -> Iterator[Series]:
+        found = _of(test, "thermal", "time", "temperature")
+        if found:
+            time, kelvin = found
+            along = _along(test, over, time, _cycles(test, time))
+            yield from _series(test, along, UNITS["degC"].of_si(kelvin), is_line=True)
+
+    return _quantity("temperature", f"disc temperature over {over}", OVER[over], "temperature [degC]", tests, made)
+
+
+def _parameter(name: str, title: str, unit: str, key: str) -> Callable[[Sequence[Shown], Over], Quantity]:
+    """A base parameter of each test with its interval, from close-loop where it was run, else from its own command."""
+
+    def maker(tests: Sequence[Shown], _: Over) -> Quantity:
+        place = {test.name: number + 1.0 for number, test in enumerate(tests)}
+
+        def made(test: Shown) -> Iterator[Series]:
+            found = test.json.get("close-loop", {}).get("base", {}).get(key)
+            if not found:
+                command = {"K": "fit-k", "convection_W_K": "thermal"}.get(key, "")
+                own = test.json.get(command, {})
+                found = {"value": own.get(key), "low": own.get(f"{key}_low"), "high": own.get(f"{key}_high")}
+            numbers = [np.nan if found.get(part) is None else found[part] for part in ("value", "low", "high")]
+            yield from _series(test, place[test.name], *numbers)
+
+        return _quantity(name, title, "test [1]", f"{name} [{unit}]", tests, made)
+
+    return maker
+
+
+def _quantity(
+    name: str,
+    title: str,
+    x: str,
+    y: str,
+    tests: Sequence[Shown],
+    made: Callable[[Shown], Iterator[Series]],
+    logarithmic: bool = False,
+) -> Quantity:
+    return Quantity(name, title, x, y, tuple(series for test in tests for series in made(test)), logarithmic)
+
+
+def _along(test: Shown, over: Over, time: Floats, cycles: Floats) -> Floats:
+    """Time [min], revolutions or the distance rolled [km] at samples (n,)."""
+    if over == "time":
+        return time / 60.0
+    return cycles if over == "cycles" else cycles * _circumference(test) * 1e-3
+
+
+def _circumference(test: Shown) -> float:
+    """Of the mean disc [m]; of a plate, the other's."""
+    radii = [float(test.definition["rig"][disc]["rolling_radius_mm"]) for disc in ("disc1", "disc2")]
+    return 2e-3 * np.pi * float(np.mean([radius for radius in radii if np.isfinite(radius)]))
+
+
+def _cycles(test: Shown, time: Floats) -> Floats:
+    """Revolutions at times (n,) of a test at one speed."""
+    rig = test.definition["rig"]
+    if rig.get("mean_speed_rpm"):
+        return np.asarray(time * float(rig["mean_speed_rpm"]) / 60.0)
+    return np.asarray(time * float(rig["rolling_speed_m_s"]) / _circumference(test))
+
+
+_MAKERS: tuple[Callable[[Sequence[Shown], Over], Quantity], ...] = (
+    _creep_curve,
+    _friction,
+    _traction,
+    _profile,
+    _depth,
+    _wear,
+    _volume,
+    _temperature,
+    _parameter("mu", "base coefficient of friction", "1", "mu"),
+    _parameter("K", "wear coefficient", "1", "K"),
+    _parameter("hS", "convection", "W/K", "convection_W_K"),
+)
+
+
+def outcome(tests: Sequence[Shown], found: Sequence[Quantity]) -> dict[str, Any]:
+    """What --json says: the tests, where their definitions differ, and what was drawn."""
+    return {
+        "tests": [test.name for test in tests],
+        "differs": json.loads(json.dumps(differing(tests))),
+        "quantities": [{"name": q.name, "x": q.x, "y": q.y, "tests": [s.test for s in q.series]} for q in found],
+    }

@@ -1,0 +1,52 @@
+"""report: all results of a test on one page, and on two for print."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+from twindisc_cli.commands._output import Output
+from twindisc_cli.commands._told import tell
+from twindisc_cli.errors import DefinitionError, Problem
+from twindisc_cli.reading import LARGEST_DEFINITION, read_regular
+from twindisc_cli.report.gathered import Part, key_numbers, parts_of, render
+from twindisc_cli.results.files import write_all
+from twindisc_cli.results.recorded import Recorded, recorded
+
+
+def run(test: Path, output: Output) -> int:
+    """Gather what the commands found of a test; it is given by its definition or by the folder of its results."""
+    from twindisc_cli.figures.gathered import pages
+    from twindisc_cli.figures.style import house_style
+
+    folder = test if test.is_dir() else output.folder / _name(test)
+    parts = parts_of(folder)
+    name, description, provenance = _about(folder, parts[0])
+    with house_style():
+        files = {
+            folder / "report.pdf": pages(name, description, provenance, parts, key_numbers(parts)),
+            folder / "report.html": render(name, description, provenance, parts).encode(),
+        }
+    write_all(files)
+    said = {"test": name, "commands": [part.command for part in parts], "files": [str(path) for path in files]}
+    tell([f"{name}: {', '.join(part.command for part in parts)}"], said, list(files), output, "written")
+    return 0
+
+
+def _name(definition: Path) -> str:
+    """What a definition calls its test."""
+    try:
+        text = read_regular(definition, largest=LARGEST_DEFINITION).decode("utf-8-sig")
+        return str(tomllib.loads(text)["test"]["name"])
+    except (ValueError, KeyError, TypeError) as error:
+        what = "is neither the folder of a test's results nor a definition with a name under [test]"
+        raise DefinitionError(Problem(what, definition)) from error
+
+
+def _about(folder: Path, part: Part) -> tuple[str, str, str]:
+    """Name, description and provenance of the test that a result is of."""
+    found = recorded(folder / f"{part.command}.h5")
+    assert isinstance(found, Recorded)  # it was read from there
+    definition = tomllib.loads(found.configs[0])
+    about, measured = definition["test"], definition.get("measured", {})
+    return str(about["name"]), str(about.get("description", "")), str(measured.get("provenance", "measured"))

@@ -1,0 +1,99 @@
+"""The report of a test: what every command found, as one HTML page and as two pages for print."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from twindisc_cli import __version__
+from twindisc_cli.errors import DefinitionError, Problem
+from twindisc_cli.results.recorded import Recorded, recorded
+
+TITLES: Mapping[str, str] = {
+    "close-loop": "What does the model lack?",
+    "check": "Do the files agree with each other?",
+    "friction-chart": "From which creepage on is T/N the coefficient of friction?",
+    "identify-mu": "Which μ is behind each measured T/N?",
+    "fit-k": "Which wear coefficient follows from the wear?",
+    "simulate-wear": "How deep and wide does the track become?",
+    "thermal": "How warm does the disc become?",
+    "contact": "Where does the contact patch stick and slip?",
+}
+"""The question that each command answers, in the order of the report."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """What one command found: its question, its sentences, its JSON and its figure (PNG; empty where it has none)."""
+
+    command: str
+    title: str
+    summary: tuple[str, ...]
+    json: Mapping[str, Any]
+    figure: bytes
+
+    @property
+    def encoded(self) -> str:
+        """The figure as text for an HTML page."""
+        return b64encode(self.figure).decode("ascii")
+
+
+def parts_of(folder: Path) -> list[Part]:
+    """The results of all commands that lie in the folder of a test and are whole."""
+    parts = []
+    for command, title in TITLES.items():
+        found = recorded(folder / f"{command}.h5")
+        if isinstance(found, Recorded):
+            picture = folder / f"{command}.png"
+            figure = picture.read_bytes() if picture in found.stored.files else b""
+            parts.append(Part(command, title, found.stored.summary, found.stored.json, figure))
+    if not parts:
+        what = f"holds no result of a command; run one first, for example twindisc check. Known: {', '.join(TITLES)}"
+        raise DefinitionError(Problem(what, folder))
+    return parts
+
+
+def key_numbers(parts: Sequence[Part]) -> list[tuple[str, str]]:
+    """The numbers that a reader looks for first, each with what it is."""
+    from twindisc_cli.report.words import with_error
+
+    by_command = {part.command: part.json for part in parts}
+    rows: list[tuple[str, str]] = []
+    base = by_command.get("close-loop", {}).get("base", {})
+    for key, name in (("mu", "coefficient of friction μ"), ("K", "wear coefficient K"), ("convection_W_K", "hS")):
+        found = base.get(key)
+        if found:
+            rows.append((f"{name}, with what was added", with_error(found["value"], found["std"], found["unit"])))
+    wear, worn, heat = (by_command.get(name, {}) for name in ("fit-k", "simulate-wear", "thermal"))
+    if wear:
+        rows.append(("K of the base model", with_error(wear["K"], wear["K_std"], "1")))
+    if worn:
+        rows.append(("track, simulated", f"{worn['depth_um']:.3g} µm deep, {worn['width_mm']:.3g} mm wide"))
+        rows.append(("dissipated energy", f"{worn['dissipated_energy_kJ']:.3g} kJ"))
+    if heat:
+        rows.append(("warming of the disc", f"{heat['rise_C']:.3g} K, of the contact above it {heat['flash_C']:.3g} K"))
+    return rows
+
+
+def render(name: str, description: str, provenance: str, parts: Sequence[Part]) -> str:
+    """The report as one HTML page that needs nothing beside it."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("twindisc_cli", "report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("gathered.html").render(
+        name=name,
+        description=description,
+        provenance=provenance,
+        parts=parts,
+        numbers=key_numbers(parts),
+        version=__version__,
+    )
