@@ -266,6 +266,11 @@ def test_numbers_for_reading() -> None:
     assert words.with_error(6.931e-5, 4.2e-7) == "(6.931 ± 0.042)e-5"
     assert words.with_error(30123.0, 512.0, "W K-1") == "30123 ± 512 W K⁻¹"
     assert words.with_error(1.0, 0.0, "N mm-2") == "1.00 N mm⁻²"
+    assert words.with_error(0.00199, 1.2e-9) == "0.00199000 ± 1e-9"
+    assert words.with_error(0.00199, 1.2e-7) == "0.00199000 ± 0.00000012"
+    assert words.apart(0.394, 0.430) == ("0.394", "0.430")
+    assert words.apart(0.00199, 0.0019901) == ("0.00199000", "0.00199010")
+    assert words.apart(2.0, 2.0) == ("2.00", "2.00")
     assert [words.number(v) for v in (0.0, 4200.0, 0.00412, 7e-5, math.nan)] == ["0", "4200", "0.00412", "7.00e-5", "–"]
     assert [words.percent(v) for v in (0.31, 0.999, 0.001)] == ["31 %", "> 99 %", "< 1 %"]
     assert [words.p_value(v) for v in (0.0, 0.03)] == ["p < 0.001", "p = 0.03"]

@@ -160,7 +160,7 @@ def simulate_wear(test: TestFile, output: Output) -> int:
 
 @_command("fit-k")
 def fit_k(test: TestFile, output: Output) -> int:
-    """Archard's wear coefficient from the measured profile, by bisection and by least squares."""
+    """The wear coefficient from the measured profile, by bisection and by least squares, and what moves it."""
     return _run("fit-k", test, output)
 
 

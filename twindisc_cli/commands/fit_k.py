@@ -1,6 +1,10 @@
-"""fit-k: Archard's wear coefficient from the measured profile, and what worn volume and energy allow (Figs. 11, 14).
+"""fit-k: the wear coefficient from the measured profile, and what worn volume and energy allow (Figs. 11, 14).
 
-Where the discs were weighed, K also, or only, from the mass they lost.
+    W = K E / H     K, per dissipated energy E, as everywhere in the program (Eqs. 12, 13)
+    W = k N s / H   Archard's k, per load and distance slid: K times the mean T/N
+
+Where the discs were weighed, K also, or only, from the mass they lost. A second figure shows how far K moves with
+what the test does not say.
 """
 
 from __future__ import annotations
@@ -13,12 +17,14 @@ from twindisc_cli.commands._base import friction_of_steps
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import ValidityError
 from twindisc_cli.identify.known_k import KnownK, known_from_mass, known_from_profile
+from twindisc_cli.identify.least_squares import NINETY
 from twindisc_cli.identify.mass import MassFit, identify_from_mass
 from twindisc_cli.identify.regimes import Regime, regimes
+from twindisc_cli.identify.sensitivity import Variation, sensitivity
 from twindisc_cli.identify.wear import WearFit, identify_wear
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.model.forward import ForwardModel
-from twindisc_cli.report.words import with_error
+from twindisc_cli.report.words import listed, with_error
 from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 
 if TYPE_CHECKING:
@@ -26,7 +32,7 @@ if TYPE_CHECKING:
 
 APART = 1.5
 """The volumes of profile and mass contradict each other beyond this factor and three standard errors."""
-SEED = 1
+SEED, MOST_TOLD = 1, 4
 IMPOSSIBLE = 3.0
 """A stated K this many times off what W H / E allows is called impossible."""
 
@@ -46,14 +52,65 @@ def run(test: Test) -> Result:
             f"no K from {fit.bisection.bracket[0]:.2g} to {fit.bisection.bracket[1]:.2g} makes the simulated depth "
             f"{fit.measured.depth * 1e6:.3g} µm to within 1 %"
         )
-    known = known_from_profile(fit, mass, stated)
+    known, varied = known_from_profile(fit, mass, stated), sensitivity(model, fit)
     return Result(
         command="fit-k",
-        summary=(*_lines_of(known), *_summary(fit), *_mass_lines(mass), *_findings(fit, stated, mass)),
-        json={**_json(fit, stated, mass), **_known_json(known)},
-        dataset=_dataset(fit),
+        summary=(
+            *_lines_of(known),
+            *_archard_line(known[0], fit),
+            *_summary(fit),
+            *_varied_line(varied),
+            *_mass_lines(mass),
+            *_findings(fit, stated, mass),
+        ),
+        json={
+            **_json(fit, stated, mass),
+            **_known_json(known),
+            **_of_discs(experiment, fit, known[0]),
+            **_archard_json(known[0], fit),
+            "sensitivity": [{"changed": v.what, "K": v.wear_coefficient, "change": v.change} for v in varied],
+        },
+        dataset=_dataset(fit, varied),
         figure=lambda: _figure(experiment, fit, known, mass),
+        figures={"fit-k-sensitivity": lambda: _varied_figure(experiment, fit, varied)} if varied else {},
     )
+
+
+def _of_discs(test: Experiment, fit: WearFit, use: KnownK) -> dict[str, Any]:
+    """K of each disc that wears, with its 90 % interval, where the declared effects share the wear out."""
+    if fit.part == 1.0:
+        return {}
+    one, two = test.rig.disc1, test.rig.disc2
+    second = fit.part if fit.disc == 2 else 1.0 - fit.part
+    resists = one.hardness * one.rolling_radius / (two.hardness * two.rolling_radius)
+    parts = {"1": (1.0 - second) * resists, "2": second}
+    ends = (("", use.value), ("_low", use.low), ("_high", use.high))
+    return {f"K_of_discs{end}": or_null({disc: k * part for disc, part in parts.items()}) for end, k in ends}
+
+
+def _archard_json(use: KnownK, fit: WearFit) -> dict[str, Any]:
+    ends = (("", use.value), ("_low", use.low), ("_high", use.high))
+    return {f"archard_k{end}": or_null(k * fit.archard) for end, k in ends}
+
+
+def _archard_line(use: KnownK, fit: WearFit) -> tuple[str, ...]:
+    """Archard's own coefficient beside K."""
+    k = with_error(use.value * fit.archard, use.std * fit.archard)
+    return (f"K is per dissipated energy, W = K E / H; Archard's k of W = k N s / H: {k} (mean T/N {fit.archard:.3g})",)
+
+
+def _varied_line(varied: list[Variation]) -> tuple[str, ...]:
+    """What moves K most."""
+    if not varied:
+        return ()
+    most = sorted(varied, key=lambda variation: -abs(variation.change))[:MOST_TOLD]
+    return (f"what moves K most: {listed([f'{v.what} {100.0 * v.change:+.0f} %' for v in most])}",)
+
+
+def _varied_figure(test: Experiment, fit: WearFit, varied: list[Variation]) -> Figure:
+    from twindisc_cli.figures.wear import varied as drawn
+
+    return drawn(varied, k=fit.bisection.wear_coefficient, name=test.name, provenance=test.measured.provenance)
 
 
 def _stated(test: Experiment) -> dict[str, float]:
@@ -104,7 +161,9 @@ def _mass_json(mass: MassFit) -> dict[str, Any]:
     return {
         "K": mass.wear_coefficient,
         "K_std": or_null(mass.std),
-        "K_of_discs": {str(disc): k for disc, k in mass.of_disc.items()},
+        "K_of_discs": {str(disc): k for disc, (k, _) in mass.of_disc.items()},
+        "K_of_discs_low": {str(disc): or_null(max(k - NINETY * s, 0.0)) for disc, (k, s) in mass.of_disc.items()},
+        "K_of_discs_high": {str(disc): or_null(k + NINETY * s) for disc, (k, s) in mass.of_disc.items()},
         "wear_rates": [
             {"disc": int(disc), "Tgamma_over_A_N_mm2": index * 1e-6, "wear_rate_ug_m_mm2": rate * 1e3}
             for disc, index, rate in zip(mass.rates.disc, mass.rates.index, mass.rates.rate, strict=True)
@@ -145,6 +204,7 @@ def _json(fit: WearFit, stated: dict[str, float], mass: MassFit | None) -> dict[
         "measured_width_mm": fit.measured.width * 1e3,
         "profile_rms_um": fit.rms * 1e6,
         "dissipated_energy_kJ": fit.energy * 1e-3,
+        "part_of_wear": fit.part,
         "stated": {what: {"K": k, "times_allowed": k / fit.allowed} for what, k in stated.items()},
         "findings": list(_findings(fit, stated, mass)),
         **({"mass": _mass_json(mass)} if mass else {}),
@@ -153,7 +213,8 @@ def _json(fit: WearFit, stated: dict[str, float], mass: MassFit | None) -> dict[
 
 def _findings(fit: WearFit, stated: dict[str, float], mass: MassFit | None) -> tuple[str, ...]:
     """Every stated K that worn volume and dissipated energy contradict, and a mass that contradicts the profile."""
-    apart = mass.of_disc.get(fit.disc, mass.wear_coefficient) / fit.allowed if mass else 1.0
+    weighed = mass.of_disc.get(fit.disc, (mass.wear_coefficient * fit.part,))[0] if mass else fit.allowed * fit.part
+    apart = weighed / (fit.allowed * fit.part)
     error = float(np.nan_to_num(mass.std)) / fit.allowed if mass else 0.0
     contradicts = not 1.0 / APART < apart < APART and abs(apart - 1.0) > 3.0 * error
     told = (
@@ -216,12 +277,13 @@ def _figure(test: Experiment, fit: WearFit, known: list[KnownK], mass: MassFit |
     return fitted(fit, known=known, weighed=weighed, name=test.name, provenance=test.measured.provenance)
 
 
-def _dataset(fit: WearFit) -> Dataset:
+def _dataset(fit: WearFit, varied: list[Variation]) -> Dataset:
     k, error = np.array(fit.bisection.trail).T
     return Dataset(
         axes=(
             Axis("y", fit.y, "m", "position across the track"),
             Axis("trial", np.arange(1, len(k) + 1), "1", "number of the bisection"),
+            *([Axis("changed", np.array([v.what for v in varied], dtype=object), "1", "changed")] if varied else []),
         ),
         arrays=(
             Array("measured_height", ("y",), fit.height, "m", "measured height change"),
@@ -229,6 +291,22 @@ def _dataset(fit: WearFit) -> Dataset:
             Array("least_squares_height", ("y",), fit.squares_height, "m", "height change at the least-squares K"),
             Array("bisection_K", ("trial",), k, "1", "wear coefficient tried"),
             Array("bisection_Er", ("trial",), error / 100.0, "1", "depth error of Eq. 17"),
+            *(
+                [
+                    Array("changed_K", ("changed",), np.array([v.wear_coefficient for v in varied]), "1", "K of depth"),
+                    Array("change_of_K", ("changed",), np.array([v.change for v in varied]), "1", "share of K"),
+                ]
+                if varied
+                else []
+            ),
         ),
-        attrs={"K": fit.wear_coefficient, "K_std": fit.std, "method": fit.method, "K_allowed": fit.allowed},
+        attrs={
+            "K": fit.wear_coefficient,
+            "K_std": fit.std,
+            "method": fit.method,
+            "K_allowed": fit.allowed,
+            "archard_k": fit.wear_coefficient * fit.archard,
+            "dissipated_energy_J": fit.energy,
+            "load_times_distance_slid_N_m": fit.sliding,
+        },
     )

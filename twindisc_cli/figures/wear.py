@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from twindisc_cli.identify.known_k import KnownK
     from twindisc_cli.identify.mass import MassFit
     from twindisc_cli.identify.regimes import Regime
+    from twindisc_cli.identify.sensitivity import Variation
     from twindisc_cli.identify.wear import WearFit
     from twindisc_cli.identify.wear_history import WearHistory
 
@@ -132,7 +133,7 @@ def _profiles(profile: Axes, left: Axes, fit: WearFit, provenance: str) -> None:
     name_axes(profile, ACROSS, HEIGHT, "profile of the worn disc")
     left.axhline(0.0, color=GREY, linewidth=0.6)
     left.plot(y, (fit.height - fit.simulated_height) * 1e6, color=BLUE, linewidth=1.0)
-    name_axes(left, ACROSS, "measured − simulated [µm]", f"what {fit.method} misses")
+    name_axes(left, ACROSS, f"{provenance} − simulated [µm]", f"what {fit.method} misses")
     for axes in (profile, left):
         _around_the_track(axes, fit.y, fit.simulated_height, (fit.y, fit.height))
     legend(profile, 2)
@@ -148,6 +149,28 @@ def _trail(axes: Axes, fit: WearFit) -> None:
     axes.margins(y=0.12)
     name_axes(axes, "", "$E_r$ [%]", "bisection: depth error of each $K$ (its number, and $K$)")
     legend(axes)
+
+
+def varied(found: Sequence[Variation], *, k: float, name: str, provenance: str) -> Figure:
+    """How far K of the measured depth moves with each assumption, the largest first."""
+    figure, (axes,) = page(
+        1, 1, height=1.6 + 0.21 * len(found), title=f"{name}: what moves the wear coefficient", provenance=provenance
+    )
+    order = sorted(found, key=lambda variation: -abs(variation.change))
+    places, changes = np.arange(len(order)), np.array([100.0 * variation.change for variation in order])
+    axes.barh(places, changes, height=0.7, color=[BLUE if change > 0.0 else ORANGE for change in changes])
+    low, high = min(0.0, float(changes.min())), max(0.0, float(changes.max()))
+    for place, variation in zip(places, order, strict=True):
+        text = f"{100.0 * variation.change:+.1f} %   {number(variation.wear_coefficient)}"
+        axes.text(0.995, float(place), text, transform=axes.get_yaxis_transform(), fontsize=SMALL, va="center",
+                  ha="right")  # fmt: skip
+    axes.axvline(0.0, color=BLACK, linewidth=0.7)
+    axes.set_yticks(places, [variation.what for variation in order])
+    axes.grid(False, axis="y")
+    axes.set_xlim(1.1 * low, high + 0.3 * (high - low))
+    axes.invert_yaxis()
+    name_axes(axes, "change of the $K$ that makes the measured depth [%], and that $K$", "", f"$K$ = {number(k)}")
+    return figure
 
 
 def coefficients(axes: Axes, known: Sequence[KnownK]) -> None:
@@ -166,4 +189,6 @@ def coefficients(axes: Axes, known: Sequence[KnownK]) -> None:
     axes.set_ylim(len(known) - 0.5, -0.9)
     values = [k.value for k in known]
     logarithmic(axes.xaxis, min(values) / 4.0, max(values) * 4.0)
-    name_axes(axes, "wear coefficient $K$ [1]", "", "every $K$, bold the one to use; bars: 90 % intervals")
+    name_axes(
+        axes, "wear coefficient $K$ of $W = K E / H$ [1]", "", "every $K$, bold the one to use; bars: 90 % intervals"
+    )

@@ -89,7 +89,8 @@ def _from_depth_and_shape(fit: WearFit) -> list[KnownK]:
 
 def _from_volume(fit: WearFit) -> KnownK:
     share = fit.wear_coefficient / fit.allowed
-    why = f"for volumes and masses, whatever the shape; the K to use wears {share * 100.0:.0f} % of the volume"
+    both = "" if fit.part == 1.0 else f", of which disc {fit.disc} bears {fit.part * 100.0:.3g} %"
+    why = f"for volumes and masses, whatever the shape; the K to use wears {share * 100.0:.0f} % of the volume{both}"
     return KnownK("W H / E", fit.allowed, np.nan, why)
 
 
@@ -97,8 +98,10 @@ def _from_mass(mass: MassFit | None) -> list[KnownK]:
     if mass is None:
         return []
     why = "the mass that it lost, whatever its shape"
-    error = mass.std if len(mass.of_disc) == 1 else np.nan
-    return [KnownK(f"by weight, disc {disc}", k, error, why) for disc, k in mass.of_disc.items()]
+    alone = len(mass.of_disc) == 1
+    return [
+        KnownK(f"by weight, disc {disc}", k, mass.std if alone else std, why) for disc, (k, std) in mass.of_disc.items()
+    ]
 
 
 def _stated(stated: Mapping[str, float]) -> list[KnownK]:

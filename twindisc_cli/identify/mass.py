@@ -46,7 +46,8 @@ class MassFit:
 
     iteration: those after which was weighed; volume, predicted: worn off the discs weighed by then [m3], as weighed and
     at K; error: standard error of volume [m3], NaN where none was stated; energy: dissipated by then [J]; each (stop,).
-    of_disc: K of each disc weighed, with its own hardness; rates: from weighing to weighing.
+    of_disc: K of each disc weighed, with its own hardness, and its standard error, NaN where none was stated; rates:
+    from weighing to weighing.
     """
 
     wear_coefficient: float
@@ -56,7 +57,7 @@ class MassFit:
     predicted: Floats
     error: Floats
     energy: Floats
-    of_disc: Mapping[int, float]
+    of_disc: Mapping[int, tuple[float, float]]
     rates: WearRates
 
 
@@ -114,15 +115,16 @@ def identify_from_mass(model: ForwardModel, mu: Floats) -> MassFit:
     )
 
 
-def _of_disc(model: ForwardModel, samples: MassSamples, energy: Mapping[int, float]) -> dict[int, float]:
-    """K of each disc by its last weighing."""
+def _of_disc(model: ForwardModel, samples: MassSamples, energy: Mapping[int, float]) -> dict[int, tuple[float, float]]:
+    """K of each disc by its last weighing, and its standard error."""
     found = {}
     for number, disc in ((1, model.experiment.rig.disc1), (2, model.experiment.rig.disc2)):
         mine = samples.disc == number
         if np.any(mine):
             last = int(np.argmax(np.where(mine, samples.iteration, 0)))
             spent = energy[int(samples.iteration[last])]
-            found[number] = float(samples.loss[last] / disc.density * disc.hardness / spent)
+            per = disc.hardness / (disc.density * spent)
+            found[number] = float(samples.loss[last] * per), float(samples.uncertainty[last] * per)
     return found
 
 

@@ -26,7 +26,8 @@ class WearFit:
 
     measured, simulated: the track of the last profile of the disc that wears, `disc`. Of that profile, (sample,): y and
     height [m], simulated_height at K, squares_height at the least-squares K; rms of height less simulated_height [m].
-    allowed: the K of Archard's W H / E; energy: what was dissipated up to that profile [J].
+    allowed: the K of W H / E, W worn off both discs; part: the measured disc's share of W by the declared effects;
+    energy: what was dissipated up to that profile [J]; sliding: the normal load times the distance slid by then [N m].
     """
 
     wear_coefficient: float
@@ -43,7 +44,14 @@ class WearFit:
     squares_height: Floats
     rms: float
     allowed: float
+    part: float
     energy: float
+    sliding: float
+
+    @property
+    def archard(self) -> float:
+        """Archard's k of W = k N s / H [1] over K of W = K E / H: the mean T/N, weighed by the distance slid."""
+        return self.energy / self.sliding
 
 
 def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
@@ -65,11 +73,13 @@ def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
     def track(k: float) -> Track:
         return worn_track(y, heights(np.array([k]))[0, last], smooth=False)
 
-    energy = _energy(model, mu, int(profile.iteration[last][0]))
+    disc = int(profile.disc[last][0])
+    energy, sliding, part = _spent(model, mu, int(profile.iteration[last][0]), disc)
     if not energy > 0.0:
         raise ValidityError("nothing slides up to the last measured profile: no K can have worn it")
     hardness = model.circumference_hardness / (2.0 * np.pi * model.radius)
-    allowed = float(allowed_coefficient(volume=2.0 * np.pi * model.radius * section, energy=energy, hardness=hardness))
+    volume = 2.0 * np.pi * model.radius * section / part
+    allowed = float(allowed_coefficient(volume=volume, energy=energy, hardness=hardness))
     bisection = bisect_depth(lambda k: track(k).depth, measured_depth=measured.depth, start=allowed)
     squares = fit_positive(heights, measured=profile.height, weights=np.ones_like(profile.height), start=allowed)
     error = (measured.depth - track(squares.value).depth) / measured.depth * 100.0
@@ -82,7 +92,7 @@ def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
         method="least squares" if agrees else "bisection",
         bisection=bisection,
         least_squares=squares,
-        disc=int(profile.disc[last][0]),
+        disc=disc,
         measured=measured,
         simulated=worn_track(y, simulated, smooth=False),
         y=y,
@@ -91,11 +101,24 @@ def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
         squares_height=squares.predicted[last],
         rms=float(np.sqrt(np.mean((height - simulated) ** 2))),
         allowed=allowed,
+        part=part,
         energy=energy,
+        sliding=sliding,
     )
 
 
-def _energy(model: ForwardModel, mu: Floats, iterations: int) -> float:
-    """Energy dissipated in the first iterations [J]."""
-    energy = model.predict(BaseParameters.declared(model.experiment, mu[None])).state.energy[0]
-    return float(energy[model.points.of_iteration[iterations - 1]])
+def _spent(model: ForwardModel, mu: Floats, iterations: int, disc: int) -> tuple[float, float, float]:
+    """Of the first iterations: energy dissipated [J], load times distance slid [N m]; a disc's part of the wear [1].
+
+    The part is that of the declared effects; a K of disc 1 that is declared stands beside K, and shares nothing out.
+    """
+    test = model.experiment
+    state = model.predict(BaseParameters.declared(test, mu[None])).state
+    last = int(model.points.of_iteration[iterations - 1])
+    pressed = np.broadcast_to(np.abs(state.sliding_speed) * state.normal_load, state.energy.shape)[0]
+    sliding = float(np.sum((pressed * state.duration)[: last + 1]))
+    if np.isfinite(test.options.disc1_wear_coefficient):
+        return float(state.energy[0, last]), sliding, 1.0
+    share = float(np.broadcast_to(state.disc1_share, state.energy.shape)[0, last])
+    part = share if disc == 1 else 1.0 - share
+    return float(state.energy[0, last]), sliding, part if part > 0.0 else 1.0

@@ -12,6 +12,7 @@ from twindisc_cli.loop.diagnose import DIFFERENCE
 from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis, Estimate, FoundEffect, FoundLaw, Tried
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.report.words import (
+    apart,
     channel_name,
     covariate_name,
     law_name,
@@ -271,5 +272,5 @@ def _seen_of(diagnosis: Diagnosis, channel: str) -> str:
 
 
 def interval(estimate: Estimate) -> str:
-    """The 90 % interval as text."""
-    return f"{number(estimate.low)} to {number(estimate.high)}"
+    """The 90 % interval as text, with as many digits as tell its ends apart."""
+    return " to ".join(apart(estimate.low, estimate.high))

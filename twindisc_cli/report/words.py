@@ -26,7 +26,9 @@ KIND: Mapping[str, str] = {
     "line": "a straight line under the profile",
     "stops": "another size at each recorded profile",
 }
-MOST_DECIMALS = 6
+MOST_DIGITS = 10
+EXACT, BELOW = 6, 1e-5
+"""Digits of a value whose standard error is below this share of it."""
 unit = for_reading
 
 
@@ -83,11 +85,22 @@ def with_error(value: float, std: float, symbol: str = "1") -> str:
     """`0.412 ± 0.011`: the error with two digits, the value to the same decimal, the unit behind."""
     if not (math.isfinite(value) and math.isfinite(std) and std > 0.0):
         return quantity(value, symbol)
+    if std < BELOW * abs(value):
+        return f"{number(value, EXACT)} ± {number(std, 1)} {unit(symbol)}".rstrip()
     size = max(abs(value), std)
     power = 0 if 1e-3 <= size < 1e5 else math.floor(math.log10(size))
-    decimals = min(max(0, 1 - math.floor(math.log10(std)) + power), MOST_DECIMALS)
+    decimals = max(0, 1 - math.floor(math.log10(std)) + power)
     pair = f"{value / 10.0**power:.{decimals}f} ± {std / 10.0**power:.{decimals}f}"
     return f"({pair})e{power} {unit(symbol)}".rstrip() if power else f"{pair} {unit(symbol)}".rstrip()
+
+
+def apart(low: float, high: float) -> tuple[str, str]:
+    """Both ends of an interval, with as many digits as tell them apart, and three at least."""
+    width, size = abs(high - low), max(abs(low), abs(high))
+    if not (math.isfinite(width) and width > 0.0):
+        return number(low), number(high)
+    digits = min(max(3, 1 + math.ceil(math.log10(size / width))), MOST_DIGITS)
+    return number(low, digits), number(high, digits)
 
 
 def percent(share: float) -> str:

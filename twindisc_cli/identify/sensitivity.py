@@ -1,0 +1,214 @@
+"""How far K moves with what a test does not say: the K of the measured depth, with one assumption changed at a time.
+
+Assumptions of the rig, the material and the history go through the forward model. The rule by which the best circle
+updates the curvature (section 3.2) goes through the paper's own procedure, iteration by iteration:
+
+    du(y) = K e / (2 pi R H) 3 / (4 b) (1 - (y/b)^2)        depth that an iteration of energy e [J] takes off (Eq. 15)
+    kappa = kappa_0 + kappa of the best circle through u    in the patch before, by its pressure, or in the whole track
+
+The model's own circle lies inside the patch that follows from it. Fitted in the patch before, as section 3.2 may be
+read, patches alternate between narrow and wide, and the track becomes deeper with the same K.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from twindisc_cli.identify.roots import bracketed_root
+from twindisc_cli.identify.steps import friction_in_use
+from twindisc_cli.identify.track import last_profile, worn_track
+from twindisc_cli.identify.wear import WearFit
+from twindisc_cli.model.base import BaseParameters
+from twindisc_cli.model.experiment import Experiment, Floats, Rig
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.physics.best_circle import fit_curvature
+from twindisc_cli.physics.hertz import contact_ellipse
+
+FRICTION, HARDNESS, CROWN, MODULUS, LOAD = 0.01, 0.05, 0.02, 0.05, 0.02
+"""Changes of mu [1], and of hardness, crown radius, Young's modulus and load, as shares: usual tolerances. A steel is
+about 5 % stiffer in liquid nitrogen than in air."""
+FURTHER = 2
+"""Iterations by which the last two steps are made longer."""
+REACH, ENOUGH = 8.0, 1e-4
+"""K is sought from this many times below to above the one found, until the depth is off by such a share."""
+STRIPS, PARTS, ACROSS, CURVATURES = 401, 3, 8.0, 400
+"""Strips over so many half-widths of the patch to each side, and parts of an iteration for the circle's updates."""
+Rule = Callable[[Floats, Floats, float], Floats]
+
+
+@dataclass(frozen=True)
+class Variation:
+    """One assumption changed: what, and the K of the measured depth [1] with it; change, of K as a share of K."""
+
+    what: str
+    wear_coefficient: float
+    change: float
+
+
+def sensitivity(model: ForwardModel, fit: WearFit) -> list[Variation]:
+    """How far the K of depth moves with each assumption that the measured profile's test rests on.
+
+    Parameters
+    ----------
+    model, fit
+        A test with a measured profile, and K as found from it.
+
+    Returns
+    -------
+    list of Variation
+        First those of the discs and the history, then of the contact, then the rules of the circle; none of a line.
+    """
+    test = model.experiment
+    if test.rig.is_line:
+        return []
+    base = _k_of_depth(test, fit)
+    through = [(what, _k_of_depth(changed, fit)) for what, changed in _changed(test)]
+    found = [Variation(what, k, k / base - 1.0) for what, k in through]
+    if not (test.effects or test.laws) and test.options.contact == "hertz" and test.measured.start is None:
+        found += [Variation(what, base * ratio, ratio - 1.0) for what, ratio in _by_rule(model, fit, base).items()]
+    return [variation for variation in found if np.isfinite(variation.change)]
+
+
+def _k_of_depth(test: Experiment, fit: WearFit) -> float:
+    """K that makes the measured depth."""
+    model, profile = ForwardModel(test), test.measured.profile
+    if profile is None:
+        return np.nan
+    last, mu = last_profile(profile), friction_in_use(ForwardModel(_without_k(test)))[0]
+    known = np.where(np.isfinite(mu), mu, 1.0)
+
+    def depth(k: float) -> float:
+        base = BaseParameters.declared(test, known[None])
+        height = model.predict(replace(base, K=np.array([k]))).profile[0, last]
+        return worn_track(fit.y, height, smooth=False).depth
+
+    return _root(depth, fit, fit.wear_coefficient)
+
+
+def _root(depth: Callable[[float], float], fit: WearFit, k: float) -> float:
+    """The K near k that makes the measured depth, to within ENOUGH of it."""
+
+    def short(log_k: Floats) -> Floats:
+        off = depth(float(np.exp(log_k[0]))) / fit.measured.depth - 1.0
+        return np.array([0.0 if abs(off) < ENOUGH else off])
+
+    return float(np.exp(bracketed_root(short, np.log([k / REACH]), np.log([k * REACH])))[0])
+
+
+def _without_k(test: Experiment) -> Experiment:
+    """The test by its unworn patch, from which friction does not depend on K."""
+    return replace(test, options=replace(test.options, wear_coefficient=np.nan))
+
+
+def _changed(test: Experiment) -> Iterator[tuple[str, Experiment]]:
+    """The test with one assumption changed, and what it is."""
+    rig, history = test.rig, test.history
+    for share in (-1.0, 1.0):
+        yield (
+            f"hardness {100.0 * share * HARDNESS:+.0f} %",
+            replace(test, rig=_discs(rig, hardness=1.0 + share * HARDNESS)),
+        )
+        yield (
+            f"Young's modulus {100.0 * share * MODULUS:+.0f} %",
+            replace(test, rig=_discs(rig, youngs_modulus=1.0 + share * MODULUS)),
+        )
+        yield (
+            f"crown radius {100.0 * share * CROWN:+.0f} %",
+            replace(test, rig=_discs(rig, transverse_radius=1.0 + share * CROWN)),
+        )
+        pressed = replace(rig, normal_load=rig.normal_load * (1.0 + share * LOAD))
+        yield f"load {100.0 * share * LOAD:+.0f} %", replace(test, rig=pressed)
+        traction = test.measured.traction
+        if traction is not None:
+            shifted = replace(traction, ratio=traction.ratio + share * FRICTION * np.sign(traction.creepage))
+            yield f"T/N {share * FRICTION:+.2f}", replace(test, measured=replace(test.measured, traction=shifted))
+    late = history.step >= history.step[-1] - 1
+    longer = np.where(late, 1.0 + FURTHER / np.bincount(history.step)[history.step], 1.0)
+    yield (
+        f"last two steps {FURTHER} iterations longer",
+        replace(
+            test, history=replace(history, duration=history.duration * longer, revolutions=history.revolutions * longer)
+        ),
+    )
+    if "wear_partition" not in test.effects and np.isnan(test.options.disc1_wear_coefficient):
+        yield "both discs wear alike", replace(test, effects={**test.effects, "wear_partition": {"disc1_share": 0.5}})
+    if test.options.contact == "hertz" and "half_space_contact" not in test.effects:
+        yield "half-space contact", replace(test, options=replace(test.options, contact="half_space"))
+
+
+def _discs(rig: Rig, **factors: float) -> Rig:
+    """A rig of which both discs have quantities changed by factors."""
+    one, two = (
+        replace(disc, **{name: getattr(disc, name) * factor for name, factor in factors.items()})
+        for disc in (rig.disc1, rig.disc2)
+    )
+    return replace(rig, disc1=one, disc2=two)
+
+
+# ------------------------------------------------------------------------------------------- the rule of the circle
+
+
+def _inside(y: Floats, _: Floats, b: float) -> Floats:
+    return np.asarray(np.clip((b - np.abs(y)) / (y[1] - y[0]) + 0.5, 0.0, 1.0))
+
+
+def _pressure(y: Floats, _: Floats, b: float) -> Floats:
+    return np.asarray(np.maximum(1.0 - (y / b) ** 2, 0.0))
+
+
+def _track(y: Floats, depth: Floats, b: float) -> Floats:
+    return np.asarray(np.maximum((depth > 0.0).astype(float), _inside(y, depth, b)))
+
+
+RULES: Mapping[str, tuple[Rule, str]] = {
+    "circle inside the patch just left": (_inside, "part"),
+    "circle of the last iteration's patch": (_inside, "iteration"),
+    "circle of the last step's patch": (_inside, "step"),
+    "circle weighed by the pressure": (_pressure, "part"),
+    "circle through the whole track": (_track, "part"),
+}
+"""Weights of the circle's points, and after what it is updated."""
+
+
+def _by_rule(model: ForwardModel, fit: WearFit, k: float) -> dict[str, float]:
+    """K of each rule over the model's K."""
+    mu = friction_in_use(model)[0]
+    energy = model.predict(BaseParameters.declared(model.experiment, mu[None])).state.energy[0]
+    of_iteration = np.diff(energy[model.points.of_iteration], prepend=0.0)
+
+    def found(rule: Rule, every: str) -> float:
+        return _root(lambda k: _depth_by_circle(model, of_iteration * k, rule, every=every), fit, k)
+
+    return {what: found(*rule) / k for what, rule in RULES.items()}
+
+
+def _depth_by_circle(model: ForwardModel, worn: Floats, rule: Rule, *, every: str) -> float:
+    """Greatest depth [m] after iterations that wear off K times their energy, `worn` (iteration,) [J]."""
+    rig, step = model.experiment.rig, model.experiment.history.step
+    log_b, b = _half_width(rig)
+    y = np.linspace(-ACROSS, ACROSS, STRIPS) * b
+    depth, flattest = np.zeros_like(y), rig.curvature_y / ACROSS**3
+    for number, section in enumerate(worn / model.circumference_hardness):
+        ended = number + 1 == len(step) or step[number + 1] != step[number]
+        for part in range(PARTS):
+            depth = depth + section / PARTS * 0.75 / b * np.maximum(1.0 - (y / b) ** 2, 0.0)
+            if every == "part" or (part == PARTS - 1 and (every == "iteration" or ended)):
+                curvature = rig.curvature_y + float(fit_curvature(y, depth, rule(y, depth, b)))
+                b = float(np.exp(np.interp(np.log(max(curvature, flattest)), *log_b)))
+    return float(depth.max())
+
+
+def _half_width(rig: Rig) -> tuple[tuple[Floats, Floats], float]:
+    """Logarithms of relative transverse curvature [1/m] and half-width b [m] of Hertz's patch; b of the new discs."""
+    curvature = rig.curvature_y * np.geomspace(1.0 / ACROSS**3, 4.0, CURVATURES)
+    b = contact_ellipse(
+        curvature_x=rig.curvature_x,
+        curvature_y=curvature,
+        normal_load=rig.normal_load,
+        effective_modulus=rig.effective_modulus,
+    ).b
+    table = np.log(curvature), np.log(b)
+    return table, float(np.exp(np.interp(np.log(rig.curvature_y), *table)))
