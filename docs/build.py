@@ -24,8 +24,9 @@ from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
-import tables
 from pictures import draw_effects
+
+import tables
 
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent

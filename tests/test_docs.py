@@ -14,9 +14,8 @@ DOCS = Path(__file__).parents[1] / "docs"
 if not (DOCS / "build.py").exists():
     pytest.skip("the documentation is not here: this is not a checkout", allow_module_level=True)
 sys.path.insert(0, str(DOCS))
-from tables import FORMULAS, formula, keys  # type: ignore[import-not-found]  # noqa: E402
-
 from build import DocumentationError, Workbench, build, modules, page  # type: ignore[import-not-found]  # noqa: E402
+from tables import FORMULAS, formula, keys  # type: ignore[import-not-found]  # noqa: E402
 
 
 @pytest.fixture(scope="module")
