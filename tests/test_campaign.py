@@ -19,13 +19,14 @@ from accidents import process_of, square_or_worse
 from definitions import TRACTION, VALID, changed, write
 
 from twindisc_cli.campaign import pool
-from twindisc_cli.campaign.outcome import figure_of, outcome_of
+from twindisc_cli.campaign.outcome import outcome_of
 from twindisc_cli.campaign.plan import plan, read
 from twindisc_cli.campaign.shared import common_of
 from twindisc_cli.campaign.table import Row, columns_of, csv_text, header, parquet_bytes, table_of
 from twindisc_cli.cli import main
 from twindisc_cli.commands._campaign_work import PRELOAD
 from twindisc_cli.errors import DefinitionError
+from twindisc_cli.figures.campaign import figure_of
 
 TWINDISC = (sys.executable, "-m", "twindisc_cli")
 

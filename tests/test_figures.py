@@ -19,11 +19,11 @@ from test_close_loop_report import found, learnt, made, nothing, unknown
 from test_mass import facet, loss
 from test_mass import test as weighed_test
 
-from twindisc_cli.campaign.outcome import figure_of, outcome_of
+from twindisc_cli.campaign.outcome import outcome_of
 from twindisc_cli.campaign.table import Row, table_of
 from twindisc_cli.commands import fit_k, paper
 from twindisc_cli.definition import load
-from twindisc_cli.figures.campaign import map_of
+from twindisc_cli.figures.campaign import figure_of, map_of
 from twindisc_cli.figures.close_loop import figure as loop_figure
 from twindisc_cli.figures.style import WIDTH, from_zero, house_style, logarithmic, page
 from twindisc_cli.report import told

@@ -15,7 +15,8 @@ from definitions import outcome, shipped
 from test_results import assert_well_formed
 
 from twindisc_cli.definition import dump
-from twindisc_cli.results.store import Origin, plain, write
+from twindisc_cli.results.origin import Origin
+from twindisc_cli.results.store import plain, write
 
 FRICTION = ("friction-chart", "identify-mu", "contact", "check")
 RUNS = [

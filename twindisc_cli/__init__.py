@@ -9,6 +9,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from twindisc_cli.version import __version__
+
 if TYPE_CHECKING:
     from twindisc_cli.api import (
         Disc,
@@ -23,7 +25,6 @@ if TYPE_CHECKING:
         wear_track,
     )
 
-__version__ = "0.1.0"
 __all__ = [
     "Disc",
     "Experiment",

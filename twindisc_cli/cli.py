@@ -17,9 +17,10 @@ from typing import Annotated, Any, cast
 
 import typer
 
-from twindisc_cli import __version__, terminal
+from twindisc_cli import terminal
 from twindisc_cli.commands._output import DPI, FORMATS, Output
 from twindisc_cli.errors import DefinitionError, OutputError, TwindiscError, ValidityError, bug
+from twindisc_cli.version import __version__
 
 INTERRUPTED, TERMINATED = 130, 143
 _LEFT = {

@@ -1,31 +1,18 @@
-"""What a campaign says as a whole: the groups, the regimes and the effects behind its table, and the figure of them."""
+"""What a campaign says as a whole: the groups, the regimes and the effects behind its table."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from twindisc_cli.campaign.groups import Effect, Group, effects_of, groups_of, points_of
+from twindisc_cli.campaign.groups import Effect, Group, effects_of, groups_of
 from twindisc_cli.campaign.table import Table
 from twindisc_cli.identify.regimes import Regime, regimes
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from twindisc_cli.campaign.shared import Common
-
 SEED = 1
 ENERGY, RATE = "T gamma / A [N/mm2]", "wear rate [um/km]"
-_RESULTS = {
-    "simulate-wear": ("depth [um]", "width [mm]", RATE),
-    "fit-k": ("K [1]", "depth [um]", "width [mm]"),
-    "thermal": ("rise [K]", "flash [K]"),
-    "contact": ("exact T over N [1]", "exact stick fraction [1]", "exact p0 [MPa]"),
-}
-"""What a map of each command shows."""
 _MOST_EFFECTS = 8
 
 
@@ -67,26 +54,6 @@ def outcome_of(table: Table) -> Outcome:
         rate=_regimes(table, table.numbers(RATE)),
         effects=tuple(effects_of(table)),
     )
-
-
-def figure_of(
-    command: str, table: Table, outcome: Outcome, shared: Sequence[Common], provenance: str
-) -> Callable[[], Figure] | None:
-    """The figure of a campaign, drawn when called; None where there is nothing to draw."""
-    from twindisc_cli.figures import campaign as figures
-
-    title, points = f"{table.rows} tests: {command}", points_of(table)
-    varied = [name for name in table.columns if name.partition(".")[2] and len(set(table.texts(name))) > 1]
-    shown = [name for name in _RESULTS.get(command, ()) if np.any(np.isfinite(table.numbers(name)))]
-    if len(points.mu):
-        return lambda: figures.friction(table, points, outcome.groups, title=title, provenance=provenance)
-    if varied and shown:
-        return lambda: figures.map_of(table, varied, shown, title=title, provenance=provenance)
-    if outcome.rate:
-        return lambda: figures.wear(table, outcome.k, outcome.rate, title=title, provenance=provenance)
-    if command == "close-loop":
-        return lambda: figures.effects(outcome.effects, shared, title=title, provenance=provenance)
-    return None
 
 
 def _regimes(table: Table, values: np.ndarray[Any, np.dtype[np.float64]]) -> tuple[Regime, ...]:

@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from twindisc_cli import __version__, terminal
+from twindisc_cli import terminal
 from twindisc_cli.commands._output import Output
 from twindisc_cli.commands._told import tell, write_depfile
 from twindisc_cli.definition import Test, dump, load, relocate
@@ -22,8 +22,10 @@ from twindisc_cli.errors import DefinitionError, MeasurementError, OutputError, 
 from twindisc_cli.physics.half_space import ContactError
 from twindisc_cli.results import Result
 from twindisc_cli.results.files import write_all
+from twindisc_cli.results.origin import Origin, Source
 from twindisc_cli.results.recorded import up_to_date, why
-from twindisc_cli.results.store import Origin, Source, images, plain, put
+from twindisc_cli.results.store import images, plain, put
+from twindisc_cli.version import __version__
 
 Progress = Callable[[str, float], None]
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from twindisc_cli import terminal
 from twindisc_cli.campaign import pool
-from twindisc_cli.campaign.outcome import figure_of, outcome_of
+from twindisc_cli.campaign.outcome import outcome_of
 from twindisc_cli.campaign.plan import Job, plan
 from twindisc_cli.campaign.table import Row, csv_text, dataset_of, parquet_bytes, table_of
 from twindisc_cli.commands import _runner
@@ -19,8 +19,9 @@ from twindisc_cli.commands._campaign_work import Order, Task, Work, compute, del
 from twindisc_cli.commands._output import Output
 from twindisc_cli.errors import DefinitionError, Problem, did_you_mean
 from twindisc_cli.results import Result, or_null
+from twindisc_cli.results.origin import Origin
 from twindisc_cli.results.recorded import up_to_date
-from twindisc_cli.results.store import Origin, write
+from twindisc_cli.results.store import write
 
 if TYPE_CHECKING:
     from twindisc_cli.campaign.shared import Common
@@ -145,6 +146,8 @@ def lost(job: Job, why: pool.Lost) -> Row:
 
 def _result(name: str, command: str, rows: Sequence[Row], shared: Sequence[Common]) -> tuple[Result, dict[str, bytes]]:
     """The table of a campaign and what it says as a result of its own, and its further files."""
+    from twindisc_cli.figures.campaign import figure_of
+
     columns = {test: found for common in shared for test, found in common.columns.items()}
     table = table_of([replace(row, found={**row.found, **columns.get(row.test, {})}) for row in rows])
     outcome = outcome_of(table)

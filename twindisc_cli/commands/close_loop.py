@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from twindisc_cli import __version__
 from twindisc_cli.commands._base import laws_beyond
 from twindisc_cli.commands._loop_data import dataset_of
 from twindisc_cli.definition import Test, dump, law_table
@@ -32,6 +31,7 @@ from twindisc_cli.report import told
 from twindisc_cli.report.close_loop import render
 from twindisc_cli.report.words import channel_name, listed, number, p_value, plain_name, unit, with_error
 from twindisc_cli.results import Result, or_null
+from twindisc_cli.version import __version__
 
 LINES = 10
 DIGITS = 7

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from twindisc_cli.campaign.groups import points_of
+from twindisc_cli.campaign.outcome import RATE, Outcome
 from twindisc_cli.figures.style import (
     BLACK,
     BLUE,
@@ -41,6 +43,13 @@ WIDE = 15.0
 MOST_PARAMETERS = 3
 """Parameters of groups that are drawn."""
 ENERGY = "$T\\gamma/A$ [N/mm²]"
+_RESULTS = {
+    "simulate-wear": ("depth [um]", "width [mm]", RATE),
+    "fit-k": ("K [1]", "depth [um]", "width [mm]"),
+    "thermal": ("rise [K]", "flash [K]"),
+    "contact": ("exact T over N [1]", "exact stick fraction [1]", "exact p0 [MPa]"),
+}
+"""What a map of each command shows."""
 
 
 def friction(table: Table, points: Points, groups: Sequence[Group], *, title: str, provenance: str) -> Figure:
@@ -212,3 +221,21 @@ def _value(text: str) -> str:
 def _last(name: str) -> str:
     """`normal load [N]` of `rig.normal load [N]`."""
     return name.rpartition(".")[2]
+
+
+def figure_of(
+    command: str, table: Table, outcome: Outcome, shared: Sequence[Common], provenance: str
+) -> Callable[[], Figure] | None:
+    """The figure of a campaign, drawn when called; None where there is nothing to draw."""
+    title, points = f"{table.rows} tests: {command}", points_of(table)
+    varied = [name for name in table.columns if name.partition(".")[2] and len(set(table.texts(name))) > 1]
+    shown = [name for name in _RESULTS.get(command, ()) if np.any(np.isfinite(table.numbers(name)))]
+    if len(points.mu):
+        return lambda: friction(table, points, outcome.groups, title=title, provenance=provenance)
+    if varied and shown:
+        return lambda: map_of(table, varied, shown, title=title, provenance=provenance)
+    if outcome.rate:
+        return lambda: wear(table, outcome.k, outcome.rate, title=title, provenance=provenance)
+    if command == "close-loop":
+        return lambda: effects(outcome.effects, shared, title=title, provenance=provenance)
+    return None

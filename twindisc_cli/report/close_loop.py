@@ -7,13 +7,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from twindisc_cli import __version__
 from twindisc_cli.definition import Test
 from twindisc_cli.effects import catalogue
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.channels._held_out import BANDS, EVERY
 from twindisc_cli.loop.diagnosis import Curve, Diagnosis, FoundEffect, NextExperiment
 from twindisc_cli.report import told, words
+from twindisc_cli.version import __version__
 
 
 def render(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None, *, figure: bytes) -> str:

@@ -6,7 +6,6 @@ import inspect
 from collections.abc import Mapping
 from textwrap import fill
 
-from twindisc_cli import __version__
 from twindisc_cli.effects._effect import Param
 from twindisc_cli.laws.law import Law, formula_text
 from twindisc_cli.laws.shapes import SHAPES
@@ -14,6 +13,7 @@ from twindisc_cli.laws.trial import formula
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.report.told import range_of, transfer_text
 from twindisc_cli.report.words import channel_name, sentence
+from twindisc_cli.version import __version__
 
 WIDTH = 116
 SEEN: Mapping[str, tuple[str, ...]] = {

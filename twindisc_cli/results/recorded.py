@@ -12,15 +12,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from twindisc_cli import __version__
 from twindisc_cli.digests import digest_of, digest_of_text
+from twindisc_cli.results.origin import SCHEMA, Origin
+from twindisc_cli.version import __version__
 
-if TYPE_CHECKING:
-    from twindisc_cli.results.store import Origin
-
-SCHEMA = 3
 _RECORD = b"\nrecord "
 _MARK = b"\nsha256 "
 _SHOWN = 3

@@ -9,18 +9,18 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from twindisc_cli import __version__
 from twindisc_cli.errors import ValidityError
 from twindisc_cli.results.files import write_all
-from twindisc_cli.results.recorded import SCHEMA, beside, sealed
+from twindisc_cli.results.origin import SCHEMA, Origin
+from twindisc_cli.results.recorded import beside, sealed
 from twindisc_cli.results.result import Array, Axis, Dataset, Result
+from twindisc_cli.version import __version__
 
 if TYPE_CHECKING:
     import h5py
@@ -37,36 +37,6 @@ _UNDATED: dict[str, dict[str, None]] = {
     "svg": {"Date": None, "Creator": None},
 }
 """What matplotlib would note of the day and of itself, by format."""
-
-
-@dataclass(frozen=True)
-class Source:
-    """A definition as it was read: sha256 of its text, and of each file that it names, by that name."""
-
-    definition: str
-    inputs: Mapping[str, str]
-
-
-@dataclass(frozen=True)
-class Origin:
-    """What a result was made from.
-
-    configs: the resolved definition as TOML, of the test first, then of further tests. inputs: sha256 of each measured
-    file by name. provenance: what kind of data they are. options: what else decides the result. sources: the same
-    definitions and files as they lie on the disk.
-    """
-
-    name: str
-    configs: tuple[str, ...]
-    inputs: Mapping[str, str]
-    provenance: str
-    options: Mapping[str, Any]
-    sources: tuple[Source, ...] = ()
-
-    def run_key(self, command: str) -> str:
-        """sha256 of version, command, definitions and inputs: the same key, the same result."""
-        parts = (SCHEMA, __version__, command, self.configs, dict(sorted(self.inputs.items())), self.options)
-        return sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 
 def images(

@@ -1,0 +1,44 @@
+"""What a result was made from, and the key that says whether it would be the same again."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from hashlib import sha256
+from typing import Any
+
+from twindisc_cli.version import __version__
+
+SCHEMA = 3
+"""Number of the form of result files."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """A definition as it was read: sha256 of its text, and of each file that it names, by that name."""
+
+    definition: str
+    inputs: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What a result was made from.
+
+    configs: the resolved definition as TOML, of the test first, then of further tests. inputs: sha256 of each measured
+    file by name. provenance: what kind of data they are. options: what else decides the result. sources: the same
+    definitions and files as they lie on the disk.
+    """
+
+    name: str
+    configs: tuple[str, ...]
+    inputs: Mapping[str, str]
+    provenance: str
+    options: Mapping[str, Any]
+    sources: tuple[Source, ...] = ()
+
+    def run_key(self, command: str) -> str:
+        """sha256 of version, command, definitions and inputs: the same key, the same result."""
+        parts = (SCHEMA, __version__, command, self.configs, dict(sorted(self.inputs.items())), self.options)
+        return sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
