@@ -7,6 +7,7 @@ forms, solvers of ordinary differential equations or the exact half-space solver
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.random import Generator
@@ -49,6 +50,43 @@ def shaft_with_pauses(rng: Generator, at_most: AtMost) -> Iterator[object]:
     yield at_most("  10 of them against an ODE solver", max(solved), 1e-6, "K")
 
 
+def loads_up_and_down(rng: Generator, at_most: AtMost) -> Iterator[object]:
+    """Histories of loads between a quarter and four times the rig's, against a march of the profile of its own."""
+    import load_march
+    import rigs
+
+    from twindisc_cli.model.experiment import Options
+    from twindisc_cli.model.forward import ForwardModel
+
+    mu, wear = 0.5, 6e-5
+    for contact, steps in (("hertz", 40), ("half_space", 30)):
+        deepest, traction, fallen = [], [], []
+        for _ in range(10):
+            count = int(rng.integers(3, 7))
+            ratio, creepage = np.exp(rng.uniform(np.log([[0.25], [0.002]]), np.log([[4.0], [0.02]]), (2, count)))
+            history = replace(rigs.history(creepage, 2), load_factor=np.repeat(ratio, 2))
+            options = Options(contact=contact, wear_coefficient=wear, traction="exact")
+            model = ForwardModel(rigs.experiment(history, options=options))
+            base = {"mu": np.array([mu]), "K": np.array([wear]), "convection_W_K": np.array([1.6])}
+            found, rig = model.predict(base), rigs.rig()
+            load = np.broadcast_to(found.state.normal_load / rig.normal_load, found.section.shape)
+            depth, at = found.paths.at(lambda path: path.depth, found.section, load)[0], model.points.of_iteration[1::2]
+            facet = 0.5 * np.cbrt(12.0 * found.section[0, -1] / rig.curvature_y)
+            half = max(1.1 * facet + 1.3 * float(rig.patch.b) * np.cbrt(ratio.max()), 1.25 * facet)
+            per_piece = wear / model.circumference_hardness * rigs.SPEED * 168.0
+            own = load_march.marched(
+                rig, contact, half * np.linspace(-1.0, 1.0, 141), loads=rigs.LOAD * ratio, creepage=creepage, mu=mu,
+                wear=per_piece, steps=steps,
+            )  # fmt: skip
+            deepest.append(100.0 * np.abs(depth[at].max(axis=1) / own[0] - 1.0).max())
+            traction.append(np.abs(found.state.traction_ratio[0, at] - own[1]).max())
+            fallen.append(-np.diff(depth, axis=0).min() / depth.max())
+        yield at_most(f"10 drawn histories of loads, {contact}: depth against a march", max(deepest), 0.5, "%")
+        yield at_most("  T/N", max(traction), 0.004)
+        yield at_most("  depth that came back, over the greatest", max(fallen), 1e-9)
+
+
 SECTIONS = {
+    "drawn: loads up and down": loads_up_and_down,
     "drawn: shaft with pauses": shaft_with_pauses,
 }

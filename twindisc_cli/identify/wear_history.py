@@ -11,7 +11,6 @@ from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.patch import Paths
-from twindisc_cli.model.wear_path import Scaled
 from twindisc_cli.physics.archard import worn_volume
 from twindisc_cli.physics.best_circle import fit_curvature
 
@@ -53,10 +52,9 @@ def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) ->
     state, wide = prediction.state, prediction.section.shape
     paths = prediction.paths
     load = np.broadcast_to(state.normal_load / state.nominal_load, wide)[0, at]
-    scaled = paths.scaling.to(load)
-    own = prediction.section[:, at] / scaled.section
-    y, depth = _profiles(paths, own, scaled)
-    patch = paths.patch(prediction.section[:, at], load)
+    section = prediction.section[:, at]
+    y, depth = _profiles(paths, section, load)
+    patch = paths.patch(section, load)
     share = np.broadcast_to(state.disc1_share, wide)[0, at][:, None]
     height, disc1_height = -(1.0 - share) * depth, -share * depth
     return WearHistory(
@@ -79,14 +77,14 @@ def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) ->
         ),
         a=patch.a[0],
         b=patch.b[0],
-        p0=paths.at(lambda path: path.p0, own)[0] * load / (scaled.along * scaled.across),
+        p0=paths.peak_pressure(section, load)[0],
         error=max(path.error for path in paths.paths),
         pressure_error=max(path.pressure_error for path in paths.paths),
     )
 
 
-def _profiles(paths: Paths, own: Floats, scaled: Scaled) -> tuple[Floats, Floats]:
-    """Worn depth of both discs [m] on strips y [m], (iteration, strip), at sections of the paths (1, iteration)."""
+def _profiles(paths: Paths, section: Floats, load: Floats) -> tuple[Floats, Floats]:
+    """Worn depth of both discs [m] on strips y [m], (iteration, strip), at sections [m2] (1, iteration) and loads."""
     widest = max((path.y for path in paths.paths), key=lambda strips: float(strips[-1]))
 
     def depth(path_y: Floats, rows: Floats) -> Floats:
@@ -94,7 +92,8 @@ def _profiles(paths: Paths, own: Floats, scaled: Scaled) -> tuple[Floats, Floats
             return rows
         return np.array([np.interp(widest, path_y, row, left=0.0, right=0.0) for row in rows])
 
-    found = paths.at(lambda path: depth(path.y, path.depth), own)[0] * scaled.height[:, None]
+    scaled = paths.profile_scale(load)
+    found = paths.at(lambda path: depth(path.y, path.depth), section, load)[0] * scaled.height[:, None]
     scale = scaled.across
     if np.all(scale == 1.0):
         return widest, found

@@ -275,7 +275,7 @@ class Problem:
 
     def followed(self, theta: Floats) -> Problem:
         """The same problem on the tracks of inner parameters (parameter,) nearby, for which no march is needed."""
-        if not self.is_local:
+        if not (self.is_local or any(case.model.loads_change for case in self.cases)):
             return self
         return replace(self, tracks=[prediction.paths.first for prediction in self.predict(theta[None])])
 

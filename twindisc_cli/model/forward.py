@@ -7,15 +7,15 @@
     S  = integral of (K/H) P dt / (2 pi R),  profile and patch from the wear path  wear
     rho C v dT/dt = P - h S (T - T_env)                                            heat (Eq. 18)
 
-Load, speed and yaw are those of each step; in a pause nothing rolls, and the disc cools. Under a load that changes, the
-worn profile is taken for the one that the present load makes with the same section.
+Load, speed and yaw are those of each step; in a pause nothing rolls, and the disc cools. Every load finds the profile
+that those before it have left.
 The stages feed each other (a worn patch is stiffer, a warm disc may slide more easily), so the chain is passed until
 energy, temperature and wear stand still. Everything is vectorised over parameter sets: arrays are (set, point).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Literal
@@ -29,7 +29,7 @@ from twindisc_cli.laws.law import Law
 from twindisc_cli.model import worn
 from twindisc_cli.model.base import BaseParameters, column
 from twindisc_cli.model.experiment import Contact, Experiment, Floats
-from twindisc_cli.model.patch import OwnPaths, Patch, Paths, WeightedPaths, strips_passed, weighted_paths
+from twindisc_cli.model.patch import AnyPath, OwnPaths, Patch, Paths, WeightedPaths, strips_passed, weighted_paths
 from twindisc_cli.model.points import Points, operating_points
 from twindisc_cli.model.surface import Stops, recorded_sections, worn_surface
 from twindisc_cli.model.traction_law import traction_law
@@ -37,11 +37,16 @@ from twindisc_cli.model.wear_path import (
     CREEPAGES,
     SHARES,
     Course,
+    LoadHistory,
+    Scaled,
     WearPath,
+    carried_path,
     first_section,
     local_paths,
     wear_path,
+    weights_on,
 )
+from twindisc_cli.model.wear_path.carried import PIECE
 from twindisc_cli.physics import combined, disc_heat, polach, spin
 from twindisc_cli.physics.flash import flash_temperature
 
@@ -51,6 +56,8 @@ SPIN_ARM_OF_A_LINE = 0.5
 with <x^2> = a^2 / 4 under the pressure; what it does along y cancels to first order."""
 SETTLED, COUNTED = 1e-7, 1e-4
 """Change of the energy in a pass at which the chain stands still, and at which a march of local wear may begin."""
+MOST_MARCHES, MARCHED = 4, 1e-3
+"""How often a history of loads is marched through, and the relative change of the sections at which that ends."""
 _STANDING = 1e-9
 """A speed [m/s] at which nothing rolls."""
 Parameters = Mapping[str, Floats]
@@ -106,6 +113,12 @@ class ForwardModel:
         return rig.disc2.rolling_radius if np.isfinite(rig.disc2.rolling_radius) else rig.disc1.rolling_radius
 
     @cached_property
+    def loads_change(self) -> bool:
+        """Whether the load changes such that the worn profile depends on the history; along a line it never does."""
+        loads = self.experiment.history.load_factor[self.experiment.history.driven]
+        return not self.experiment.rig.is_line and bool(len(loads) and np.ptp(np.log(loads)) > PIECE)
+
+    @cached_property
     def reach(self) -> float:
         """Largest worn section the paths are made for [m2]: four times the recorded or the declared one."""
         rig, profile = self.experiment.rig, self.experiment.measured.profile
@@ -139,9 +152,9 @@ class ForwardModel:
 
         effects  parameters of each effect, (set,), beside those that the test declares
         trial    effects by name that are not in the catalogue
-        marched  where K differs from strip to strip, the sets for which a march tells what it makes of profile and
-                 patch: each; the first, after which all of them go; none, and only what is taken off is counted; or
-                 the paths of a prediction nearby, which all of them go
+        marched  where K differs from strip to strip or the load changes, the sets for which a march tells what that
+                 makes of profile and patch: each; the first, after which all of them go; none, and only what is taken
+                 off is counted; or the paths of a prediction nearby, which all of them go
         profiled whether the measured profiles are asked for; without them there is no worn surface
         """
         base = BaseParameters.of(base)
@@ -149,10 +162,8 @@ class ForwardModel:
         known = {**catalogue(), **(trial or {})}
         acting = [(known[name], columns) for name, columns in self._all_effects(effects or {}, sets).items()]
         chain = _Chain(self, base.columns(sets), acting, sets, None if isinstance(marched, str) else marched)
-        if marched in ("each", "first") and chain.is_local:
-            counted = chain.settled(chain._blank, COUNTED)
-            chain = replace(chain, own=chain.marched(counted, slice(1 if marched == "first" else None)))
-            state = chain.settled(counted)
+        if marched in ("each", "first") and chain.needs_march:
+            chain, state = chain.on_marched(slice(1 if marched == "first" else None))
         else:
             state = chain.settled(chain._blank)
         return chain.read(state, profiled=profiled)
@@ -184,6 +195,12 @@ def _standing(last: State, state: State, within: float) -> bool:
     return energy < within and max(warmth, wear) < 100.0 * within
 
 
+def _as_it_is(load_ratio: Floats) -> Scaled:
+    """The scale of what is not taken to another load."""
+    one = np.ones_like(load_ratio)
+    return Scaled(one, one, one)
+
+
 @dataclass(frozen=True)
 class _Chain:
     """The stages, for one list of parameter sets."""
@@ -201,6 +218,35 @@ class _Chain:
             if _standing(last, state, within):
                 break
         return state
+
+    @property
+    def needs_march(self) -> bool:
+        """Whether no path of one load and one K all over holds for the history."""
+        return self.is_local or self.model.loads_change
+
+    def on_marched(self, of: slice) -> tuple[_Chain, State]:
+        """The chain on paths of its own history, and what settles on them.
+
+        Where loads change, the march goes again until it has passed the sections that are worn on what it finds.
+        """
+        state = self.settled(self._blank, COUNTED)
+        for _ in range(MOST_MARCHES):
+            passed = self.section(state)
+            chain = replace(self, own=self.marched(state, of))
+            state = chain.settled(state)
+            section = chain.section(state)
+            if self._one_load(state, section) or np.allclose(section, passed, rtol=MARCHED):
+                break
+        return chain, state
+
+    def _one_load(self, state: State, section: Floats) -> bool:
+        """Whether no set wears under loads that differ; along a line they make no difference."""
+        return self.model.experiment.rig.is_line or not any(loads.changes for loads in self._loads(state, section))
+
+    def _loads(self, state: State, section: Floats) -> list[LoadHistory]:
+        """Sections and loads of every set."""
+        ratio = np.broadcast_to(state.normal_load / state.nominal_load, section.shape)
+        return [LoadHistory(np.maximum.accumulate(row), loads) for row, loads in zip(section, ratio, strict=True)]
 
     def start(self) -> State:
         """The operating points before anything is known of energy and temperature."""
@@ -315,8 +361,7 @@ class _Chain:
         ratio = before.normal_load / before.nominal_load
         section = self.section(before)
         paths = self._paths(before, section)
-        own = section / paths.scaling.to(ratio).section
-        index = state.wear_index[..., None] * paths.read(WearPath.spread_at, own, state.normalised_creepage)
+        index = state.wear_index[..., None] * paths.read(WearPath.spread_at, section, ratio, state.normalised_creepage)
         factor = self._by_index(index.reshape(self.sets, -1)).reshape(index.shape) @ SHARES
         if self._local_laws:
             place, load, passes = strips_passed(paths, section, ratio, state.cycles)
@@ -325,18 +370,11 @@ class _Chain:
         return state.replace(wear_factor=state.wear_factor * factor)
 
     def marched(self, state: State, of: slice) -> Paths:
-        """The paths on which each strip wears by its own K through a state's history, of every set or of the first."""
+        """The paths on which the strips wear through a state's history, of every set or of the first."""
         section = self.section(state)
         paths = self._weighted(state, section)
-        scaled = paths.scaling.to(np.broadcast_to(state.normal_load / state.nominal_load, section.shape))
-        own = np.maximum.accumulate(section / scaled.section, axis=1)
-        pace = state.power / np.maximum(state.rolling_speed, _STANDING) / (scaled.along * scaled.across)
-        creepage, cycles = (np.broadcast_to(v, own.shape)[of] for v in (state.normalised_creepage, state.cycles))
-        course = Course(own[of], pace[of], creepage, cycles)
-        rig, factors = self.model.experiment.rig, partial(self._factors, of=of)
-        by_place = any(law.covariate == "place" for law in self._local_laws)
-        found = [local_paths(rig, path, course, factors, by_place=by_place) for path in paths.parts]
-        if len(own[of]) < self.sets:
+        found = [self._local_or_carried(path, state, section, of) for path in paths.parts if isinstance(path, WearPath)]
+        if len(found[0]) < self.sets:
             return replace(paths, parts=[part[0] for part in found])
         weights = [np.broadcast_to(weight, (self.sets, 1)) for weight in paths.weights]
         return OwnPaths(
@@ -345,6 +383,38 @@ class _Chain:
                 for i in range(self.sets)
             ]
         )
+
+    def _local_or_carried(self, path: WearPath, state: State, section: Floats, of: slice) -> list[AnyPath]:
+        """The path of each of some sets, with the contact and wander of a path of one load and one K."""
+        by_place = any(law.covariate == "place" for law in self._local_laws)
+        if self._one_load(state, section):
+            course = self._course(state, section, path.profile_scale, of)
+            factors = partial(self._factors, of=of)
+            return [*local_paths(self.model.experiment.rig, path, course, factors, by_place=by_place)]
+        course, found = self._course(state, section, _as_it_is, of), list[AnyPath]()
+        for number, loads in enumerate(self._loads(state, section)[of]):
+            one = slice(number, number + 1)
+            weights = partial(weights_on, course=course.of(one), factors=partial(self._factors, of=one))
+            found.append(
+                carried_path(
+                    self.model.experiment.rig,
+                    path.contact,
+                    loads,
+                    wander=path.wander,
+                    start=path.start,
+                    weights=weights if self.is_local else None,
+                    by_place=by_place,
+                )
+            )
+        return found
+
+    def _course(self, state: State, section: Floats, scale: Callable[[Floats], Scaled], of: slice) -> Course:
+        """The history of some sets as strips see it, under the load of a path."""
+        scaled = scale(np.broadcast_to(state.normal_load / state.nominal_load, section.shape))
+        own = np.maximum.accumulate(section / scaled.section, axis=1)
+        pace = state.power / np.maximum(state.rolling_speed, _STANDING) / (scaled.along * scaled.across)
+        creepage, cycles = (np.broadcast_to(v, own.shape) for v in (state.normalised_creepage, state.cycles))
+        return Course(own, pace, creepage, cycles).of(of)
 
     def _friction(self, state: State) -> State:
         mu = np.broadcast_to(self._at_points(self.base.mu), state.creepage.shape)
@@ -488,7 +558,7 @@ class _Chain:
         profile, stops = self.model.experiment.measured.profile, None
         if profile is not None and profiled:
             stops = Stops.of(profile, points)
-            surface = worn_surface(self._paths(state, section), state, section, stops)
+            surface = worn_surface(self._paths(state, section).through(section), state, section, stops)
             state = state.replace(surface=replace(surface, give=self._give(state, section, stops)))
         state = self._apply("sensor", self._apply("surface", state))
         wide = section.shape

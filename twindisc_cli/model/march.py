@@ -9,7 +9,7 @@ Steps: half-space contact is implicit in the load (backward differences of order
 die out much faster than it grows; w is that of the node before. With r a step over the one before it, the mean of du/dS
 over the step is that of the step before times r / (1 + 2 r), and that at its end times (1 + r) / (1 + 2 r). Contact
 "hertz" refits the best circle inside the patch and keeps the ellipse; it goes by an explicit midpoint rule with small
-steps.
+steps. Under a load that changes, a step of no section presses the profile as it is with the new one.
 """
 
 from __future__ import annotations
@@ -32,6 +32,8 @@ SETTLED = 1e-2
 FEWEST = 2
 """Strips on either side of the middle one that a circle is fitted to, at least; a pressure hangs on more than these."""
 FINE = np.linspace(0.0, 1.0, 9)
+MIRRORED = 1e-12
+"""Difference of both sides of a gap, over its range, that is none."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +73,23 @@ class March:
     carried: Floats
 
 
+@dataclass(frozen=True)
+class _Way:
+    """What is marched: strips y [m], sections `nodes` [m2] and the load [N] at each, and how the load is spread.
+
+    rise [m] of the new discs (strip,); spread: shares of the line load of each strip on each (strip, strip).
+    """
+
+    rig: Rig
+    y: Floats
+    nodes: Floats
+    loads: Floats
+    spread: Floats
+    rise: Floats
+    cases: int
+    weights: Weights
+
+
 def even(step: int, y: Floats, loaded: Loaded) -> Floats:
     """One wear coefficient all over the track."""
     return np.ones_like(loaded.line_load)
@@ -88,6 +107,7 @@ def march(
     mirrored: bool = True,
     start: Start | None = None,
     settled: float = SETTLED,
+    loads: Floats | None = None,
 ) -> March:
     """Wear the unworn discs through the sections `nodes` [m2] on uniform strips y, an odd number about 0.
 
@@ -95,17 +115,19 @@ def march(
     mirrored  the weights are the same on both sides of the track
     start     how the unworn discs depart from their nominal shapes
     settled   change of the line load, over its largest, at which a step in half-space contact is left
+    loads     over the rig's load, on the way to each of the nodes [1]; the rig's if not given
     """
-    spread = spreading(y, wander) / rig.normal_load
     rise = np.zeros_like(y) if start is None else start.on(y)
+    loads = rig.normal_load * (np.ones_like(nodes) if loads is None else loads)
+    way = _Way(rig, y, nodes, loads, spreading(y, wander), rise, cases, weights)
     if contact == "hertz":
-        return _march_hertz(rig, y, nodes, spread, cases, weights, rise)
+        return _march_hertz(way)
     if start is not None or not mirrored:
-        return _march_half_space(rig, y, nodes, spread, cases, weights, rise, settled, mirrored=False)
+        return _march_half_space(way, settled, mirrored=False)
     middle = len(y) // 2
-    folded = spread[middle:, middle:].copy()
-    folded[:, 1:] += spread[middle:, :middle][:, ::-1]
-    half = _march_half_space(rig, y[middle:], nodes, folded, cases, weights, rise[middle:], settled, mirrored=True)
+    folded = way.spread[middle:, middle:].copy()
+    folded[:, 1:] += way.spread[middle:, :middle][:, ::-1]
+    half = _march_half_space(replace(way, y=y[middle:], spread=folded, rise=rise[middle:]), settled, mirrored=True)
     return March(_unfolded(half.depth), half.contact, _unfolded(half.carried))
 
 
@@ -122,54 +144,75 @@ def spreading(y: Floats, wander: float) -> Floats:
     return np.asarray(kernel / kernel.sum(axis=0))
 
 
-def _march_half_space(
-    rig: Rig,
-    y: Floats,
-    nodes: Floats,
-    spread: Floats,
-    cases: int,
-    weights: Weights,
-    rise: Floats,
-    settled: float,
-    *,
-    mirrored: bool,
-) -> March:
-    gap = np.tile(0.5 * rig.curvature_y * y**2 - rise, (cases, 1))
-    strips = Strips.of(
+def _march_half_space(way: _Way, settled: float, *, mirrored: bool) -> March:
+    gap = np.tile(0.5 * way.rig.curvature_y * way.y**2 - way.rise, (way.cases, 1))
+    strips = _strips(way.rig, way.y, (way.cases,), way.loads[0], mirrored=mirrored)
+    found = last = strips.pressed(gap)
+    loss = rate = np.zeros_like(gap)
+    depths, contacts, means, before = [loss], [found], [found.line_load], np.inf
+    for number, (step, load) in enumerate(zip(np.diff(way.nodes), way.loads[1:], strict=True)):
+        if step == 0.0:
+            strips, before = replace(strips, load=np.full_like(strips.load, load)), np.inf
+            found = strips.pressed(gap + loss)
+        else:
+            ratio = step / before
+            new = (1.0 + ratio) / (1.0 + 2.0 * ratio)
+            favoured = way.weights(number, way.y, _loaded(found, load))
+            guess = _ahead(last, found, ratio)
+            last, before = found, step
+            found = strips.pressed(
+                gap + loss + (1.0 - new) * step * rate,
+                compliance=new * step / load * way.spread * favoured[:, None, :],
+                start=guess,
+                relative_accuracy=settled,
+            )
+            rate = (1.0 - new) * rate + new * _worn(way.spread / load, favoured, found.line_load, mirrored=mirrored)
+            means.append((1.0 - new) * means[-1] + new * found.line_load)
+            loss = loss + step * rate
+        depths.append(loss)
+        contacts.append(found)
+    pressed = _pressed(_stacked(contacts), way.loads[:, None], mirrored)
+    return March(np.stack(depths, axis=1), pressed, np.stack(means[1:], axis=1))
+
+
+def _strips(rig: Rig, y: Floats, cases: tuple[int, ...], load: float, *, mirrored: bool) -> Strips:
+    """The strips of a rig under a load [N]."""
+    return Strips.of(
         y=y,
-        cases=(cases,),
+        cases=cases,
         curvature_x=rig.curvature_x,
-        normal_load=rig.normal_load,
+        normal_load=load,
         effective_modulus=rig.effective_modulus,
         mirrored=mirrored,
     )
-    found = last = strips.pressed(gap)
-    loss = rate = mean = np.zeros_like(gap)
-    depths, contacts, means, before = [loss], [found], [], np.inf
-    for number, step in enumerate(np.diff(nodes)):
-        ratio = step / before
-        new = (1.0 + ratio) / (1.0 + 2.0 * ratio)
-        favoured = weights(number, y, _loaded(found, rig.normal_load))
-        guess = _ahead(last, found, ratio)
-        last, before = found, step
-        found = strips.pressed(
-            gap + loss + (1.0 - new) * step * rate,
-            compliance=new * step * spread * favoured[:, None, :],
-            start=guess,
-            relative_accuracy=settled,
-        )
-        rate = (1.0 - new) * rate + new * _worn(spread, favoured, found.line_load, mirrored=mirrored)
-        mean = (1.0 - new) * mean + new * found.line_load
-        loss = loss + step * rate
-        depths.append(loss)
-        contacts.append(found)
-        means.append(mean)
+
+
+def _stacked(contacts: list[StripContact]) -> StripContact:
+    """Contacts at nodes as one, (case, node)."""
     load, length, approach = (
         np.stack([getattr(contact, name) for contact in contacts], axis=1)
         for name in ("line_load", "half_length", "approach")
     )
-    pressed = _pressed(StripContact(y, length, load, approach), rig.normal_load, mirrored)
-    return March(np.stack(depths, axis=1), pressed, np.stack(means, axis=1))
+    return StripContact(contacts[0].y, length, load, approach)
+
+
+def pressed_on(rig: Rig, contact: Contact, y: Floats, gap: Floats, load: float) -> Pressed:
+    """The contact of worn discs as they are, of gaps (node, strip) [m] under a load [N]; quantities (1, node)."""
+    if contact == "hertz":
+        circle = _BestCircle.on(replace(rig, normal_load=load), y)
+        a, b = circle.axes(circle.curvature(gap - 0.5 * rig.curvature_y * y**2))
+        return circle.pressed(a[None], b[None], load)
+    mirrored = bool(np.abs(gap - gap[:, ::-1]).max() <= MIRRORED * np.ptp(gap))
+    side = slice(len(y) // 2 if mirrored else 0, None)
+    strips = _strips(rig, y[side], gap.shape[:1], load, mirrored=mirrored)
+    found = strips.pressed(gap[:, side])
+    found = replace(
+        found,
+        line_load=found.line_load[None],
+        half_length=found.half_length[None],
+        approach=found.approach[None],
+    )
+    return _pressed(found, np.full((1, 1), load), mirrored)
 
 
 def _ahead(last: StripContact, found: StripContact, part: float) -> StripContact:
@@ -197,14 +240,14 @@ def _total(values: Floats, mirrored: bool) -> Floats:
     return np.asarray(2.0 * whole - values[:, :1] if mirrored else whole)
 
 
-def _loaded(contact: StripContact, normal_load: float) -> Loaded:
-    """The strips of a contact, half-space or one side of it."""
+def _loaded(contact: StripContact, normal_load: Floats | float) -> Loaded:
+    """The strips of a contact, half-space or one side of it, under loads [N]."""
     load, across = contact.line_load, 2.0 * normal_load * contact.half_length
     return Loaded(load, np.divide(load, across, out=np.zeros_like(load), where=across > 0.0))
 
 
-def _pressed(contact: StripContact, normal_load: float, mirrored: bool) -> Pressed:
-    """The contact at the nodes (case, node)."""
+def _pressed(contact: StripContact, normal_load: Floats, mirrored: bool) -> Pressed:
+    """The contact at the nodes (case, node), under loads (node, 1) [N]."""
     if mirrored:
         y = np.concatenate([-contact.y[:0:-1], contact.y])
         contact = replace(
@@ -256,31 +299,36 @@ def _integral(y: Floats, values: Floats, ends: Floats) -> Floats:
     return np.asarray((1.0 - part) * np.take_along_axis(sums, left, -1) + part * np.take_along_axis(sums, left + 1, -1))
 
 
-def _march_hertz(
-    rig: Rig, y: Floats, nodes: Floats, spread: Floats, cases: int, weights: Weights, rise: Floats
-) -> March:
-    circle = _BestCircle.on(rig, y)
-    worn, curvature = np.zeros((cases, len(y))), np.full(cases, rig.curvature_y)
-    if rise.any():
-        curvature = circle.curvature(worn - rise)
+def _march_hertz(way: _Way) -> March:
+    rig, y = way.rig, way.y
+    circle = _BestCircle.on(replace(rig, normal_load=float(way.loads[0])), y)
+    worn, curvature = np.zeros((way.cases, len(y))), np.full(way.cases, rig.curvature_y)
+    if way.rise.any():
+        curvature = circle.curvature(worn - way.rise)
     depths, curvatures, means = [worn], [curvature], []
-    for number, step in enumerate(np.diff(nodes)):
+    for number, (step, load) in enumerate(zip(np.diff(way.nodes), way.loads[1:], strict=True)):
+        if step == 0.0:
+            circle = _BestCircle.on(replace(rig, normal_load=float(load)), y)
+            curvature = circle.curvature(worn - way.rise)
         loss = worn
-        for share in (0.5, 1.0):
-            pressed = circle.pressed(*circle.axes(curvature))
-            loss = worn + share * step * _worn(spread, weights(number, y, pressed), pressed.line_load, mirrored=False)
-            curvature = circle.curvature(loss - rise)
+        for share in (0.5, 1.0) if step else ():
+            pressed = circle.pressed(*circle.axes(curvature), load)
+            favoured = way.weights(number, y, pressed)
+            loss = worn + share * step * _worn(way.spread / load, favoured, pressed.line_load, mirrored=False)
+            curvature = circle.curvature(loss - way.rise)
+            if share == 1.0:
+                means.append(pressed.line_load)
         worn = loss
         depths.append(worn)
         curvatures.append(curvature)
-        means.append(pressed.line_load)
     ellipse = hertz.contact_ellipse(
         curvature_x=rig.curvature_x,
         curvature_y=np.stack(curvatures, axis=1),
-        normal_load=rig.normal_load,
+        normal_load=way.loads,
         effective_modulus=rig.effective_modulus,
     )
-    return March(np.stack(depths, axis=1), circle.pressed(ellipse.a, ellipse.b), np.stack(means, axis=1))
+    contact = circle.pressed(ellipse.a, ellipse.b, way.loads)
+    return March(np.stack(depths, axis=1), contact, np.stack(means, axis=1))
 
 
 @dataclass(frozen=True)
@@ -346,14 +394,14 @@ class _BestCircle:
         a, b = (np.exp(np.interp(at, known, values)) for values in axes)
         return a, b
 
-    def pressed(self, a: Floats, b: Floats) -> Pressed:
-        """Hertz ellipses with semi-axes (...) [m], their line load integrated over each strip."""
-        load, half_strip = self.rig.normal_load, 0.5 * (self.y[1] - self.y[0])
+    def pressed(self, a: Floats, b: Floats, load: Floats | float) -> Pressed:
+        """Hertz ellipses with semi-axes (...) [m] under loads (...) [N], their line load integrated over each strip."""
+        half_strip, whole = 0.5 * (self.y[1] - self.y[0]), np.asarray(load)[..., None]
         outer, inner = (np.clip((self.y + side) / b[..., None], -1.0, 1.0) for side in (half_strip, -half_strip))
-        integral = 0.75 * load * ((outer - outer**3 / 3.0) - (inner - inner**3 / 3.0))
+        integral = 0.75 * whole * ((outer - outer**3 / 3.0) - (inner - inner**3 / 3.0))
         line_load = integral / (2.0 * half_strip)
         # g / (2 a(y) N) with a(y) = a sqrt(1 - y^2 / b^2), and the root is that of g over its largest
-        intensity = 0.375 / (a * b)[..., None] * np.sqrt(line_load * b[..., None] / (0.75 * load))
+        intensity = 0.375 / (a * b)[..., None] * np.sqrt(line_load * b[..., None] / (0.75 * whole))
         area = np.pi * a * b
         return Pressed(line_load, intensity, a, b, 1.5 * load / area, area, np.zeros_like(a), np.ones_like(a))
 
@@ -371,7 +419,7 @@ def _crossing(excess: Floats) -> Floats:
     return np.asarray(FINE[right - 1] - low / (high - low) * (FINE[right] - FINE[right - 1]))
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=64)
 def _table(rig: Rig) -> Floats:
     """Logarithms of the relative transverse curvature [1/m] and of the semi-axes a, b [m], (3, curvature)."""
     curvatures = rig.curvature_y * np.concatenate([FLAT, np.geomspace(1e-4, 10.0, 400)])

@@ -1,7 +1,8 @@
 """The contact at every operating point, read off the wear paths.
 
-A path is computed for one load and one lateral wander. Between wanders it is interpolated (cubic, on a fixed grid in
-units of the unworn half-width b); to another load it is scaled as its `Scaling` says, which is exact without wander.
+A path is computed for one load, or one history of loads, and one lateral wander. Between wanders it is interpolated
+(cubic, on a fixed grid in units of the unworn half-width b); a path of one load is scaled to another as its `Scaling`
+says, which is exact without wander where the load never changes.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from twindisc_cli.model.experiment import Contact, Floats
 from twindisc_cli.model.interpolation import cubic_weights
 from twindisc_cli.model.path_table import WANDERS
-from twindisc_cli.model.wear_path import Scaling, WearPath
+from twindisc_cli.model.wear_path import CarriedPath, Scaled, WearPath
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,9 @@ class Patch:
         return self.a / self.b
 
 
+AnyPath = WearPath | CarriedPath
+
+
 class Paths(ABC):
     """What contact and profile are on the way of each parameter set."""
 
@@ -45,45 +49,60 @@ class Paths(ABC):
 
     @property
     @abstractmethod
-    def paths(self) -> Sequence[WearPath]:
+    def paths(self) -> Sequence[AnyPath]:
         """The wear paths that are added up, of the first set where each has its own."""
 
     @abstractmethod
-    def read(self, quantity: Callable[..., Floats], *where: Floats) -> Floats:
-        """What `quantity` reads off a path at worn sections [m2] and whatever else, (set, point): (set, point, ...)."""
+    def read(self, quantity: Callable[..., Floats], section: Floats, load_ratio: Floats, *where: Floats) -> Floats:
+        """What `quantity` reads off a path, as it stands there, (set, point, ...).
 
-    def at(self, values: Callable[[WearPath], Floats], section: Floats) -> Floats:
-        """A quantity (node, ...) of the paths at worn sections (set, point) [m2]: (set, point, ...)."""
-        return self.read(lambda path, own: path.at(values(path), own), section)
+        section: worn so far [m2]; load_ratio: load over the rig's [1]; and whatever else is asked for, (set, point).
+        """
+
+    @abstractmethod
+    def through(self, section: Floats) -> Paths:
+        """The profiles of histories whose sections (set, point) [m2] are not those of these paths, but near."""
+
+    def at(self, values: Callable[[WearPath], Floats], section: Floats, load_ratio: Floats | float = 1.0) -> Floats:
+        """A quantity (node, ...) of the paths at worn sections (set, point) [m2] and loads: (set, point, ...)."""
+        return self.read(lambda path, own: path.at(values(path), own), section, np.asarray(load_ratio))
 
     def patch(self, section: Floats, load_ratio: Floats) -> Patch:
-        """The contact at worn sections (set, point) [m2] under `load_ratio` times the load of the paths."""
-        scaled = self.scaling.to(load_ratio)
-        own, area = section / scaled.section, scaled.along * scaled.across
+        """The contact at worn sections (set, point) [m2] under `load_ratio` times the rig's load."""
+        scaled = self.contact_scale(load_ratio)
+        area = scaled.along * scaled.across
         return Patch(
-            stiffness=self.at(lambda path: path.stiffness, own) * area,
-            stiffness_y=self.at(lambda path: path.stiffness_y, own) * area,
-            area=self.at(lambda path: path.area, own) * area,
-            a=self.at(lambda path: path.a, own) * scaled.along,
-            b=self.at(lambda path: path.b, own) * scaled.across,
-            square=self.at(lambda path: path.square, own),
+            stiffness=self.at(lambda path: path.stiffness, section, load_ratio) * area,
+            stiffness_y=self.at(lambda path: path.stiffness_y, section, load_ratio) * area,
+            area=self.at(lambda path: path.area, section, load_ratio) * area,
+            a=self.at(lambda path: path.a, section, load_ratio) * scaled.along,
+            b=self.at(lambda path: path.b, section, load_ratio) * scaled.across,
+            square=self.at(lambda path: path.square, section, load_ratio),
         )
 
-    @property
-    def scaling(self) -> Scaling:
-        """How these paths go over to another load."""
-        return self.paths[0].scaling
+    def peak_pressure(self, section: Floats, load_ratio: Floats) -> Floats:
+        """p0 [Pa] at worn sections (set, point) [m2] under `load_ratio` times the rig's load."""
+        scaled, load = self.contact_scale(load_ratio), self.paths[0].load_scale(load_ratio)
+        return self.at(lambda path: path.p0, section, load_ratio) * load / (scaled.along * scaled.across)
+
+    def profile_scale(self, load_ratio: Floats) -> Scaled:
+        """From the profiles of these paths to those under so many times the rig's load."""
+        return self.paths[0].profile_scale(load_ratio)
+
+    def contact_scale(self, load_ratio: Floats) -> Scaled:
+        """From the contacts of these paths to those under so many times the rig's load."""
+        return self.paths[0].contact_scale(load_ratio)
 
 
 @dataclass(frozen=True)
 class WeightedPaths(Paths):
     """Wear paths whose weighted sum is the path of each parameter set; weights (set, 1)."""
 
-    parts: Sequence[WearPath]
+    parts: Sequence[AnyPath]
     weights: Sequence[Floats]
 
     @property
-    def paths(self) -> Sequence[WearPath]:
+    def paths(self) -> Sequence[AnyPath]:
         """The wear paths that are added up."""
         return self.parts
 
@@ -91,11 +110,14 @@ class WeightedPaths(Paths):
     def first(self) -> Paths:  # noqa: D102
         return replace(self, weights=[weight[:1] for weight in self.weights])
 
-    def read(self, quantity: Callable[..., Floats], *where: Floats) -> Floats:  # noqa: D102
-        found = [quantity(path, *where) for path in self.parts]
-        extra = found[0].ndim - where[0].ndim
+    def read(self, quantity: Callable[..., Floats], section: Floats, load_ratio: Floats, *where: Floats) -> Floats:  # noqa: D102
+        found = [path.read(quantity, section, load_ratio, *where) for path in self.parts]
+        extra = found[0].ndim - section.ndim
         parts = [w[(..., *[None] * extra)] * f for w, f in zip(self.weights, found, strict=True)]
         return np.asarray(sum(parts[1:], parts[0]))
+
+    def through(self, section: Floats) -> WeightedPaths:  # noqa: D102
+        return replace(self, parts=[path.through(section) for path in self.parts])
 
 
 @dataclass(frozen=True)
@@ -105,7 +127,7 @@ class OwnPaths(Paths):
     sets: Sequence[WeightedPaths]
 
     @property
-    def paths(self) -> Sequence[WearPath]:
+    def paths(self) -> Sequence[AnyPath]:
         """The wear paths that are added up, of the first set."""
         return self.sets[0].parts
 
@@ -113,9 +135,12 @@ class OwnPaths(Paths):
     def first(self) -> Paths:  # noqa: D102
         return self.sets[0].first
 
-    def read(self, quantity: Callable[..., Floats], *where: Floats) -> Floats:  # noqa: D102
-        rows = zip(self.sets, *where, strict=True)
+    def read(self, quantity: Callable[..., Floats], section: Floats, load_ratio: Floats, *where: Floats) -> Floats:  # noqa: D102
+        rows = zip(self.sets, section, np.broadcast_to(load_ratio, section.shape), *where, strict=True)
         return np.concatenate([own.read(quantity, *(values[None] for values in row)) for own, *row in rows])
+
+    def through(self, section: Floats) -> Paths:  # noqa: D102
+        return OwnPaths([own.through(section[i : i + 1]) for i, own in enumerate(self.sets)])
 
 
 def strips_passed(paths: Paths, section: Floats, load_ratio: Floats, cycles: Floats) -> tuple[Floats, Floats, Floats]:
@@ -123,17 +148,17 @@ def strips_passed(paths: Paths, section: Floats, load_ratio: Floats, cycles: Flo
 
     section: worn so far (set, point) [m2]; cycles: revolutions so far (point,). Passes count from the first contact.
     """
-    scaled = paths.scaling.to(np.broadcast_to(load_ratio, section.shape))
+    load_ratio = np.broadcast_to(load_ratio, section.shape)
     y = max((path.y for path in paths.paths), key=lambda strips: float(strips[-1]))
 
     def on_strips(path: WearPath) -> Floats:
         return np.array([np.interp(y, path.y, row, left=0.0, right=0.0) for row in path.line_load])
 
-    load = paths.at(on_strips, section / scaled.section)
+    load = paths.at(on_strips, section, load_ratio)
     before = np.broadcast_to(np.append(0.0, cycles[:-1])[:, None], load.shape)
     first = np.minimum.accumulate(np.where(load > 0.0, before, np.inf), axis=1)
     passes = np.maximum(cycles[:, None] - first, 0.0)
-    place = np.broadcast_to(y * np.asarray(scaled.across)[..., None], load.shape)
+    place = np.broadcast_to(y * paths.profile_scale(load_ratio).across[..., None], load.shape)
     return place, load / load.sum(axis=-1, keepdims=True), passes
 
 

@@ -55,14 +55,14 @@ def recorded_sections(profile: ProfileSamples, used: NDArray[np.bool_] | None = 
 def worn_surface(paths: Paths, state: State, section: Floats, stops: Stops) -> Surface:
     """Surfaces (set, stop, strip) of the recorded discs; `section` (set, point) is what both discs lost [m2]."""
     ratio = np.broadcast_to(state.normal_load / state.nominal_load, section.shape)[:, stops.point]
-    scaled = paths.scaling.to(ratio)
-    scale, own = scaled.across, section[:, stops.point] / scaled.section
+    scaled, own = paths.profile_scale(ratio), section[:, stops.point]
+    scale = scaled.across
     reach = 1.15 * max(max(float(path.y[-1]) for path in paths.paths), float(np.abs(stops.y).max()))
     grid = np.linspace(-reach, reach, 2 * int(np.ceil(reach / (paths.paths[0].y[1] - paths.paths[0].y[0]))) + 1)
-    depth = paths.at(lambda path: _on(grid, path), own) * scaled.height[..., None]
+    depth = paths.at(lambda path: _on(grid, path), own, ratio) * scaled.height[..., None]
     if np.any(np.abs(scale - 1.0) > 1e-12):
         depth = _stretched(grid, depth, scale[..., None])
-    edge = paths.at(lambda path: path.edge, own) * scale
+    edge = paths.at(lambda path: path.edge, own, ratio) * scale
     depth = depth * np.where(stops.disc == 1, state.disc1_share, 1.0 - state.disc1_share)[..., None]
     return Surface(y=grid, height=-depth, edge=edge[..., None], depth=depth.max(axis=-1, keepdims=True))
 

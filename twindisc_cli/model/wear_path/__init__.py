@@ -14,15 +14,17 @@ profile, since what is dissipated there is a small part of any test that wears. 
 `partial_slip`.
 
 A path comes from the table (`tabulated`) where that reaches, else from a march (`marched`), and of straight discs from
-a closed form (`line`); where K differs from strip to strip, from a march of its own (`local`). `provider` chooses.
+a closed form (`line`); where the load changes, from a march through its history (`carried`), and where K differs from
+strip to strip, from a march of its own (`local`). `provider` chooses among the first three.
 """
 
+from twindisc_cli.model.wear_path.carried import CarriedPath, LoadHistory, carried_path
 from twindisc_cli.model.wear_path.grid import first_section
-from twindisc_cli.model.wear_path.local import Course, Factors, local_paths
+from twindisc_cli.model.wear_path.local import Course, Factors, local_paths, weights_on
 from twindisc_cli.model.wear_path.path import CREEPAGES, SHARES, Scaled, Scaling, WearPath
 from twindisc_cli.model.wear_path.provider import wear_path
 
 __all__ = [
-    "CREEPAGES", "SHARES", "Course", "Factors", "Scaled", "Scaling", "WearPath",
-    "first_section", "local_paths", "wear_path",
+    "CREEPAGES", "SHARES", "CarriedPath", "Course", "Factors", "LoadHistory", "Scaled", "Scaling", "WearPath",
+    "carried_path", "first_section", "local_paths", "wear_path", "weights_on",
 ]  # fmt: skip

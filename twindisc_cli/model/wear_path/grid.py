@@ -12,7 +12,8 @@ from twindisc_cli.physics.half_space import OutOfRangeError
 STRIPS, MOST_STRIPS = 121, 901
 STRIPS_ACROSS = 10
 """Strips that the unworn patch spans at least: a track far wider than it needs more than STRIPS."""
-GROWTH = 0.06
+GROWTH, FIRST = 0.06, 0.3
+"""Growth of the section in a step, and the section from which on it holds, over that on which the contact changes."""
 
 
 @lru_cache(maxsize=64)
@@ -33,12 +34,18 @@ def tier(rig: Rig, section: float) -> float:
 
 def strips_of(rig: Rig, section: float, wander: float) -> Floats:
     """Strips that hold the facet of this section (width^3 = 12 S / curvature) and the patch around it."""
-    facet, b = 0.5 * np.cbrt(12.0 * section / rig.curvature_y), float(rig.patch.b)
-    half = max(1.1 * facet + 1.3 * b, 1.25 * facet) + 3.0 * wander
-    count = max(STRIPS, 2 * int(np.ceil(0.5 * STRIPS_ACROSS * half / b)) + 1)
+    b = float(rig.patch.b)
+    return strips_over(rig, section, wander, widest=b, narrowest=b, fewest=STRIPS_ACROSS)
+
+
+def strips_over(rig: Rig, section: float, wander: float, *, widest: float, narrowest: float, fewest: int) -> Floats:
+    """The same for unworn patches of several half-widths [m], the narrowest of which spans so many strips at least."""
+    facet = 0.5 * np.cbrt(12.0 * section / rig.curvature_y)
+    half = max(1.1 * facet + 1.3 * widest, 1.25 * facet) + 3.0 * wander
+    count = max(STRIPS, 2 * int(np.ceil(0.5 * fewest * half / narrowest)) + 1)
     if count > MOST_STRIPS:
         raise OutOfRangeError(
-            f"the track would become {facet / b:.3g} times as wide as the unworn patch; the wear path follows it up to "
+            f"the track would become {facet / narrowest:.3g} times as wide as the unworn patch; it is followed up to "
             f"{MOST_STRIPS / STRIPS_ACROSS / 1.25:.0f} times: do load, wear coefficient and profile belong together?"
         )
     return np.asarray(half / (count // 2) * np.arange(-(count // 2), count // 2 + 1), dtype=float)
@@ -46,6 +53,6 @@ def strips_of(rig: Rig, section: float, wander: float) -> Floats:
 
 def nodes_to(rig: Rig, section: float, growth: float | None = None) -> Floats:
     """Nodes from 0 to `section` [m2] whose steps grow with the section, by GROWTH or as said."""
-    first = 0.3 * first_section(rig)
+    first = FIRST * first_section(rig)
     count = int(np.ceil(np.log1p(section / first) / np.log1p(GROWTH if growth is None else growth)))
     return np.asarray(first * np.expm1(np.linspace(0.0, np.log1p(section / first), count + 1)))

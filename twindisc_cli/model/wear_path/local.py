@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from twindisc_cli.model.experiment import Contact, Floats, Rig, Start
-from twindisc_cli.model.march import Loaded, march
+from twindisc_cli.model.march import Loaded, Weights, march
 from twindisc_cli.model.wear_path.path import (
     CREEPAGES,
     STRAIGHT,
@@ -48,6 +48,10 @@ class Course:
     creepage: Floats
     cycles: Floats
 
+    def of(self, cases: slice) -> Course:
+        """Some of the cases."""
+        return Course(self.section[cases], self.pace[cases], self.creepage[cases], self.cycles[cases])
+
 
 def local_paths(rig: Rig, path: WearPath, course: Course, factors: Factors, *, by_place: bool) -> list[WearPath]:
     """The path of each case (case,) on which every strip wears by its own K, which may hang on its place.
@@ -64,11 +68,7 @@ def local_paths(rig: Rig, path: WearPath, course: Course, factors: Factors, *, b
         return [path] * len(section)
     path, steps = _divided(path, BEYOND * float(section.max()))
     nodes = path.section[: steps + 1]
-    along = nodes[:-1, None] + (np.arange(SAMPLES) + 0.5) / SAMPLES * np.diff(nodes)[:, None]
-    piece = np.minimum([np.searchsorted(own, along) for own in section], section.shape[1] - 1)
-    pace, creepage = (np.take_along_axis(of[:, None, :], piece, axis=-1) for of in (course.pace, course.creepage))
-    cycles = [np.interp(along, own, passed) for own, passed in zip(section, course.cycles, strict=True)]
-    favoured = _Favoured(pace, creepage, np.array(cycles), factors, np.full((len(section), len(path.y)), np.inf))
+    favoured = weights_on(nodes, path.y, course=course, factors=factors)
     marched = march(
         rig, path.contact, path.y, nodes,
         wander=path.wander, cases=len(section), weights=favoured, mirrored=not by_place, start=path.start,
@@ -84,6 +84,16 @@ def local_paths(rig: Rig, path: WearPath, course: Course, factors: Factors, *, b
     )  # fmt: skip
     path, even = path.on(nodes), even.on(nodes)
     return [_moved(path, one, even) for one in own]
+
+
+def weights_on(nodes: Floats, y: Floats, *, course: Course, factors: Factors) -> Weights:
+    """The weights of a march through nodes [m2] on strips y [m], of each case of a history."""
+    section = course.section
+    along = nodes[:-1, None] + (np.arange(SAMPLES) + 0.5) / SAMPLES * np.diff(nodes)[:, None]
+    piece = np.minimum([np.searchsorted(own, along) for own in section], section.shape[1] - 1)
+    pace, creepage = (np.take_along_axis(of[:, None, :], piece, axis=-1) for of in (course.pace, course.creepage))
+    cycles = [np.interp(along, own, passed) for own, passed in zip(section, course.cycles, strict=True)]
+    return _Favoured(pace, creepage, np.array(cycles), factors, np.full((len(section), len(y)), np.inf))
 
 
 def _divided(path: WearPath, section: float) -> tuple[WearPath, int]:

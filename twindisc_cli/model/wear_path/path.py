@@ -6,6 +6,7 @@ The wear index of strips across the patch stands in it too, at CREEPAGES and PLA
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -97,6 +98,26 @@ class WearPath:
     def wander_unit(self) -> float:
         """Width of the border of the worn zone [m], by which a wander is small or large."""
         return float(self.b[0]) * (0.1 if self.scaling is STRAIGHT else 1.0)
+
+    def through(self, section: Floats) -> WearPath:
+        """The path for histories of sections (set, point) [m2]: itself, which depends on none."""
+        return self
+
+    def profile_scale(self, load_ratio: Floats) -> Scaled:
+        """From the profile of this path to that which so many times its load makes."""
+        return self.scaling.to(load_ratio)
+
+    def contact_scale(self, load_ratio: Floats) -> Scaled:
+        """From the contact of this path to that under so many times its load, on the profile that it makes."""
+        return self.scaling.to(load_ratio)
+
+    def load_scale(self, load_ratio: Floats) -> Floats:
+        """Of the load, likewise."""
+        return load_ratio
+
+    def read(self, quantity: Callable[..., Floats], section: Floats, load_ratio: Floats, *where: Floats) -> Floats:
+        """What `quantity` reads at worn sections [m2] under so many times the path's load, (set, point, ...)."""
+        return quantity(self, section / self.scaling.to(load_ratio).section, *where)
 
     def on(self, section: Floats) -> WearPath:
         """The path with other nodes [m2], linear between its own."""

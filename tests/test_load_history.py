@@ -1,0 +1,117 @@
+"""Loads that change act on one profile: against a march of its own, conservation, and what may never happen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import load_march
+import numpy as np
+import pytest
+import rigs
+from numpy.typing import NDArray
+
+from twindisc_cli.model.experiment import Contact, Options
+from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.wear_path import LoadHistory, carried_path, first_section, wear_path
+
+Floats = NDArray[np.float64]
+K, MU = 6e-5, 0.5
+both = pytest.mark.parametrize("contact", ["hertz", "half_space"])
+
+
+def model(creepage: Floats, ratios: Floats, contact: Contact, each: int = 2) -> ForwardModel:
+    """Steps of two iterations at these creepages under loads over the rig's."""
+    course = replace(rigs.history(creepage, each), load_factor=np.repeat(ratios, each))
+    options = Options(contact=contact, wear_coefficient=K, traction="exact")
+    return ForwardModel(rigs.experiment(course, options=options))
+
+
+def predicted(of: ForwardModel, K: float = K, **given: object) -> Prediction:
+    base = {"mu": np.array([MU]), "K": np.atleast_1d(K), "convection_W_K": np.array([1.6])}
+    return of.predict(base, **given)  # type: ignore[arg-type]
+
+
+def depths(found: Prediction, at: Floats | slice = slice(None)) -> Floats:
+    """Depth [m] of the first set at points (point, strip)."""
+    ratio = np.broadcast_to(found.state.normal_load / found.state.nominal_load, found.section.shape)[:1, at]
+    paths = found.paths.through(found.section)
+    height = paths.profile_scale(ratio).height[..., None]
+    return np.asarray((paths.at(lambda path: path.depth, found.section[:1, at], ratio) * height)[0])
+
+
+@pytest.mark.parametrize(("contact", "steps"), [("hertz", 40), ("half_space", 25)])
+def test_loads_up_and_down_are_those_of_a_march_of_the_profile(contact: Contact, steps: int) -> None:
+    ratios, creepage = np.array([0.3, 2.0, 0.6, 2.6]), np.array([0.003, 0.01, 0.006, 0.004])
+    of = model(creepage, ratios, contact)
+    found, at = predicted(of), of.points.of_iteration[1::2]
+    widest = 1.1 * 0.5 * np.cbrt(12.0 * found.section[0, -1] / of.experiment.rig.curvature_y)
+    y = (widest + 1.3 * float(of.experiment.rig.patch.b) * np.cbrt(ratios.max())) * np.linspace(-1.0, 1.0, 141)
+    wear = K / of.circumference_hardness * rigs.SPEED * 168.0
+    depth, ratio = load_march.marched(
+        rigs.rig(), contact, y, loads=rigs.LOAD * ratios, creepage=creepage, mu=MU, wear=wear, steps=steps
+    )
+    assert depths(found, at).max(axis=1) == pytest.approx(depth, rel=5e-3)
+    assert found.state.traction_ratio[0, at] == pytest.approx(ratio, abs=4e-3)
+
+
+@both
+def test_no_wear_comes_back_when_the_load_changes(contact: Contact) -> None:
+    """72 N for ten iterations, then four times as much, then a quarter: every strip only loses, and S in all."""
+    of = model(np.full(12, 0.02), np.array([*np.ones(10), 4.0, 0.25]), contact, each=1)
+    found = predicted(of)
+    depth, y = depths(found), found.paths.paths[0].y
+    assert np.diff(depth, axis=0).min() > -1e-9 * depth.max()
+    assert depth.sum(axis=1) * (y[1] - y[0]) == pytest.approx(found.section[0], rel=1e-9)
+
+
+@both
+def test_a_history_of_one_load_is_the_path(contact: Contact) -> None:
+    """Marched as a history, under the rig's load or twice that, the path is that of the table, scaled."""
+    rig, section = rigs.rig(), 12.0 * first_section(rigs.rig())
+    path = wear_path(rig, contact=contact, section=section)
+    for ratio in (1.0, 2.0):
+        own = carried_path(rig, contact, LoadHistory(np.array([0.3, 1.0]) * section, np.full(2, ratio)))
+        at, load = np.array([[0.2, 0.7]]) * section, np.full((1, 2), ratio)
+        scaled = path.contact_scale(load)
+        for name, size in (("a", scaled.along), ("b", scaled.across), ("area", scaled.along * scaled.across)):
+            here, there = (of.read(lambda p, s, name=name: p.at(getattr(p, name), s), at, load) for of in (own, path))
+            assert here == pytest.approx(there * size, rel=6e-3)
+        deepest = path.read(lambda p, s: p.at(p.depth.max(axis=1), s), at, load) * path.profile_scale(load).height
+        assert own.read(lambda p, s: p.at(p.depth.max(axis=1), s), at, load) == pytest.approx(deepest, rel=3e-3)
+
+
+def test_local_wear_that_is_the_same_everywhere_is_carried_like_any() -> None:
+    of = model(np.full(4, 0.01), np.array([1.0, 3.0, 0.5, 1.5]), "half_space")
+    none = {"severe_wear_transition": {"ratio": 1.0 + 1e-9, "critical_N_mm2": 3.0, "width": 0.03}}
+    effects = {name: {key: np.array([value]) for key, value in values.items()} for name, values in none.items()}
+    assert depths(predicted(of, effects=effects)) == pytest.approx(depths(predicted(of)), abs=2e-10)
+
+
+def test_local_wear_and_loads_conserve_what_is_worn() -> None:
+    of = model(np.full(4, 0.01), np.array([1.0, 3.0, 0.5, 1.5]), "half_space")
+    mild = {"wear_threshold": {"threshold_N_mm2": np.array([0.7])}}
+    found = predicted(of, effects=mild)
+    depth, y = depths(found), found.paths.paths[0].y
+    assert depth.sum(axis=1) * (y[1] - y[0]) == pytest.approx(found.section[0], rel=1e-6)
+    assert np.diff(depth, axis=0).min() > -1e-9 * depth.max()
+    plain = depths(predicted(of))[-1]
+    assert not np.allclose(depth[-1] / depth[-1].max(), plain / plain.max(), atol=0.01)
+
+
+def test_paths_of_a_prediction_nearby_serve_others() -> None:
+    """A K a tenth larger, read off the path of the first, against its own march."""
+    of = model(np.full(3, 0.01), np.array([1.0, 3.0, 0.5]), "hertz")
+    first = predicted(of)
+    near, own = predicted(of, 1.1 * K, marched=first.paths), predicted(of, 1.1 * K)
+    assert depths(near)[-1].max() == pytest.approx(depths(own)[-1].max(), rel=5e-3)
+    again = predicted(of, marched=first.paths)
+    assert depths(again)[-1] == pytest.approx(depths(first)[-1], rel=1e-6, abs=1e-12)
+
+
+def test_loads_within_a_few_percent_are_one_piece() -> None:
+    section = np.linspace(0.1, 1.0, 10)
+    wobbling = LoadHistory(section, 1.0 + 0.01 * (-1.0) ** np.arange(10))
+    assert not wobbling.changes
+    ends, loads = LoadHistory(section, np.where(section < 0.55, 1.0, 2.0) * wobbling.ratio).pieces()
+    assert ends == pytest.approx([0.5, 1.0])
+    assert loads == pytest.approx([1.0, 2.0], rel=5e-3)

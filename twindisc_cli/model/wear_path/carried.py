@@ -1,0 +1,216 @@
+"""The wear path of a history whose load changes: one profile, which every load finds as the others left it.
+
+    du/dS (y) = g(y; u, N(S)) / N(S)
+
+    N(S)  load [N] at the worn section S [m2]; the other symbols as in `wear_path`
+
+A path under one load scales to any other, but the profile that one load has made is not the one that another would
+have made with the same section: a change of load would give back what is worn. So the march itself goes through the
+history's loads. It leaves the profile as a function of the section, and the contact of that profile under each load
+of the history as a function of both; in between, contacts are linear in ln N. Beyond the smallest and the greatest
+load they go as Hertz's.
+
+Loads that stay within PIECE of their mean count as one load, and where a history has more than MOST_LEVELS of them,
+they are rounded to as many.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from twindisc_cli.model import march as marching
+from twindisc_cli.model.experiment import Contact, Floats, Ints, Rig, Start
+from twindisc_cli.model.march import March, Pressed, Weights, march
+from twindisc_cli.model.wear_path import grid
+from twindisc_cli.model.wear_path.path import CROWNED, Scaled, WearPath, paths_of
+
+PIECE = 0.03
+"""Relative change of the load that is none."""
+MOST_LEVELS = 16
+BEYOND = 1.2
+"""How far beyond the history's last section a path goes on under its last load."""
+GROWTH = 0.09
+"""Growth of what was worn since the load changed, in a step."""
+SMALLEST = 1e-9
+"""A section over the history's that is as good as none."""
+STRIPS_ACROSS = 20
+"""Strips that the unworn patch of the smallest load spans at least."""
+ERROR, PRESSURE_ERROR = 3e-3, 0.03
+"""Of the greatest depth and of the peak pressure, relative: against other marches in many small steps."""
+
+
+@dataclass(frozen=True)
+class LoadHistory:
+    """The loads of one case: section worn by the end of each point [m2], and load over the rig's [1], each (point,)."""
+
+    section: Floats
+    ratio: Floats
+
+    @property
+    def changes(self) -> bool:
+        """Whether the load changes while anything is worn."""
+        worn = np.diff(self.section, prepend=0.0) > 0.0
+        return bool(worn.any() and np.ptp(np.log(self.ratio[worn])) > PIECE)
+
+    def pieces(self) -> tuple[Floats, Floats]:
+        """Sections at which pieces of one load end [m2], and that load over the rig's [1], each (piece,)."""
+        worn = np.diff(self.section, prepend=0.0)
+        ends: list[float] = []
+        loads: list[float] = []
+        weight = 0.0
+        for end, size, log in zip(
+            self.section[worn > 0.0], worn[worn > 0.0], np.log(self.ratio[worn > 0.0]), strict=True
+        ):
+            if ends and abs(log - loads[-1]) <= PIECE:
+                loads[-1] += size / (weight + size) * (log - loads[-1])
+                ends[-1], weight = end, weight + size
+            else:
+                ends, loads, weight = [*ends, end], [*loads, log], size
+        return np.array(ends), np.exp(_rounded(np.array(loads)))
+
+
+def _rounded(logs: Floats) -> Floats:
+    """The loads of pieces, at most MOST_LEVELS different ones."""
+    low, high = logs.min(), logs.max()
+    step = max(PIECE, (high - low) / (MOST_LEVELS - 1))
+    if len(np.unique(logs)) <= MOST_LEVELS:
+        return logs
+    return np.asarray(low + step * np.round((logs - low) / step))
+
+
+@dataclass(frozen=True)
+class CarriedPath:
+    """A profile through a history of loads, and its contact under each of them.
+
+    ratios: loads over the rig's, rising (level,); levels: sections and depths that are the same in all, and the contact
+    under each load. end: worn by the history's last point [m2]; grown: what is worn by it where the path is read, over
+    that, (set, 1).
+    """
+
+    ratios: Floats
+    levels: tuple[WearPath, ...]
+    end: float
+    grown: Floats = field(default_factory=lambda: np.ones((1, 1)))
+
+    @property
+    def y(self) -> Floats:
+        """Strips across the track [m], (strip,)."""
+        return self.levels[0].y
+
+    @property
+    def error(self) -> float:
+        """Relative error of the greatest depth [1]."""
+        return self.levels[0].error
+
+    @property
+    def pressure_error(self) -> float:
+        """Relative error of the peak pressure [1]."""
+        return self.levels[0].pressure_error
+
+    @property
+    def b(self) -> Floats:
+        """Semi-axis across rolling under the greatest load [m], (node,)."""
+        return self.levels[-1].b
+
+    def through(self, section: Floats) -> CarriedPath:
+        """The path for histories (set, point) [m2] of the same loads: all that is worn grows as at the end."""
+        return replace(self, grown=np.maximum(section[:, -1:] / self.end, SMALLEST))
+
+    def profile_scale(self, load_ratio: Floats) -> Scaled:
+        """The profile is that of the history, whatever the load."""
+        one = np.ones_like(load_ratio)
+        return Scaled(one, one, one * self.grown)
+
+    def contact_scale(self, load_ratio: Floats) -> Scaled:
+        """Hertz's factors beyond the loads of the history."""
+        beyond = self.load_scale(load_ratio)
+        return Scaled(beyond**CROWNED.along, beyond**CROWNED.across, np.ones_like(beyond))
+
+    def load_scale(self, load_ratio: Floats) -> Floats:
+        """The load over the nearest of the history's [1]."""
+        return np.asarray(load_ratio / np.clip(load_ratio, self.ratios[0], self.ratios[-1]))
+
+    def read(self, quantity: Callable[..., Floats], section: Floats, load_ratio: Floats, *where: Floats) -> Floats:
+        """What `quantity` reads at sections [m2] under loads over the rig's (set, point): (set, point, ...)."""
+        total: Floats | float = 0.0
+        logs = np.log(self.ratios)
+        at = np.interp(np.log(np.broadcast_to(load_ratio, section.shape)), logs, np.arange(len(logs)))
+        for number, path in enumerate(self.levels):
+            weight = np.maximum(1.0 - np.abs(at - number), 0.0)
+            if weight.any():
+                found = quantity(path, section / self.grown, *where)
+                total = total + weight[(..., *[None] * (found.ndim - weight.ndim))] * found
+        return np.asarray(total)
+
+
+def carried_path(
+    rig: Rig,
+    contact: Contact,
+    loads: LoadHistory,
+    *,
+    wander: float = 0.0,
+    start: Start | None = None,
+    weights: Callable[[Floats, Floats], Weights] | None = None,
+    by_place: bool = False,
+) -> CarriedPath:
+    """Wear the new discs through a history of loads.
+
+    weights: of the march, from its nodes [m2] and strips [m], where K differs from strip to strip; by_place: on each
+    side of the track in its own way.
+    """
+    ends, ratios = loads.pieces()
+    nodes, load = _nodes(rig, ends, ratios)
+    y = _strips(rig, float(nodes[-1]), ratios, wander)
+    found = march(
+        rig, contact, y, nodes, wander=wander, start=start, loads=load, mirrored=not by_place,
+        weights=marching.even if weights is None else weights(nodes, y),
+    )  # fmt: skip
+    rise = np.zeros_like(y) if start is None else start.on(y)
+    kept = np.flatnonzero(np.diff(nodes, append=np.inf) > 0.0)
+    gap = 0.5 * rig.curvature_y * y**2 + found.depth[0] - rise
+    levels, paths = np.unique(ratios), []
+    for level in levels:
+        pressed = marching.pressed_on(rig, contact, y, gap[kept], rig.normal_load * float(level))
+        pressed = _with_own(pressed, found.contact, np.flatnonzero(load == level), nodes, kept)
+        paths += paths_of(
+            rig, March(found.depth[:, kept], pressed, found.carried), y=y, nodes=nodes[kept], contact=contact,
+            wander=wander, start=start, errors=(ERROR, PRESSURE_ERROR),
+        )  # fmt: skip
+    return CarriedPath(levels, tuple(paths), float(ends[-1]))
+
+
+def _nodes(rig: Rig, ends: Floats, ratios: Floats) -> tuple[Floats, Floats]:
+    """Sections [m2] at which the march stops, twice where the load changes, and the load over the rig's there [1]."""
+    nodes, loads = [np.zeros(1)], [ratios[:1]]
+    begins = np.append(0.0, ends[:-1])
+    ends = np.append(ends[:-1], BEYOND * ends[-1])
+    for begin, end, ratio in zip(begins, ends, ratios, strict=True):
+        if begin > 0.0:
+            nodes, loads = [*nodes, np.array([begin])], [*loads, np.array([ratio])]
+        first = grid.FIRST * grid.first_section(rig) * ratio
+        count = max(2, int(np.ceil(np.log1p((end - begin) / first) / np.log1p(GROWTH))))
+        inside = begin + first * np.expm1(np.linspace(0.0, np.log1p((end - begin) / first), count + 1)[1:-1])
+        nodes, loads = [*nodes, inside, np.array([end])], [*loads, np.full(count, ratio)]
+    return np.concatenate(nodes), np.concatenate(loads)
+
+
+def _strips(rig: Rig, section: float, ratios: Floats, wander: float) -> Floats:
+    """Strips [m] that hold the track and the patch of the greatest load, narrow enough for that of the smallest."""
+    across = np.cbrt([ratios.min(), ratios.max()]) * float(rig.patch.b)
+    return grid.strips_over(
+        rig, section, wander, widest=float(across[1]), narrowest=float(across[0]), fewest=STRIPS_ACROSS
+    )
+
+
+def _with_own(pressed: Pressed, marched: Pressed, at: Ints, nodes: Floats, kept: Ints) -> Pressed:
+    """The contact of the kept nodes under a load, (1, node, ...): the march's own where it went under this load."""
+    places = np.searchsorted(nodes[kept], nodes[at])
+    values = {}
+    for name in vars(pressed):
+        own = getattr(pressed, name).copy()
+        own[:, places] = getattr(marched, name)[:, at]
+        values[name] = own
+    return Pressed(**values)
