@@ -92,9 +92,9 @@ def _profiles(paths: Paths, section: Floats, load: Floats) -> tuple[Floats, Floa
             return rows
         return np.array([np.interp(widest, path_y, row, left=0.0, right=0.0) for row in rows])
 
-    scaled = paths.profile_scale(load)
-    found = paths.at(lambda path: depth(path.y, path.depth), section, load)[0] * scaled.height[:, None]
-    scale = scaled.across
+    scaled = paths.profile_scale(load[None])
+    found = paths.at(lambda path: depth(path.y, path.depth), section, load)[0] * scaled.height.T
+    scale = scaled.across[0]
     if np.all(scale == 1.0):
         return widest, found
     y = widest * float(scale.max())
