@@ -12,8 +12,8 @@ from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
-from twindisc_cli import __version__
 from twindisc_cli.figures.style import BLUE, GREY, RED
+from twindisc_cli.version import __version__
 
 if TYPE_CHECKING:
     from twindisc_cli.report.gathered import Part

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from twindisc_cli import __version__
 from twindisc_cli.errors import DefinitionError, Problem
 from twindisc_cli.results.recorded import Recorded, recorded
+from twindisc_cli.version import __version__
 
 TITLES: Mapping[str, str] = {
     "close-loop": "What does the model lack?",
