@@ -130,3 +130,37 @@ def test_the_disc_warms_by_ten_degrees_and_cools_where_friction_falls() -> None:
     fall = (0.50 * 0.08 - 0.60 * 0.07) * LOAD * SPEED / 3.5
     assert at[4610.0] - at[4190.0] == pytest.approx(fall, abs=0.02)
     assert fall < 0
+
+
+def stored(name: str, command: str) -> dict[str, np.ndarray]:
+    data = outcome(name, command).dataset
+    return {**{axis.name: axis.values for axis in data.axes}, **{array.name: array.values for array in data.arrays}}
+
+
+def test_the_file_of_the_wear_holds_power_and_what_was_recorded() -> None:
+    data = stored("ambient", "simulate-wear")
+    # P = T V creepage; its integral over the track is P_l's, and over time the energy
+    np.testing.assert_allclose(data["power"][-1], 0.60 * LOAD * SPEED * 0.09, rtol=1e-3)
+    np.testing.assert_allclose(np.trapezoid(data["power_per_length"], data["y"], axis=1), data["power"], rtol=1e-9)
+    np.testing.assert_allclose(np.cumsum(data["power"] * 84.0), data["energy"], rtol=1e-9)
+    np.testing.assert_allclose(data["traction_ratio"][-14:], [0.61] * 7 + [0.60] * 7, atol=2e-3)
+    # of Hertz's ellipse P_l falls to zero at the edge of the patch, and is 3 P / (4 b) in its middle
+    middle = data["power_per_length"][-1].max()
+    assert middle == pytest.approx(0.75 * data["power"][-1] / data["b"][-1], rel=0.02)
+    assert data["measured_height"].min() == pytest.approx(-6e-6, rel=0.01)
+
+
+def test_the_file_of_a_contact_holds_its_ellipse_and_kalkers_coefficients() -> None:
+    found = outcome("ambient", "contact").dataset.attrs
+    # Hertz, R = 15 and 30 mm, 206 GPa: a/b = 0.6306; Kalker's table at nu = 0.3 lies between 0.6 and 0.7
+    assert found["a_m"] / found["b_m"] == pytest.approx(0.6306, abs=1e-4)
+    assert found["p0_Pa"] == pytest.approx(1.5 * LOAD / (np.pi * found["a_m"] * found["b_m"]), rel=1e-3)
+    assert found["C11"] == pytest.approx(3.9388, abs=1e-3)
+    assert {"C22", "C23", "C33"} <= set(found)
+
+
+def test_the_file_of_the_chart_holds_how_sure_the_points_are() -> None:
+    data = stored("ambient", "friction-chart")
+    np.testing.assert_allclose(data["measured_half_interval"], 1.6449 * 0.01, rtol=1e-3)
+    assert np.all(data["identified_mu_low"] < data["identified_mu"])
+    assert np.all(data["identified_mu"] < data["identified_mu_high"])

@@ -20,7 +20,7 @@ from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, Rig
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.traction_law import creep_stiffness
-from twindisc_cli.physics import exact, fastrip, shakedown
+from twindisc_cli.physics import exact, fastrip, kalker, shakedown
 from twindisc_cli.results import Array, Axis, Dataset, Result
 
 if TYPE_CHECKING:
@@ -142,7 +142,7 @@ def run(test: Test, *, step: int | None = None, creepage: float | None = None, m
             **shortcuts,
             "subsurface": under.json(),
         },
-        dataset=_dataset(point, fields),
+        dataset=_dataset(point, patch, fields, _kalker(rig, patch)),
         figure=lambda: _figure(experiment, point, fields, under),
     )
 
@@ -305,7 +305,18 @@ def _figure(test: Experiment, point: Point, fields: tuple[Field, ...], under: Su
     return fields_and_sections(fields, under, mu=point.mu, name=test.name, case=case, provenance=provenance)
 
 
-def _dataset(point: Point, fields: tuple[Field, ...]) -> Dataset:
+def _kalker(rig: Rig, patch: Patch) -> dict[str, float]:
+    """Kalker's coefficients of the patch, as Eqs. 9 and 10 take them; none of a line, or beyond their table."""
+    if patch.line:
+        return {}
+    try:
+        c = kalker.coefficients(patch.a / patch.b, rig.poisson_ratio)
+    except ValueError:
+        return {}
+    return {f"C{index}": float(getattr(c, f"c{index}")) for index in ("11", "22", "23", "33")}
+
+
+def _dataset(point: Point, patch: Patch, fields: tuple[Field, ...], coefficients: dict[str, float]) -> Dataset:
     axes: list[Axis] = []
     arrays: list[Array] = []
     for field in fields:
@@ -336,5 +347,11 @@ def _dataset(point: Point, fields: tuple[Field, ...]) -> Dataset:
         "lateral_creepage": point.creepage_y,
         "spin_rad_m": point.spin,
         "normal_load_N": point.normal_load,
+        "patch": patch.origin,
+        "a_m": patch.a,
+        "b_m": patch.b,
+        "p0_Pa": float(patch.fine.pressure.max()),
+        **coefficients,
+        **{f"{field.theory}_T_over_N": field.force_x / point.normal_load for field in fields},
     }
     return Dataset(axes=tuple(axes), arrays=tuple(arrays), attrs=attrs)

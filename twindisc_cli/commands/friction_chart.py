@@ -76,8 +76,16 @@ def _from(creepage: float, what: str = "") -> str:
 
 
 def _points(measured: StepFriction) -> list[dict[str, object]]:
-    rows = zip(measured.creepage, measured.ratio, measured.state, strict=True)
-    return [{"creepage_percent": or_null(c * 100.0), "traction_ratio": or_null(r), "state": s} for c, r, s in rows]
+    rows = zip(measured.creepage, measured.ratio, measured.half, measured.state, strict=True)
+    return [
+        {
+            "creepage_percent": or_null(creepage * 100.0),
+            "traction_ratio": or_null(ratio),
+            "half_interval": or_null(half),
+            "state": state,
+        }
+        for creepage, ratio, half, state in rows
+    ]
 
 
 def _figure(test: Experiment, one: Chart, many: Chart, measured: StepFriction | None) -> Figure:
@@ -101,5 +109,9 @@ def _dataset(many: Chart, measured: StepFriction | None) -> Dataset:
         arrays += [
             Array("measured_creepage", ("step",), measured.creepage, "1", "mean measured creepage", True),
             Array("measured_traction_ratio", ("step",), measured.ratio, "1", "mean measured T/N", True),
+            Array("measured_half_interval", ("step",), measured.half, "1", "half the 90 % interval of T/N", True),
+            Array("identified_mu", ("step",), measured.mu, "1", "coefficient of friction behind T/N", True),
+            Array("identified_mu_low", ("step",), measured.low, "1", "lower end of its 90 % interval", True),
+            Array("identified_mu_high", ("step",), measured.high, "1", "upper end of its 90 % interval", True),
         ]
     return Dataset(axes=tuple(axes), arrays=tuple(arrays))

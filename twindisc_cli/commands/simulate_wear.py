@@ -54,7 +54,7 @@ def run(test: Test) -> Result:
                 for i, t in enumerate(history.time)
             ],
         },
-        dataset=_dataset(history, k, source, experiment.measured.start),
+        dataset=_dataset(history, k, source, experiment),
         figure=lambda: _figure(experiment, history),
     )
 
@@ -141,11 +141,25 @@ def _new(start: Start | None, y: Floats) -> tuple[Array, ...]:
     )
 
 
-def _dataset(history: WearHistory, k: float, source: str, start: Start | None) -> Dataset:
+def _measured(test: Experiment) -> tuple[tuple[Axis, ...], tuple[Array, ...]]:
+    """The last profile that was recorded, as levelled and centred; nothing where there is none."""
+    profile = test.measured.profile
+    if profile is None:
+        return (), ()
+    last = last_profile(profile)
+    place = Axis("measured_y", profile.y[last], "m", "position across the track of the recorded profile")
+    what = f"{test.measured.provenance} height change of disc {profile.disc[last][0]}"
+    return (place,), (Array("measured_height", ("measured_y",), profile.height[last], "m", what),)
+
+
+def _dataset(history: WearHistory, k: float, source: str, test: Experiment) -> Dataset:
+    axes, arrays = _measured(test)
     rows = (
         ("time", history.time, "s", "time at the end of the iteration"),
         ("creepage", history.creepage, "1", "longitudinal creepage"),
         ("mu", history.mu, "1", "coefficient of friction"),
+        ("traction_ratio", history.traction_ratio, "1", "T/N at the end of the iteration"),
+        ("power", history.power, "W", "dissipated power, mean over the iteration"),
         ("energy", history.energy, "J", "energy dissipated so far"),
         ("volume", history.volume, "m3", "volume worn off both discs"),
         ("depth", np.array([t.depth for t in history.track]), "m", "depth of the track of disc 2"),
@@ -159,12 +173,21 @@ def _dataset(history: WearHistory, k: float, source: str, start: Start | None) -
         axes=(
             Axis("iteration", np.arange(1, len(history.time) + 1), "1", "number of the iteration"),
             Axis("y", history.y, "m", "position across the track"),
+            *axes,
         ),
         arrays=(
             *(Array(name, ("iteration",), values, unit, what, name == "radius") for name, values, unit, what in rows),
             Array("height", ("iteration", "y"), history.height, "m", "height change of disc 2"),
             Array("disc1_height", ("iteration", "y"), history.disc1_height, "m", "height change of disc 1"),
-            *_new(start, history.y),
+            Array(
+                "power_per_length",
+                ("iteration", "y"),
+                history.power_per_length,
+                "W m-1",
+                "dissipated power per length P_l of Eq. 15, mean over the iteration",
+            ),
+            *_new(test.measured.start, history.y),
+            *arrays,
         ),
         attrs={
             "wear_coefficient": k,

@@ -19,7 +19,8 @@ from twindisc_cli.physics.best_circle import fit_curvature
 class WearHistory:
     """The state after each iteration, (iteration,), and profiles (iteration, strip).
 
-    time [s], creepage and mu [1] of the iteration; energy dissipated so far [J]; volume worn off both discs [m3];
+    time [s], creepage, mu and T/N [1] of the iteration; power [W], its mean over it, and power_per_length [W/m]
+    (iteration, strip), P_l of Eq. 15; energy dissipated so far [J]; volume worn off both discs [m3];
     y [m] (strip,); height [m], change of disc 2's profile, and disc1_height of disc 1's; track of disc 2; radius [m]
     of the best circle through disc 2's profile inside the patch, inf where it is flat, negative where hollow;
     rolling_radius [m] of both discs at the bottom of their tracks (disc, iteration); a, b
@@ -29,6 +30,9 @@ class WearHistory:
     time: Floats
     creepage: Floats
     mu: Floats
+    traction_ratio: Floats
+    power: Floats
+    power_per_length: Floats
     energy: Floats
     volume: Floats
     y: Floats
@@ -57,10 +61,14 @@ def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) ->
     patch = paths.patch(section, load)
     share = np.broadcast_to(state.disc1_share, wide)[0, at][:, None]
     height, disc1_height = -(1.0 - share) * depth, -share * depth
+    power = np.diff(state.energy[0, at], prepend=0.0) / test.history.duration
     return WearHistory(
         time=test.history.end_time,
         creepage=np.broadcast_to(state.creepage, wide)[0, at],
         mu=np.broadcast_to(state.mu, wide)[0, at],
+        traction_ratio=np.broadcast_to(state.traction_ratio, wide)[0, at],
+        power=power,
+        power_per_length=_power_per_length(y, depth, power),
         energy=state.energy[0, at],
         volume=worn_volume(y=y, depth=-height, rolling_radius=model.radius)
         + worn_volume(y=y, depth=-disc1_height, rolling_radius=_turning(test.rig.disc1.rolling_radius, model.radius)),
@@ -99,6 +107,13 @@ def _profiles(paths: Paths, section: Floats, load: Floats) -> tuple[Floats, Floa
         return widest, found
     y = widest * float(scale.max())
     return y, np.array([np.interp(y / s, widest, row) for s, row in zip(scale, found, strict=True)])
+
+
+def _power_per_length(y: Floats, depth: Floats, power: Floats) -> Floats:
+    """The mean power [W] of each iteration over the strips [W/m], (iteration, strip), by the depth that it took off."""
+    taken = np.diff(depth, axis=0, prepend=np.zeros((1, len(y))))
+    total = np.trapezoid(taken, y, axis=1)
+    return np.asarray(taken * np.divide(power, total, out=np.zeros_like(power), where=total > 0.0)[:, None])
 
 
 def _turning(radius: float, other: float) -> float:
