@@ -15,7 +15,7 @@ from twindisc_cli.laws.law import Law, formula_text
 from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.laws.shapes import SHAPES
 from twindisc_cli.laws.trial import bins, curve, formula
-from twindisc_cli.model.experiment import Experiment
+from twindisc_cli.model.experiment import Experiment, Measured
 from twindisc_cli.model.forward import ForwardModel, Prediction
 
 COURSE = history((0.02, 0.09, 0.004), 3)
@@ -165,6 +165,18 @@ def test_friction_that_falls_with_the_distance_slid() -> None:
     found, before = predicted(laws={law.name: law}).state, plain().state
     expected = 1.0 - 0.5 * before.sliding_distance[0] / whole
     assert found.mu[0] / before.mu[0] == pytest.approx(expected, rel=1e-9)
+
+
+def test_pressure_is_the_load_over_hertzs_patch() -> None:
+    """Of new discs, at twice the load 2^(1/3) times as large."""
+    course = recorded().history
+    loads = np.where(course.step % 2 == 0, 1.0, 2.0)
+    test = replace(recorded(), history=replace(course, load_factor=loads), measured=Measured())
+    state = ForwardModel(test).predict({"mu": np.array([0.4])}).state
+    points = ForwardModel(test).points
+    patch = test.rig.patch
+    expected = test.rig.normal_load / float(patch.area) * np.cbrt(loads[points.iteration]) * 1e-6
+    assert COVARIATES["pressure"].of(state)[0] == pytest.approx(expected, rel=1e-3)
 
 
 def test_a_covariate_that_is_not_known_changes_nothing() -> None:

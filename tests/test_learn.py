@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -12,7 +13,7 @@ from scipy.integrate import quad
 from twindisc_cli.loop.fit import fit
 from twindisc_cli.loop.learn import LENGTHS, LEVELS, Pair, pairs
 from twindisc_cli.loop.problem import Problem, case_of
-from twindisc_cli.model.experiment import Measured
+from twindisc_cli.model.experiment import History, Measured
 
 COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015, 0.05, 0.025), 2)
 TIME = spread(COURSE, 10)
@@ -136,3 +137,39 @@ def test_a_curve_follows_a_smooth_course(scale: float) -> None:
     columns = np.array([np.ones_like(x), *(np.interp(x, trial.at, column) for column in trial.mix.T)]).T
     left = np.exp(-x / scale) - columns @ np.linalg.lstsq(columns, np.exp(-x / scale), rcond=None)[0]
     assert np.abs(left).max() < 2e-3
+
+
+# ------------------------------------------------------------------------------------------------ steps that differ
+
+LOADS = np.repeat([1.0, 2.0, 0.5, 1.0, 2.0, 0.5, 2.0, 1.0], 2)
+SPEEDS = np.repeat([1.0, 0.5, 1.0, 2.0, 0.5, 2.0, 1.0, 0.5], 2)
+TURNED = np.repeat([0.0, 1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0], 2)
+STEP = COURSE.step.astype(float)
+
+
+@pytest.mark.parametrize(
+    ("covariate", "course", "change"),
+    [
+        ("load", replace(COURSE, load_factor=LOADS), 0.1 * np.log(LOADS)),
+        ("rolling_speed", replace(COURSE, speed_factor=SPEEDS), 0.1 * SPEEDS),
+        ("direction", COURSE, 0.05 * TURNED),
+        ("order", replace(COURSE, separate=True), 0.08 * np.sqrt(STEP)),
+    ],
+)
+def test_what_friction_follows_from_step_to_step_is_the_pair_that_explains_most(
+    covariate: str, course: History, change: Floats
+) -> None:
+    at = np.searchsorted(COURSE.end_time, TIME)
+    ratio = 0.6 * (1.0 + change[at]) + SIGMA * np.random.default_rng(5).standard_normal(len(TIME))
+    test = experiment(course, thermal=None, measured=Measured(traction=traction_samples(course, TIME, ratio, SIGMA)))
+    found = sorted(pairs(fit(Problem([case_of(test)], ("traction",)))), key=lambda p: -p.log_evidence)
+    same = {"load": {"load", "pressure"}}.get(covariate, {covariate})
+    assert found[0].quantity == "mu"
+    assert found[0].covariate in same
+    rivals = [pair.log_evidence for pair in found if pair.quantity == "mu" and pair.covariate not in same]
+    assert found[0].log_evidence > max(rivals) + 10.0
+
+
+def test_what_is_the_same_in_all_steps_is_not_tried() -> None:
+    covariates = {pair.covariate for pair in seen(0.1 * np.sin(TIME / 100.0))}
+    assert not covariates & {"load", "pressure", "rolling_speed", "order"}

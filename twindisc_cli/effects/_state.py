@@ -79,10 +79,10 @@ class State:
     """The operating points of one test, and what the stages have made of them so far.
 
     Given: time [s] at the end of each point, duration [s], cycles (revolutions so far), time_in_step [s] since the
-    creepage last changed, greatest_creepage of the history so far [1], begins, 1 where a test begins and otherwise 0
-    (steps may be tests of their own), all (point,); rolling_radius [m] of disc 2;
-    nominal_load [N] of the rig, recorded_load [N] by which the traction is divided; initial_temperature [K] of disc and
-    sensor.
+    creepage last changed, greatest_creepage of the history so far [1], order, the number of the step from 1,
+    direction of the last change of the creepage (1 up, -1 down, 0 before any), begins, 1 where a test begins and
+    otherwise 0 (steps may be tests of their own), all (point,); rolling_radius [m] of disc 2; nominal_load [N] of
+    the rig, recorded_load [N] by which the traction is divided; initial_temperature [K] of disc and sensor.
 
     operation  creepage, lateral_creepage [1], spin [1/m], normal_load [N], rolling_speed [m/s]
     friction   mu, the local coefficient of friction [1]
@@ -99,7 +99,7 @@ class State:
     wear_index = T gamma / A, the energy dissipated per length rolled and area of the patch [N/m2], power_before [W];
     normalised_creepage, linear force over mu N [1]; flash [K], how much hotter than the disc the patch is on its mean.
 
-    Following from these: sliding_speed [m/s], sliding_distance [m] so far, flash [K], warming [K].
+    Following from these: sliding_speed [m/s], sliding_distance [m] so far, pressure [Pa], flash [K], warming [K].
 
     Known where K of strips across the track is asked for, each (set, strip), with their wear_index: place [m] of the
     strip, passes of the contact over it so far [1].
@@ -136,6 +136,8 @@ class State:
     wear_factor: Floats = field(default_factory=_one)
     disc1_share: Floats = field(default_factory=_zero)
     begins: Floats = field(default_factory=_first)
+    order: Floats = field(default_factory=_first)
+    direction: Floats = field(default_factory=_zero)
     power: Floats = field(default_factory=_not_yet)
     heat: Floats = field(default_factory=_not_yet)
     convection: Floats = field(default_factory=_not_yet)
@@ -157,6 +159,13 @@ class State:
     def sliding_distance(self) -> Floats:
         """Distance slid so far [m], the integral of the rigid sliding speed over time; a pause adds nothing."""
         return summed(np.atleast_2d(self.sliding_speed) * self.duration, self.begins)
+
+    @property
+    def pressure(self) -> Floats:
+        """Mean pressure of the patch [Pa], N over the area that wear index and power tell; NaN where nothing slides."""
+        slides = self.power_before > 0.0
+        rolled = self.normal_load * self.rolling_speed * self.wear_index
+        return np.asarray(np.where(slides, rolled / np.where(slides, self.power_before, 1.0), np.nan))
 
     @property
     def creepage_size(self) -> Floats:

@@ -54,7 +54,12 @@ class Covariate:
         return f"{factor}s.{self.attribute}" + (f" - {unit.offset * unit.per_si!r}" if unit.offset else "")
 
 
-_OTHER = {"creepage": "creepage_size", "flash_temperature": "flash", "power": "power_before"}
+_OTHER = {
+    "creepage": "creepage_size",
+    "flash_temperature": "flash",
+    "power": "power_before",
+    "load": "normal_load",
+}
 """Attributes of a state that are called otherwise than the quantity."""
 _REACH = {"y_over_edge": 1.5}
 COVARIATES: Mapping[str, Covariate] = {
@@ -63,6 +68,11 @@ COVARIATES: Mapping[str, Covariate] = {
         "creepage",
         "sliding_speed",
         "sliding_distance",
+        "load",
+        "pressure",
+        "rolling_speed",
+        "order",
+        "direction",
         "time",
         "cycles",
         "energy",

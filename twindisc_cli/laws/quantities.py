@@ -87,15 +87,23 @@ def _profile(s: State, change: Floats) -> State:
 
 
 _FRICTION = ("creepage", "time", "energy", "temperature", "time_in_step", "greatest_creepage")
+_LOADED = ("load", "pressure", "rolling_speed")
 _DRIVEN = ("creepage", "time", "energy", "temperature", "power", "wear_index")
 QUANTITIES: Mapping[str, Quantity] = {
-    "mu": Quantity("friction", "traction", "factor", "the coefficient of friction", _FRICTION, _mu),
+    "mu": Quantity(
+        "friction",
+        "traction",
+        "factor",
+        "the coefficient of friction",
+        (*_FRICTION, *_LOADED, "order", "direction"),
+        _mu,
+    ),
     "slope": Quantity(
         "traction",
         "traction",
         "factor",
         "the initial slope of the traction",
-        ("creepage", "time", "energy", "temperature", "greatest_creepage"),
+        ("creepage", "time", "energy", "temperature", "greatest_creepage", "load"),
         _slope,
     ),
     "creepage": Quantity(
@@ -103,7 +111,7 @@ QUANTITIES: Mapping[str, Quantity] = {
         "traction",
         "shift",
         "the creepage",
-        ("creepage", "time", "energy", "temperature"),
+        ("creepage", "time", "energy", "temperature", "rolling_speed"),
         _creepage,
         "%",
         1e-2,
@@ -113,16 +121,21 @@ QUANTITIES: Mapping[str, Quantity] = {
         "traction",
         "shift",
         "the recorded T/N",
-        ("creepage", "time", "temperature", "time_in_step"),
+        ("creepage", "time", "temperature", "time_in_step", "load", "order"),
         _traction_ratio,
     ),
-    "wear": Quantity("wear", "profile", "factor", "the wear coefficient", _DRIVEN, _wear),
+    "wear": Quantity("wear", "profile", "factor", "the wear coefficient", (*_DRIVEN, *_LOADED), _wear),
     "wear_across": Quantity(
         "surface", "profile", "factor", "the wear across the track", ("y_over_edge",), _wear_across
     ),
     "heat": Quantity("heat", "temperature", "factor", "the heat into the disc", (*_DRIVEN[:-1], "time_in_step"), _heat),
     "convection": Quantity(
-        "heat", "temperature", "factor", "the convection", ("creepage", "time", "temperature", "power"), _convection
+        "heat",
+        "temperature",
+        "factor",
+        "the convection",
+        ("creepage", "time", "temperature", "power", "rolling_speed"),
+        _convection,
     ),
     "environment": Quantity(
         "heat",

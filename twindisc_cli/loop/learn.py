@@ -36,7 +36,7 @@ KNOTS = 20
 ACROSS_KNOTS = 27
 LEVELS = np.array([0.1, 0.3, 1.0, 3.0])
 LENGTHS = np.array([0.08, 0.15, 0.3, 0.6, 1.2])
-UNTIMED = ("creepage", "y_over_edge")
+UNTIMED = ("creepage", "y_over_edge", "load", "pressure", "rolling_speed", "order")
 """Covariates that samples recorded without time can show."""
 NOTHING = 1e-12
 
@@ -330,6 +330,10 @@ def _edges(fitted: Fit, predictions: list[Prediction], covariate: str) -> Floats
     over = COVARIATES[covariate]
     if covariate == "y_over_edge":
         return np.linspace(-over.reach, over.reach, ACROSS_BINS + 1) if "profile" in fitted.problem.channels else None
+    if covariate == "order" and not any(case.test.history.separate for case in fitted.problem.cases):
+        return None  # time says as much
+    if covariate == "pressure" and len(np.unique(_along(predictions, "load"))) == 1:
+        return None  # it changes with the worn section alone, as the energy does
     if covariate not in UNTIMED and not any(is_timed(case) for case in fitted.problem.cases):
         return None
     values = _along(predictions, covariate)

@@ -265,6 +265,8 @@ class _Chain:
             cycles=points.cycles,
             time_in_step=points.time_in_step,
             greatest_creepage=points.greatest_creepage,
+            order=points.order,
+            direction=points.direction,
             rolling_radius=self.model.radius,
             nominal_load=test.rig.normal_load,
             recorded_load=load,

@@ -45,7 +45,8 @@ class Points:
 
     begins: 1 where a test begins, otherwise 0; own_time: time since then [s]; cycles are counted from there.
     time_in_step: time since the creepage of the history changed [s]; greatest_creepage: the largest of the history so
-    far, without its sign [1]: each (point,).
+    far, without its sign [1]; order: number of the step, from 1; direction of the last change of the creepage's size:
+    1 up, -1 down, 0 before any; each (point,).
     of_traction: the point of every traction sample; of_temperature likewise; of_iteration: the last point of each.
     of_cut: the points at which the history is cut, which are all but those of samples with a creepage of their own.
     traction, temperature: how values at the points are read at the samples.
@@ -60,6 +61,8 @@ class Points:
     iteration: Ints
     time_in_step: Floats
     greatest_creepage: Floats
+    order: Floats
+    direction: Floats
     of_traction: Ints
     of_temperature: Ints
     of_iteration: Ints
@@ -105,6 +108,8 @@ def operating_points(experiment: Experiment) -> Points:
         iteration=iteration,
         time_in_step=times - np.maximum.accumulate(np.where(changed, begin, 0.0))[iteration],
         greatest_creepage=_greatest(history)[iteration],
+        order=np.asarray(history.step[iteration], dtype=float) + 1.0,
+        direction=_direction(history)[iteration],
         of_traction=traction.of,
         of_temperature=temperature.of,
         of_iteration=of_cut[np.searchsorted(cuts, ends - 1e-9 * ends[-1])],
@@ -118,6 +123,19 @@ def _greatest(history: History) -> Floats:
     """Largest creepage of each test so far, without its sign (iteration,)."""
     size = np.abs(history.creepage)
     return size if history.separate else np.asarray(np.maximum.accumulate(size))
+
+
+def _direction(history: History) -> Floats:
+    """Sign of the last change of the creepage's size in each test (iteration,); pauses change nothing."""
+    found, last, sign = np.zeros(len(history.step)), np.nan, 0.0
+    begins = np.diff(history.begin_time, prepend=-1.0) != 0.0
+    for i, size in enumerate(np.abs(history.creepage)):
+        last, sign = (np.nan, 0.0) if begins[i] else (last, sign)
+        if history.driven[i]:
+            sign = float(np.sign(size - last)) if size != last and last == last else sign
+            last = size
+        found[i] = sign
+    return found
 
 
 def sample_times(history: History, samples: TractionSamples | None) -> Floats:

@@ -23,7 +23,7 @@ SEEN: Mapping[str, tuple[str, ...]] = {
 }
 """Channels that an effect of a stage may change, where these are not all three; a sensor's is its own."""
 EVERY = ("traction", "profile", "temperature")
-TIMED = ("time", "cycles", "energy", "sliding_distance", "time_in_step", "greatest_creepage")
+TIMED = ("time", "cycles", "energy", "sliding_distance", "time_in_step", "greatest_creepage", "direction")
 
 
 def effect_file(name: str, law: Law, test: Experiment) -> str:
