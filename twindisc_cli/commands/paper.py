@@ -18,6 +18,7 @@ from twindisc_cli.identify.chart import Chart, friction_chart
 from twindisc_cli.identify.friction import SATURATED
 from twindisc_cli.identify.paper import Paper, PaperTest, reproduce
 from twindisc_cli.model.experiment import Experiment
+from twindisc_cli.quantities import CELSIUS, UNITS
 from twindisc_cli.report.words import listed, number, plain_name
 from twindisc_cli.results import Array, Axis, Dataset, Result
 
@@ -28,7 +29,6 @@ MU, CREEPAGE = 0.6, 0.002
 """The case of Figs. 4 and 5 (2.2)."""
 FAMILY = np.round(np.arange(0.05, 0.701, 0.05), 2)
 CREEPAGES = 300
-VICKERS, ZERO_CELSIUS = 9.80665e6, 273.15
 """Hardness of 1 HV [Pa], and 0 degC [K]."""
 Numbers = Mapping[str, Mapping[str, float]]
 
@@ -114,9 +114,9 @@ def _of_the_setup(paper: Paper) -> dict[str, float]:
         "rolling_speed_m_s": rig.rolling_speed,
         "speed_rpm": 60.0 * rig.rolling_speed / (2.0 * np.pi * turning),
         "normal_load_N": rig.normal_load,
-        "hardness_HV": rig.disc2.hardness / VICKERS,
+        "hardness_HV": rig.disc2.hardness / UNITS["HV"].factor,
         "revolutions_of_an_iteration": float(test.history.revolutions[0]),
-        "nitrogen_C": cold.environment_temperature - ZERO_CELSIUS if cold else np.nan,
+        "nitrogen_C": cold.environment_temperature - CELSIUS if cold else np.nan,
     }
 
 

@@ -35,11 +35,8 @@ from twindisc_cli.loop.channels import further_channels
 from twindisc_cli.loop.channels._channel import Channel
 from twindisc_cli.model.experiment import Disc, Experiment, History, Options, Rig, Thermal
 from twindisc_cli.physics.half_space import ContactError
-from twindisc_cli.quantities import CELSIUS
+from twindisc_cli.quantities import CELSIUS, UNITS
 from twindisc_cli.reading import LARGEST_DEFINITION, read_regular
-
-VICKERS = 9.80665e6
-"""Pa in one HV: kilogram-force per square millimetre."""
 
 
 def load(path: Path | str) -> Test:
@@ -154,7 +151,7 @@ def _rig(rig: RigTable, material: MaterialTable) -> Rig:
             transverse_radius=table.transverse_radius_mm * 1e-3,
             youngs_modulus=values["youngs_modulus_GPa"] * 1e9,
             poisson_ratio=float(values["poisson_ratio"]),
-            hardness=values["hardness_HV"] * VICKERS,
+            hardness=values["hardness_HV"] * UNITS["HV"].factor,
             density=_or_nan(values["density_kg_m3"]),
             width=math.inf if table.width_mm is None else table.width_mm * 1e-3,
         )

@@ -143,11 +143,9 @@ def _map(axes: Axes, field: Field, values: Floats, unit: str, what: str) -> None
     x, y = 1e3 * field.x, 1e3 * field.y
     shown = np.where(field.pressure > 0.0, values, np.nan)
     colours = axes.pcolormesh(y.T, x.T, shown.T, shading="nearest", vmin=0.0, rasterized=True)
-    figure = axes.get_figure(root=True)
-    if figure is not None:
-        bar = figure.colorbar(colours, ax=axes, pad=0.02, aspect=18, shrink=0.9)
-        bar.set_label(unit, fontsize=SMALL)
-        bar.ax.tick_params(labelsize=SMALL)
+    bar = axes.figure.colorbar(colours, ax=axes, pad=0.02, aspect=18, shrink=0.9)
+    bar.set_label(unit, fontsize=SMALL)
+    bar.ax.tick_params(labelsize=SMALL)
     marked_zones(axes, field)
     axes.set_aspect("equal")
     axes.grid(False)

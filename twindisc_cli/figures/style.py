@@ -104,7 +104,7 @@ def legend(axes: Axes, columns: int = 1) -> None:
     """The legend of a panel, each label once: under the horizontal axis, where no curve can be behind it."""
     handles, labels = axes.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))
-    drop = ScaledTranslation(0.0, -UNDER / 72.0, axes.get_figure(root=True).dpi_scale_trans)  # type: ignore[union-attr]
+    drop = ScaledTranslation(0.0, -UNDER / 72.0, axes.figure.dpi_scale_trans)
     axes.legend(
         list(once.values()), list(once), fontsize=SMALL, loc="upper center", ncols=columns, frameon=False,
         handlelength=1.5, columnspacing=1.2, borderpad=0.0, borderaxespad=0.0, labelspacing=0.3,

@@ -12,19 +12,19 @@ from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
 from twindisc_cli.measurement.table import read_table
 from twindisc_cli.measurement.units import COUNT, LENGTH, MASS, TEMPERATURE, TIME
+from twindisc_cli.quantities import UNITS
 
 _COLUMNS = {
-    "y": (LENGTH, "y [mm]", 1e3, 0.0),
-    "height": (LENGTH, "height [um]", 1e6, 0.0),
-    "temperature": (TEMPERATURE, "temperature [degC]", 1.0, -273.15),
-    "time": (TIME, "time [s]", 1.0, 0.0),
-    "mass loss": (MASS, "mass loss [mg]", 1e6, 0.0),
-    "mass 1": (MASS, "mass 1 [mg]", 1e6, 0.0),
-    "mass 2": (MASS, "mass 2 [mg]", 1e6, 0.0),
-    "distance": (LENGTH, "distance [m]", 1.0, 0.0),
-    "trace": (COUNT, "trace", 1.0, 0.0),
+    "y": (LENGTH, "mm"),
+    "height": (LENGTH, "um"),
+    "temperature": (TEMPERATURE, "degC"),
+    "time": (TIME, "s"),
+    "mass loss": (MASS, "mg"),
+    "mass 1": (MASS, "mg"),
+    "mass 2": (MASS, "mg"),
+    "distance": (LENGTH, "m"),
 }
-"""What a column is, the header under which it is written, and the factor and offset from SI."""
+"""What a column is, and the unit in which it is written; any other is a count."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +42,8 @@ def alone(content: Content, file: str, found: Guess) -> Alone:
     table.check()
     columns: dict[str, Floats | Ints] = {}
     for name in found.columns:
-        _, header, factor, offset = _COLUMNS.get(name, (COUNT, name, 1.0, 0.0))
-        columns[header] = table.columns[name] * factor + offset
+        unit = UNITS[_COLUMNS[name][1]] if name in _COLUMNS else None
+        columns[f"{name} [{unit.name}]" if unit else name] = (unit or UNITS["1"]).of_si(table.columns[name])
     guessed = [f"{named.column} taken for {name}" for name, named in found.columns.items() if named.column != name]
     notes = (*table.notes, *guessed)
     return Alone(columns, replace(table.count(), notes=tuple(dict.fromkeys(notes))))
