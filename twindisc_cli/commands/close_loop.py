@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -67,13 +68,15 @@ def result_of(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None
     kinds = [test.experiment.measured.provenance for test in tests]
     experiments = [test.experiment for test in tests]
     verdict = told.sentences(diagnosis)[0]
-    drawn = figure(diagnosis, experiments, title=title, provenance=told.provenance(kinds), verdict=verdict)
+    draw = partial(figure, diagnosis, experiments, title=title, provenance=told.provenance(kinds), verdict=verdict)
+    drawn, several = draw(), len(diagnosis.errors) > 1
     return Result(
         command="close-loop",
         summary=tuple(summary(diagnosis)),
         json=or_null(_json(diagnosis)),
         dataset=dataset_of(diagnosis),
-        figure=lambda: drawn,
+        figure=(lambda: draw(short=True)) if several else lambda: drawn,
+        figures={f"close-loop-{c}": partial(draw, channel=c) for c in diagnosis.errors} if several else {},
         exit_code=NEGATIVE_FINDING if diagnosis.verdict == "unexplained" else 0,
         extra_files={
             "close-loop.html": render(diagnosis, tests, validate, figure=png(drawn)),

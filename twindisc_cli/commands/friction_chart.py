@@ -27,7 +27,8 @@ def run(test: Test) -> Result:
     creepage = _creepages(experiment)
     measured = identify_friction(ForwardModel(experiment)) if experiment.measured.traction is not None else None
     many = friction_chart(experiment, mu=FAMILY, creepage=creepage)
-    one = friction_chart(experiment, mu=np.array([_typical_mu(experiment, measured)]), creepage=creepage)
+    typical, origin = _typical_mu(experiment, measured)
+    one = friction_chart(experiment, mu=np.array([typical]), creepage=creepage)
     return Result(
         command="friction-chart",
         summary=_summary(one, many, measured),
@@ -40,7 +41,7 @@ def run(test: Test) -> Result:
             "measured": [] if measured is None else _points(measured),
         },
         dataset=_dataset(many, measured),
-        figure=lambda: _figure(experiment, one, many, measured),
+        figure=lambda: _figure(experiment, one, many, measured, origin),
     )
 
 
@@ -50,11 +51,13 @@ def _creepages(test: Experiment) -> Floats:
     return np.asarray(largest * np.geomspace(1e-4, 1.0, CREEPAGES))
 
 
-def _typical_mu(test: Experiment, measured: StepFriction | None) -> float:
-    """The declared constant mu; else the median identified one; else the paper's 0.6."""
+def _typical_mu(test: Experiment, measured: StepFriction | None) -> tuple[float, str]:
+    """The declared constant mu; else the median identified one; else the paper's 0.6; and which of them it is."""
     found = np.empty(0) if measured is None else measured.mu[np.isfinite(measured.mu)]
     constant = test.options.friction_coefficient
-    return constant if np.isfinite(constant) else float(np.median(found)) if len(found) else 0.6
+    if np.isfinite(constant):
+        return constant, "declared"
+    return (float(np.median(found)), "median of the steps") if len(found) else (0.6, "as in the paper")
 
 
 def _summary(one: Chart, many: Chart, measured: StepFriction | None) -> tuple[str, ...]:
@@ -88,10 +91,11 @@ def _points(measured: StepFriction) -> list[dict[str, object]]:
     ]
 
 
-def _figure(test: Experiment, one: Chart, many: Chart, measured: StepFriction | None) -> Figure:
+def _figure(test: Experiment, one: Chart, many: Chart, measured: StepFriction | None, origin: str) -> Figure:
     from twindisc_cli.figures.friction import chart
 
-    return chart(one, many, measured, name=test.name, provenance="" if measured is None else test.measured.provenance)
+    provenance = "" if measured is None else test.measured.provenance
+    return chart(one, many, measured, name=test.name, origin=origin, provenance=provenance)
 
 
 def _dataset(many: Chart, measured: StepFriction | None) -> Dataset:

@@ -69,6 +69,11 @@ class View:
     channel: str
     curves: Sequence[tuple[Curve, Experiment]]
 
+    @property
+    def kind(self) -> str:
+        """What kind of data they are: measured, digitised, reconstructed, synthetic."""
+        return " and ".join(dict.fromkeys(test.measured.provenance for _, test in self.curves))
+
     @cached_property
     def along(self) -> str:
         """Abscissa of the left panel: y; time; creepage where samples were recorded without time."""

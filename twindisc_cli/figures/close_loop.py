@@ -37,12 +37,12 @@ from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.report import told
 from twindisc_cli.report.words import p_value, percent, plain_name, unit
 
-PANEL, STRIP, BAR, AXIS = 2.35, 0.62, 0.165, 0.62
+PANEL, STRIP, BAR, AXIS = 2.35, 0.62, 0.19, 0.72
 """Height of a row of panels, of the steps above one, of a bar of a ranking, and of what is around the bars [inch]."""
 COLUMNS = 2
 BINS, MOST_BINS = 20, 60
 """Bins of the mean of what the model leaves; across the track a fifth of the samples, and at most so many."""
-SHOWN, LONGEST, TITLE = 8, 50, 44
+SHOWN, LONGEST, TITLE = 8, 56, 44
 FEW = 40
 """Samples up to which each is drawn as a point of its own."""
 LEFT, RIGHT = 1.15, 1.3
@@ -52,11 +52,23 @@ CHOSEN, HOLDS = "#8FC1E3", "#A5D8C6"
 
 
 def figure(
-    diagnosis: Diagnosis, tests: Sequence[Experiment], *, title: str, provenance: str, verdict: str = ""
+    diagnosis: Diagnosis,
+    tests: Sequence[Experiment],
+    *,
+    title: str,
+    provenance: str,
+    verdict: str = "",
+    channel: str = "",
+    short: bool = False,
 ) -> Figure:
-    """Draw all channels and the laws that were learnt, the verdict below. provenance: of the data, printed on it."""
-    views, laws = views_of(diagnosis, tests), diagnosis.laws
+    """Draw all channels, or one, and the laws that were learnt, the verdict below.
+
+    provenance: of the data, printed on it. short: the samples and what the model leaves alone.
+    """
+    views = [view for view in views_of(diagnosis, tests) if channel in ("", view.channel)]
+    laws = [] if short else [law for law in diagnosis.laws if channel in ("", law.channel)]
     rows = [row for number, view in enumerate(views) for row in _rows(number, view)]
+    rows = [row for row in rows if not (short and row[0] == "tried")]
     steps = [row for row in rows if row[0] == "steps"]
     rows = [row for row in rows if row not in steps[1:]]
     rows += [("law", number, PANEL) for number in range(0, len(laws), COLUMNS)]
@@ -110,8 +122,8 @@ def _course(axes: Axes, view: View) -> None:
     several = len(view.traces) > 1
     for trace, colour in zip(view.traces, family(len(view.traces)), strict=True):
         for chosen, what, shade in (
-            (trace.kept & ~trace.held_out, "measured, fitted", colour if several else GREY),
-            (trace.kept & trace.held_out, "measured, held out", PURPLE),
+            (trace.kept & ~trace.held_out, f"{view.kind}, fitted", colour if several else GREY),
+            (trace.kept & trace.held_out, f"{view.kind}, held out", PURPLE),
             (~trace.kept, "outlier", RED),
         ):
             if chosen.any():
@@ -130,7 +142,7 @@ def _course(axes: Axes, view: View) -> None:
         axes.set_xlim(view.spans[0].begin, view.spans[-1].end)
     at = f", creepage {view.spans[0].creepage:.3g} %" if _levels(view) == 1 else ""
     name_axes(
-        axes, view.scale(view.along).axis_label, view.quantity.axis_label, f"{view.channel}: measured and model{at}"
+        axes, view.scale(view.along).axis_label, view.quantity.axis_label, f"{view.channel}: {view.kind} and model{at}"
     )
     legend(axes, 2)
 
@@ -182,7 +194,7 @@ def _leftover(axes: Axes, view: View) -> None:
     if view.is_wide(view.over):
         _wide(axes, over)
     axes.axhline(0.0, color=BLACK, linewidth=0.5)
-    rest = f"measured − model [{unit(channels()[view.channel].unit) or '1'}]"
+    rest = f"{view.kind} − model [{unit(channels()[view.channel].unit) or '1'}]"
     name_axes(axes, view.scale(view.over).axis_label, rest, fill(_outcome(view), TITLE))
     legend(axes, 3)
 
@@ -219,13 +231,15 @@ def _ranking(axes: Axes, view: View) -> None:
     for place, tried in enumerate(ranked):
         label = fill(plain_name(tried.label), LONGEST)
         weight = "bold" if tried.chosen else "normal"
-        size = SMALL - 1.5 if "\n" in label else SMALL
+        size = SMALL - 0.5 if "\n" in label else SMALL
         axes.text(-0.02 * longest, place, label, va="center", ha="right", fontsize=size, fontweight=weight,
                   linespacing=0.95)  # fmt: skip
         axes.text(RIGHT * longest, place, _remark(tried), va="center", ha="right", fontsize=SMALL, color=REMARK)
+    head = "probability, or why not" if any(np.isfinite(tried.probability) for tried in ranked) else "outcome"
+    axes.text(RIGHT * longest, -0.75, head, va="bottom", ha="right", fontsize=SMALL, color=REMARK, fontstyle="italic")
     axes.set_xlim(-LEFT * longest, RIGHT * longest)
     axes.set_xticks([tick for tick in MaxNLocator(5).tick_values(0.0, longest) if tick <= 1.02 * longest])
-    axes.set_ylim(len(ranked) - 0.4, -0.6)
+    axes.set_ylim(len(ranked) - 0.4, -0.7)
     better = "how much better it fits: root of the fall of $\\chi^2$ (chance gives about 1)"
     name_axes(axes, better, "", f"{view.channel}: what was tried, and what came of it")
 

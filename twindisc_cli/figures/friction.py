@@ -32,13 +32,18 @@ if TYPE_CHECKING:
 CREEPAGE, APPARENT = "creepage $\\upsilon_x$ [%]", "apparent friction $T/N$ [1]"
 
 
-def chart(one: Chart, many: Chart, measured: StepFriction | None, *, name: str, provenance: str) -> Figure:
-    """Apparent friction of one mu (Fig. 6) and of a family with the 98 % line (Fig. 7), measured points on both."""
+def chart(one: Chart, many: Chart, measured: StepFriction | None, *, name: str, origin: str, provenance: str) -> Figure:
+    """Apparent friction of one mu (Fig. 6) and of a family with the 98 % line (Fig. 7), measured points on both.
+
+    origin: where that one mu is from.
+    """
     figure, (left, right) = page(1, 2, height=3.8, title=f"{name}: friction chart", provenance=provenance)
     left.plot(one.creepage * 100.0, one.apparent[0], color=BLUE, label=f"$\\mu$ = {one.mu[0]:.3g}")
     if np.isfinite(one.full_slip[0]):
         left.axvline(one.full_slip[0] * 100.0, color=GREY, linewidth=0.8, linestyle=":", label="full slip")
-    name_axes(left, CREEPAGE, APPARENT, f"one $\\mu$: full slip from {one.full_slip[0] * 100.0:.2f} %")
+    name_axes(
+        left, CREEPAGE, APPARENT, f"$\\mu$ = {one.mu[0]:.3g}, {origin}: full slip from {one.full_slip[0] * 100.0:.2f} %"
+    )
     for place, (row, mu, colour) in enumerate(zip(many.apparent, many.mu, family(len(many.mu)), strict=True)):
         right.plot(many.creepage * 100.0, row, color=colour, linewidth=1.0)
         if place % 2:
@@ -95,7 +100,9 @@ def _traction(axes: Axes, steps: StepFriction, measured: Measured) -> None:
         axes.plot(
             samples.time, samples.ratio, linestyle="none", marker=".", markersize=3.0, color=GREY, label="samples"
         )
-        name_axes(axes, "time [s]", APPARENT, f"measured at {np.mean(samples.creepage) * 100.0:.3g} % creepage")
+        name_axes(
+            axes, "time [s]", APPARENT, f"{measured.provenance} at {np.mean(samples.creepage) * 100.0:.3g} % creepage"
+        )
         return
     if len(samples.ratio) > len(steps.ratio):
         axes.plot(
@@ -114,5 +121,5 @@ def _traction(axes: Axes, steps: StepFriction, measured: Measured) -> None:
         steps.half,
         label=f"{measured.provenance}, mean of a step, 90 % interval",
     )
-    name_axes(axes, CREEPAGE, APPARENT, "measured traction")
+    name_axes(axes, CREEPAGE, APPARENT, f"{measured.provenance} traction")
     axes.set_xlim(min(0.0, 105.0 * float(samples.creepage.min())), max(0.0, 105.0 * float(samples.creepage.max())))
