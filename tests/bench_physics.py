@@ -86,7 +86,58 @@ def loads_up_and_down(rng: Generator, at_most: AtMost) -> Iterator[object]:
         yield at_most("  depth that came back, over the greatest", max(fallen), 1e-9)
 
 
+def tilted_cylinders(rng: Generator, at_most: AtMost) -> Iterator[object]:
+    """Straight discs whose axes tilt, against strips of Carter at their own creepage, and against the solver."""
+    import rigs
+
+    from twindisc_cli.model.experiment import Disc, Options, Rig
+    from twindisc_cli.model.forward import ForwardModel
+    from twindisc_cli.physics.half_space import rolling
+
+    steel = {"youngs_modulus": 206e9, "poisson_ratio": 0.3, "hardness": rigs.HARDNESS}
+    y = 0.5 * ((2.0 * np.arange(4001) + 1.0) / 4001 - 1.0)
+    modulus, off, solved = 206e9 / 2.6, [], []
+    for case in range(50):
+        radius, width = rng.uniform(0.015, 0.05), rng.uniform(0.003, 0.02)
+        load = width * np.exp(rng.uniform(np.log(2e4), np.log(1e6)))
+        mu, creepage, tilt = (
+            rng.uniform(0.05, 0.6),
+            np.exp(rng.uniform(np.log(2e-4), np.log(0.02))),
+            0.02 * rng.random(),
+        )
+        discs = [Disc(radius, np.inf, width=width, **steel) for _ in range(2)]
+        history = rigs.history([creepage], 1)
+        test = rigs.experiment(history, rig=Rig(*discs, normal_load=load, rolling_speed=1.0),
+                               options=Options(traction="exact"))  # fmt: skip
+        base = {"mu": np.array([mu]), "K": np.array([np.nan]), "convection_W_K": np.array([1.0])}
+        found = ForwardModel(test).predict(
+            base, {"misalignment": {"yaw_mrad": np.zeros(1), "tilt_mrad": np.array([1e3 * tilt])}}
+        )
+        spin, a = tilt / radius, float(test.rig.patch.a)
+        bound = a / radius * mu * 2.0
+        local = creepage - spin * width * y
+        k = np.minimum(np.abs(local) / bound, 1.0)
+        carter = float(np.mean(np.sign(local) * (1.0 - (1.0 - k) ** 2)))
+        off.append(abs(float(found.state.traction_ratio[0, 0]) / mu - carter))
+        if case < 3:
+            n, across = 64, 65
+            half = 24.0 * a  # a width of 24 lengths, with the same creepages at its ends
+            x, place = (
+                a * ((2.0 * np.arange(n) + 1.0) / n - 1.0),
+                half * ((2.0 * np.arange(across) + 1.0) / across - 1.0),
+            )
+            pressure = np.sqrt(1.0 - (x / a) ** 2) * np.ones((across, 1)) * float(test.rig.patch.p0)
+            force = rolling.solve(
+                x=x, y=place, pressure=pressure, mu=mu, shear_modulus=modulus, poisson=0.3, creepage_x=creepage,
+                spin=spin * 0.5 * width / half,
+            ).traction[0].sum()  # fmt: skip
+            solved.append(abs(force / (mu * pressure.sum()) - carter))
+    yield at_most("tilted cylinders, 50 drawn, T/(mu N) against strips of Carter", max(off), 0.005)
+    yield at_most("  3 of them, by the solver on a line 24 times as wide as long", max(solved), 0.005)
+
+
 SECTIONS = {
+    "drawn: tilted cylinders": tilted_cylinders,
     "drawn: loads up and down": loads_up_and_down,
     "drawn: shaft with pauses": shaft_with_pauses,
 }

@@ -14,6 +14,7 @@ from twindisc_cli.commands import check, contact, fit_k, friction_chart, identif
 from twindisc_cli.definition import Test, load
 from twindisc_cli.errors import DefinitionError, MeasurementError
 from twindisc_cli.identify.law import unworn_law
+from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.physics import exact, fastsim, hertz, kalker, line_contact
 from twindisc_cli.physics.flash import flash_temperature
 from twindisc_cli.physics.half_space import rolling
@@ -342,3 +343,29 @@ def test_a_profile_narrower_than_the_line_is_refused(tmp_path: Path) -> None:
     profile = "y [mm],height [um]\n" + "".join(f"{y:.3f},{-1.0 + 0.01 * y:.3f}\n" for y in np.linspace(-3, 3, 60))
     with pytest.raises(MeasurementError, match="the profile spans 6 mm, the contact is 10 mm wide"):
         load(write(tmp_path, SUROS, profile=profile))
+
+
+def strips_of_carter(creepage: float, spin: float, capacity: float, stiffness: float) -> float:
+    """T [N] of many strips, each by Carter at its own creepage v - phi y, under an even load."""
+    y = 0.5 * WIDTH * ((2.0 * np.arange(4001) + 1.0) / 4001 - 1.0)
+    xi = stiffness * (creepage - spin * y) / capacity
+    k = np.minimum(np.abs(xi) / 2.0, 1.0)
+    return float(capacity * np.mean(np.sign(xi) * (1.0 - (1.0 - k) ** 2)))
+
+
+@pytest.mark.parametrize("tilt", [0.0, 2.0, 6.0, 20.0])
+@pytest.mark.parametrize("creepage", [0.0005, 0.005])
+def test_tilted_cylinders_are_strips_of_carter_with_their_own_creepage(
+    tmp_path: Path, tilt: float, creepage: float
+) -> None:
+    text = SUROS.replace("normal_load_N = 7233.0", "normal_load_N = 1000.0").replace("= 0.5,", f"= {100 * creepage},")
+    test = load(write(tmp_path, text + f"[effects.misalignment]\ntilt_mrad = {tilt}\nyaw_mrad = 0.0\n"))
+    mu, spin = 0.1, 1e-3 * tilt / RADIUS
+    base = {"mu": np.array([mu]), "K": np.array([np.nan]), "convection_W_K": np.array([CONVECTION])}
+    found = ForwardModel(test.experiment).predict(base)
+    a = np.sqrt(4 * 1000.0 / WIDTH / (np.pi * PLANE * 2 / RADIUS))
+    stiffness = MODULUS / (2 * (1 + NU)) * a * 0.5 * WIDTH * np.pi / (1 - NU)
+    expected = strips_of_carter(creepage, spin, mu * 1000.0, stiffness) / 1000.0
+    assert found.state.traction_ratio[0, 0] == pytest.approx(expected, abs=3e-4)
+    field = contact.run(test, step=1, mu=mu).json
+    assert field["exact"]["T_over_N"] == pytest.approx(expected, abs=1e-3)

@@ -115,3 +115,11 @@ def test_loads_within_a_few_percent_are_one_piece() -> None:
     ends, loads = LoadHistory(section, np.where(section < 0.55, 1.0, 2.0) * wobbling.ratio).pieces()
     assert ends == pytest.approx([0.5, 1.0])
     assert loads == pytest.approx([1.0, 2.0], rel=5e-3)
+
+
+def test_steps_that_are_tests_of_their_own_wear_new_discs_under_their_own_load() -> None:
+    of = model(np.full(2, 0.01), np.array([1.0, 4.0]), "hertz")
+    apart = ForwardModel(replace(of.experiment, history=replace(of.experiment.history, separate=True)))
+    assert not apart.loads_change
+    alone = model(np.full(1, 0.01), np.array([4.0]), "hertz")
+    assert depths(predicted(apart))[-1].max() == pytest.approx(depths(predicted(alone))[-1].max(), rel=1e-3)

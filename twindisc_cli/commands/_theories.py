@@ -24,6 +24,8 @@ from twindisc_cli.physics.half_space.normal import solve_gap, solve_profile
 ELEMENTS = 120
 STRIPS = 100
 LINE_STRIPS = 21
+_STANDING = 1e-15
+"""A creepage that is none [1]."""
 
 
 @dataclass(frozen=True)
@@ -202,41 +204,64 @@ def _line_field(
     creepage_y: float,
     spin: float,
 ) -> Field:
-    """The closed form of a theory on each strip of a line."""
-    sideways = np.hypot(creepage_y, SPIN_ARM_OF_A_LINE * spin * patch.a)
-    along, across = creep_stiffness(rig, np.asarray(patch.a), np.asarray(patch.b))
-    slips, capacity, width = np.hypot(creepage_x, sideways), mu * patch.normal_load, 2.0 * patch.b
-    linear = float(np.hypot(along * creepage_x, across * sideways))
-    turned = direction(*arrays(along * creepage_x / capacity, across * sideways / capacity, creepage_x, sideways))
+    """The closed form of a theory on each strip of a line, which spin gives a creepage of its own."""
+    y = patch.b * (2.0 * np.arange(LINE_STRIPS) + 1.0 - LINE_STRIPS) / LINE_STRIPS
+    sideways = float(np.hypot(creepage_y, SPIN_ARM_OF_A_LINE * spin * patch.a))
+    strips = [_line_strip(patch, rig, theory, mu, (creepage_x - spin * float(place), sideways)) for place in y]
+    forces = mu * patch.normal_load * np.array([strip.share * strip.direction for strip in strips])
+    slips = np.stack([creepage_x - spin * y, np.full_like(y, sideways)], axis=1)
+    power = rig.rolling_speed * np.sum(forces * slips, axis=1)
+    x, across = np.meshgrid(patch.fine.x, y)
+    vectors = np.array([strip.direction for strip in strips]).T[:, :, None]
+    return Field(
+        theory=theory,
+        x=x,
+        y=across,
+        pressure=np.array([strip.cells.bound for strip in strips]) / mu,
+        traction=vectors * np.array([strip.cells.traction for strip in strips]),
+        slip=vectors * np.array([strip.cells.slip for strip in strips]) * rig.rolling_speed,
+        sticks=np.array([strip.cells.sticks for strip in strips]),
+        force_x=float(forces[:, 0].mean()),
+        force_y=float(forces[:, 1].mean()),
+        moment=float(-np.mean(y * forces[:, 0])),
+        error=0.0,
+        stick_fraction=float(np.mean([strip.sticks for strip in strips])),
+        power_per_length=power / (2.0 * patch.b),
+        power=float(power.mean()),
+    )
+
+
+@dataclass(frozen=True)
+class _LineStrip:
+    """A strip of a line: tractions along it, direction of the force (2,), its share of mu N, and what sticks [1]."""
+
+    cells: line_contact.Traction
+    direction: Floats
+    share: float
+    sticks: float
+
+
+def _line_strip(
+    patch: Patch, rig: Rig, theory: line_contact.Theory, mu: float, creepage: tuple[float, float]
+) -> _LineStrip:
+    """A strip at its creepages along and across rolling."""
+    stiffness = creep_stiffness(rig, np.asarray(patch.a), np.asarray(patch.b))
+    capacity, width, slips = mu * patch.normal_load, 2.0 * patch.b, max(float(np.hypot(*creepage)), _STANDING)
+    along, across = (float(k) * v / capacity for k, v in zip(stiffness, creepage, strict=True))
+    xi = float(np.hypot(along, across))
     cells = line_contact.along_the_patch(
         patch.fine.x,
         a=patch.a,
         bound=capacity / width,
-        stiffness=linear / slips / width,
-        creepage=float(slips),
+        stiffness=max(xi * capacity / slips, float(min(stiffness))) / width,
+        creepage=slips,
         theory=theory,
     )
-    x, y = np.meshgrid(cells.x, patch.b * (2.0 * np.arange(LINE_STRIPS) + 1.0 - LINE_STRIPS) / LINE_STRIPS)
-    vector = np.stack([float(part) * np.ones_like(x) for part in turned])
-    force_x, force_y = (
-        float(part) * capacity * float(line_contact.saturation(linear / capacity, theory)) for part in turned
-    )
-    power = rig.rolling_speed * (force_x * creepage_x + force_y * float(sideways))
-    return Field(
-        theory=theory,
-        x=x,
-        y=y,
-        pressure=cells.bound / mu * np.ones_like(x),
-        traction=vector * cells.traction,
-        slip=vector * cells.slip * rig.rolling_speed,
-        sticks=cells.sticks & np.ones_like(x, dtype=bool),
-        force_x=force_x,
-        force_y=force_y,
-        moment=0.0,
-        error=0.0,
-        stick_fraction=float(line_contact.stick_fraction(linear / capacity, theory)),
-        power_per_length=np.full(LINE_STRIPS, power / width),
-        power=power,
+    return _LineStrip(
+        cells=cells,
+        direction=np.array([float(part) for part in direction(*arrays(along, across, *creepage))]),
+        share=float(line_contact.saturation(xi, theory)),
+        sticks=float(line_contact.stick_fraction(xi, theory)),
     )
 
 

@@ -7,7 +7,7 @@
           and its lateral mirror image, with both signs turned, have the same traction
 
 Leaves behind, when it is missing: traction predicted too high where the creepage is not much above the yaw angle.
-Valid for: small angles.
+Valid for: small angles; along a line contact under an even load, where tilt gives each strip the creepage v - phi y.
 """
 
 from __future__ import annotations

@@ -47,13 +47,14 @@ from twindisc_cli.model.wear_path import (
     weights_on,
 )
 from twindisc_cli.model.wear_path.carried import PIECE
-from twindisc_cli.physics import combined, disc_heat, polach, spin
+from twindisc_cli.physics import combined, disc_heat, line_contact, polach, spin
 from twindisc_cli.physics.flash import flash_temperature
 
 MOST_PASSES = 40
 SPIN_ARM_OF_A_LINE = 0.5
-"""Along a line spin acts on T like a lateral creepage of phi a / 2: in full sliding T = mu N (1 - phi^2 <x^2> / 2 v^2),
-with <x^2> = a^2 / 4 under the pressure; what it does along y cancels to first order."""
+"""On each strip of a line spin acts on T like a lateral creepage of phi a / 2: in full sliding T = mu N (1 - phi^2
+<x^2> / 2 v^2), with <x^2> = a^2 / 4 under the pressure. To the creepage along rolling it adds - phi y."""
+_NOTHING = np.zeros((1, 1))
 SETTLED, COUNTED = 1e-7, 1e-4
 """Change of the energy in a pass at which the chain stands still, and at which a march of local wear may begin."""
 MOST_MARCHES, MARCHED = 4, 1e-3
@@ -114,9 +115,12 @@ class ForwardModel:
 
     @cached_property
     def loads_change(self) -> bool:
-        """Whether the load changes such that the worn profile depends on the history; along a line it never does."""
-        loads = self.experiment.history.load_factor[self.experiment.history.driven]
-        return not self.experiment.rig.is_line and bool(len(loads) and np.ptp(np.log(loads)) > PIECE)
+        """Whether the profile depends on the history of the load: neither along a line nor in steps of their own."""
+        history = self.experiment.history
+        loads = history.load_factor[history.driven]
+        if self.experiment.rig.is_line or history.separate or not len(loads):
+            return False
+        return bool(np.ptp(np.log(loads)) > PIECE)
 
     @cached_property
     def reach(self) -> float:
@@ -240,8 +244,11 @@ class _Chain:
         return chain, state
 
     def _one_load(self, state: State, section: Floats) -> bool:
-        """Whether no set wears under loads that differ; along a line they make no difference."""
-        return self.model.experiment.rig.is_line or not any(loads.changes for loads in self._loads(state, section))
+        """Whether no set wears under loads that differ, so far as they make a difference."""
+        test = self.model.experiment
+        if test.rig.is_line or test.history.separate:
+            return True
+        return not any(loads.changes for loads in self._loads(state, section))
 
     def _loads(self, state: State, section: Floats) -> list[LoadHistory]:
         """Sections and loads of every set."""
@@ -478,14 +485,30 @@ class _Chain:
         return level * along, level * (along * state.creepage + sideways), size
 
     def _rolling_along_a_line(self, state: State, patch: Patch) -> tuple[Floats, Floats, Floats]:
-        """The same for a line contact, where spin acts on T like a lateral creepage."""
-        drive = state.slope / (state.mu * state.normal_load)
+        """The same for a line contact: strips across its width, each of which spin gives a creepage of its own."""
+        if not np.any(state.spin):
+            return self._rolling_of_a_strip(state, patch, state.creepage, state.lateral_creepage)
         sideways = np.hypot(state.lateral_creepage, state.spin * patch.a * SPIN_ARM_OF_A_LINE)
-        along, across = patch.stiffness * drive * state.creepage, patch.stiffness_y * drive * sideways
+        strips = [
+            self._rolling_of_a_strip(state, patch, state.creepage - state.spin * patch.b * place, sideways)
+            for place in line_contact.PLACES
+        ]
+        force, work, square = (
+            sum((share * strip[i] ** power for share, strip in zip(line_contact.SHARES, strips, strict=True)), _NOTHING)
+            for i, power in ((0, 1), (1, 1), (2, 2))
+        )
+        return force, work, np.sqrt(square)
+
+    def _rolling_of_a_strip(
+        self, state: State, patch: Patch, creepage: Floats, sideways: Floats
+    ) -> tuple[Floats, Floats, Floats]:
+        """Force, work and normalised creepage of a line all of which had these creepages."""
+        drive = state.slope / (state.mu * state.normal_load)
+        along, across = patch.stiffness * drive * creepage, patch.stiffness_y * drive * sideways
         size = np.maximum(np.hypot(along, across), 1e-30)
         traction = state.mu * state.normal_load * self._law(state, size, patch)
-        east, north = combined.direction(along, across, state.creepage, sideways)
-        return traction * east, traction * (east * state.creepage + north * sideways), size
+        east, north = combined.direction(along, across, creepage, sideways)
+        return traction * east, traction * (east * creepage + north * sideways), size
 
     def _law(self, state: State, xi: Floats, patch: Patch) -> Floats:
         """T/(mu N) of the declared traction law, moved towards the exact theory where an effect says so.

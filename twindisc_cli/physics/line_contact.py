@@ -19,6 +19,7 @@ w = V (|v| - mu kappa x). FASTSIM's slip is V (v - L dt/ds) as in `fastsim`, 1/L
 Source: K. L. Johnson, Contact Mechanics (1985), sections 4.2(c) and 8.3; F. W. Carter, Proc. Royal Society A 112
 (1926) 151; the strips as in `fastsim`, integrated.
 Valid for: discs long against the patch, the ends left out; quasi-identical bodies. C22 is that of the plane theory.
+Where the axes tilt, each strip has its own creepage v - phi y, under an even load across the width.
 """
 
 from __future__ import annotations
@@ -34,6 +35,12 @@ from twindisc_cli.physics._arrays import Floats, together
 Theory = Literal["exact", "fastsim"]
 ORDER: dict[Theory, int] = {"exact": 2, "fastsim": 3}
 """Normalised creepage above which no point of the patch sticks: n above."""
+
+
+_AT, _WEIGHTS = np.polynomial.legendre.leggauss(32)
+PLACES, SHARES = tuple(_AT.tolist()), tuple((0.5 * _WEIGHTS).tolist())
+"""Places y/b over the width at which strips are asked for, and the share of the width that each stands for; the mean of
+Carter's law over creepages of both signs is met within 2e-4."""
 
 
 @dataclass(frozen=True)
