@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from rigs import LOAD, SPEED, Plant, history, running, spread
 
-from twindisc_cli import effects
+from twindisc_cli import effects, plugins
 from twindisc_cli.cli import main
 from twindisc_cli.commands import close_loop
 from twindisc_cli.definition import load
@@ -190,7 +190,7 @@ def recorded(fall: float) -> dict[str, str]:
 
 def exit_code(*arguments: object) -> int:
     with pytest.raises(SystemExit) as left:
-        main([str(a) for a in arguments])
+        main([*(str(a) for a in arguments), "--trust-effects"])
     assert isinstance(left.value.code, int)
     return left.value.code
 
@@ -204,7 +204,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     (tmp_path / "small.toml").write_text(DEFINITION)
     for name, text in recorded(0.0).items():
         (tmp_path / name).write_text(text)
+    plugins.trust()
     yield tmp_path
+    plugins.forget_trust()
     channels.forget_folders()
     effects.forget_folders()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from pathlib import Path
 
 import pytest
@@ -156,6 +157,23 @@ def test_a_cluster_that_asks_for_tls_without_certificates(tmp_path: Path, capsys
     code, why = told("campaign", "check", path, "--scheduler", "tls://127.0.0.1:1", "-o", tmp_path, capsys=capsys)
     assert code == 2
     assert "--scheduler: tls://127.0.0.1:1 asks for TLS" in why
+
+
+def test_a_key_of_thousands_of_parts_costs_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    began = time.process_time()
+    for key in (".".join(["a"] * 20_000), '"a" . ' * 10_000 + "b", "a." * 60 + "a"):
+        path = write(tmp_path, f"{VALID}\n{key} = 1\n")
+        for command in (("check",), ("campaign", "check")):
+            assert "is nested too deeply" in told(*command, path, "-o", tmp_path, capsys=capsys)[1]
+    assert time.process_time() - began < 5.0
+
+
+def test_points_in_texts_remarks_and_numbers_are_no_parts_of_keys(tmp_path: Path) -> None:
+    words = "a." * 100
+    steps = ", ".join(["{ creepage_percent = 0.5 }"] * 100)
+    text = VALID.partition("steps = [")[0] + f"steps = [{steps}] # {words}\n"
+    text = text.replace("[test]", f'[test]\ndescription = "{words}"')
+    assert load_text(text, tmp_path / "x.toml").experiment.description == words
 
 
 # The table of a campaign

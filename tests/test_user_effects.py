@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from definitions import TRACTION, VALID, write
+from definitions import TRACTION, VALID, line_of, write
 
-from twindisc_cli import effects
+from twindisc_cli import effects, plugins
 from twindisc_cli.cli import main
 from twindisc_cli.commands import effect_test
 from twindisc_cli.definition import dump, load, relocate
@@ -33,6 +33,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     (tmp_path / "mine/energy_hardening.py").write_text(EXAMPLE)
     yield tmp_path
     effects.forget_folders()
+    plugins.forget_trust()
 
 
 DECLARED = "\n[effects.energy_hardening]\ngrowth = 0.5\n"
@@ -43,8 +44,65 @@ def test_a_definition_names_its_folder(folder: Path, capsys: pytest.CaptureFixtu
     assert exit_code("check", "small.toml") == 2
     assert "unknown key" in capsys.readouterr().err
     path = write(folder, VALID + DECLARED + '[loop]\neffects = "mine"\n', traction=TRACTION)
+    plugins.trust(folder / "mine")
     assert load(path).experiment.effects == {"energy_hardening": {"growth": 0.5, "energy_kJ": 3.0}}
-    assert exit_code("check", "small.toml") == 0
+    assert exit_code("check", "small.toml", "--effects", "mine") == 0
+
+
+STRANGER = "\nfrom pathlib import Path\nPath('ran').touch()\n"
+
+
+def test_a_definition_is_no_program(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Python files that only a definition names are run by no command, until the command line says so."""
+    (folder / "mine/energy_hardening.py").write_text(EXAMPLE + STRANGER)
+    write(folder, VALID + '[loop]\neffects = "mine"\n', traction=TRACTION)
+    for command in ("check", "identify-mu", "close-loop", "effects --from", "campaign check", "paper small.toml"):
+        assert exit_code(*command.split(), "small.toml") == 2, command
+        assert not (folder / "ran").exists(), command
+    assert exit_code("check", "small.toml") == 2
+    assert "loop.effects: the Python files in mine would be run: --trust" in capsys.readouterr().err
+    (folder / "other").mkdir()
+    assert exit_code("check", "small.toml", "--effects", "other") == 2
+    assert not (folder / "ran").exists()
+    assert exit_code("check", "small.toml", "--trust-effects") == 0
+    assert (folder / "ran").exists()
+    assert exit_code("check", "small.toml", "--force") == 2
+
+
+@pytest.mark.parametrize(
+    ("where", "what", "says"),
+    [
+        ("import", "import sys; sys.exit(0)", "leaves the program by sys.exit"),
+        ("import", "raise OSError('no')", "OSError: no"),
+        ("apply", "import sys; sys.exit(0)", "leaves the program by sys.exit"),
+        ("apply", "return 1 / 0", "ZeroDivisionError: division by zero"),
+        ("apply", "return s.replace(nu=0.3)", "TypeError: a state has no nu"),
+    ],
+)
+def test_a_file_that_fails_or_leaves_is_named(
+    folder: Path, capsys: pytest.CaptureFixture[str], where: str, what: str, says: str
+) -> None:
+    place = "from __future__ import annotations\n" if where == "import" else "    return s.replace(mu"
+    text = EXAMPLE.replace(place, f"{place}{what}\n" if where == "import" else f"    {what}\n{place}", 1)
+    (folder / "mine/energy_hardening.py").write_text(text)
+    path = write(folder, VALID + '[loop]\neffects = "mine"\n' + DECLARED, traction=TRACTION)
+    says = f"energy_hardening.py:{line_of(text, what)}: {says}"
+    assert exit_code("identify-mu", path, "--trust-effects") == 2
+    assert says in capsys.readouterr().err
+    assert exit_code("campaign", "identify-mu", path, "--trust-effects", "--workers", "1") == 2
+    assert says in capsys.readouterr().err
+
+
+def test_what_a_file_prints_is_told_with_its_name(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The standard output holds the one object of --json, whatever is printed."""
+    text = EXAMPLE.replace("    return s.replace(mu", "    print('acting', 2)\n    return s.replace(mu", 1)
+    (folder / "mine/energy_hardening.py").write_text(text + "\nprint('read')\n")
+    write(folder, VALID + DECLARED, traction=TRACTION)
+    assert exit_code("identify-mu", "small.toml", "--effects", "mine", "--json") == 0
+    out, err = capsys.readouterr()
+    assert json.loads(out)["steps"]
+    assert "mine/energy_hardening.py prints: read" in err
+    assert "mine/energy_hardening.py prints: acting 2" in err
 
 
 def test_a_changed_effect_file_makes_the_result_again(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -63,6 +121,7 @@ def test_a_revised_definition_finds_the_effects_of_the_command_line(folder: Path
     target.mkdir(parents=True)
     text = relocate(dump(test.resolved), source=folder, target=target, effects=Path("mine"))
     (target / "revised.toml").write_text(text + DECLARED)
+    plugins.trust(folder / "mine")
     assert "energy_hardening" in load(target / "revised.toml").experiment.effects
 
 

@@ -20,6 +20,7 @@ import typer
 from twindisc_cli import terminal
 from twindisc_cli.commands._output import DPI, FORMATS, Output
 from twindisc_cli.errors import DefinitionError, OutputError, TwindiscError, ValidityError, bug
+from twindisc_cli.plugins import fault
 from twindisc_cli.version import __version__
 
 INTERRUPTED, TERMINATED = 130, 143
@@ -58,6 +59,9 @@ Depfile = Annotated[
 ]
 Effects = Annotated[
     Path | None, typer.Option("--effects", metavar="FOLDER", help="A folder of effect files that join the catalogue.")
+]
+Trust = Annotated[
+    bool, typer.Option("--trust-effects", help="Run the Python files in folders that definitions name under [loop].")
 ]
 RESULTS = Path("results")
 
@@ -99,12 +103,13 @@ def _output(
     dry_run: DryRun = False,
     depfile: Depfile = None,
     effects: Effects = None,
+    trust_effects: Trust = False,
 ) -> Output:
     """What the options that all commands have ask for."""
     chosen = tuple(dict.fromkeys(part.strip().lower() for part in formats.split(",")))
     if unknown := [part for part in chosen if part not in FORMATS]:
         raise typer.BadParameter(f"--format knows {', '.join(FORMATS)}, not {unknown[0] or 'nothing'}")
-    return Output(folder, as_json, force, chosen, dpi, quiet, verbose, dry_run, depfile, effects)
+    return Output(folder, as_json, force, chosen, dpi, quiet, verbose, dry_run, depfile, effects, trust_effects)
 
 
 def _run(command: str, test: Path, output: Output, **options: float | None) -> int:
@@ -321,14 +326,13 @@ def effects(
         Path | None, typer.Option("--test", metavar="FILE.py", help="Test an effect file: is it all that it says?")
     ] = None,
     folder: Effects = None,
+    trust_effects: Trust = False,
     as_json: AsJson = False,
 ) -> None:
     """List the catalogue of physical effects, explain or test one, or write a learnt law as one."""
     from twindisc_cli.commands import _runner
-    from twindisc_cli.effects import add_folder
 
-    if folder is not None:
-        add_folder(folder)
+    _runner.know(folder, trusting=trust_effects)
     if tested is not None:
         raise typer.Exit(_runner.test_effect(tested, as_json))
     raise typer.Exit(
@@ -434,12 +438,17 @@ def _done(given: Sequence[str]) -> tuple[int, list[str]]:
         return error.exit_code, [line for problem in error.problems for line in problem.lines]
     except OSError as error:  # what the system refused, wherever it did
         return OutputError.exit_code, [f"{error.filename or 'the system'}: {error.strerror or error}"]
+    except SystemExit as error:  # of a file of the user's
+        if (own := fault(error)) is None:
+            raise
+        return own.exit_code, [str(problem) for problem in own.problems]
     except MemoryError:
         return ValidityError.exit_code, ["there is not enough memory for a test of this size"]
     except Exception as error:
         if os.environ.get("TWINDISC_DEBUG"):
             traceback.print_exception(error)
-        return 1, [bug(error)]
+        own = fault(error)
+        return (1, [bug(error)]) if own is None else (own.exit_code, [str(problem) for problem in own.problems])
 
 
 def _failed(given: Sequence[str], code: int, problems: Sequence[str]) -> int:

@@ -75,7 +75,7 @@ NEGATIVE_FINDING = 5
 """Exit code of a run that worked and whose answer is no: a failed check, an unexplained residual."""
 
 
-def bug(error: Exception) -> str:
+def bug(error: BaseException) -> str:
     """An error that should not have been, in one line, with the way to its traceback."""
     frame = traceback.extract_tb(error.__traceback__)[-1]
     place = f"{Path(frame.filename).name}:{frame.lineno}"

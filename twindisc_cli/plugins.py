@@ -1,4 +1,8 @@
-"""Files of a user's own that declare an effect or a channel: found in folders, imported, every mistake told."""
+"""Files of a user's own that declare an effect or a channel: found in folders, imported, every mistake told.
+
+Such a file is a program. A folder that only a definition names is not run: it is trusted where the command line names
+it, or says that what definitions name is to be run.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +14,59 @@ from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import Any
 
+from twindisc_cli import terminal
 from twindisc_cli.errors import DefinitionError, Problem
+
+
+class UntrustedError(DefinitionError):
+    """A definition names a folder whose files nobody has said to run."""
+
+
+_trusted: set[Path | None] = set()
+"""Folders whose files a definition may have run; None stands for any."""
+_run: set[str] = set()
+"""The files that were run."""
+
+
+def trust(folder: Path | None = None) -> None:
+    """Let definitions name this folder, or any, to have the Python files in it run."""
+    _trusted.add(None if folder is None else folder.resolve())
+
+
+def forget_trust() -> None:
+    """Let definitions name no folder any more."""
+    _trusted.clear()
+
+
+def is_trusted(folder: Path) -> bool:
+    """Whether the files of a folder may be run because a definition names it."""
+    return None in _trusted or folder.resolve() in _trusted
+
+
+def fault(error: BaseException) -> DefinitionError | None:
+    """The failure of a file of the user's that an error came from, by file and line; None where it is of none."""
+    frames = [f for f in traceback.extract_tb(error.__traceback__) if f.filename in _run]
+    if not frames:
+        return None
+    return DefinitionError(Problem(_what(error), frames[-1].filename, frames[-1].lineno or 0))
+
+
+def _what(error: BaseException) -> str:
+    """An error of a user's file in one line."""
+    if isinstance(error, SystemExit):
+        return "leaves the program by sys.exit; raise an error that says what is wrong"
+    return " ".join(f"{type(error).__name__}: {error}".split())
+
+
+@dataclass(frozen=True)
+class _Print:
+    """What `print` is in a user's file: stdout belongs to the results."""
+
+    path: Path
+
+    def __call__(self, *values: object, sep: str | None = None, **_: object) -> None:
+        text = (" " if sep is None else sep).join(map(str, values))
+        terminal.say([f"{self.path} prints: {line}" for line in text.split("\n")], error=True)
 
 
 @dataclass(frozen=True)
@@ -59,14 +115,16 @@ class Folders:
         if spec is None or spec.loader is None or not path.stem.isidentifier():
             raise DefinitionError(Problem(f"is no Python file that can be named as {self._one}", path))
         module = module_from_spec(spec)
+        vars(module)["print"] = _Print(path)
+        _run.add(str(path))
         try:
             sys.modules[name] = module
             spec.loader.exec_module(module)
-        except Exception as error:
-            del sys.modules[name]
+        except (Exception, SystemExit) as error:
+            sys.modules.pop(name, None)
             own = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(path)]
             line = (own[-1] if own else getattr(error, "lineno", None)) or 0
-            raise DefinitionError(Problem(f"{type(error).__name__}: {error}", path, line)) from None
+            raise DefinitionError(Problem(_what(error), path, line)) from None
         found = getattr(module, self.kind.upper(), None)
         if not isinstance(found, of):
             what = f"{self.kind.upper()} = {of.__name__}(...)"

@@ -16,7 +16,6 @@ from __future__ import annotations
 import copy
 import math
 import re
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
@@ -25,6 +24,7 @@ from typing import Any, TypeGuard
 
 from twindisc_cli.definition import Test, load, load_text
 from twindisc_cli.errors import DefinitionError, Problem
+from twindisc_cli.reading import LARGEST_DEFINITION, read_regular, read_toml
 
 Value = float | int | str | bool
 _PART = re.compile(r"([^.\[\]]+)|\[(\d+|\*)\]")
@@ -111,7 +111,7 @@ def _jobs(path: Path) -> Iterator[Job]:
 def _document(path: Path) -> dict[str, Any]:
     """The tables of a file; empty where it cannot be read, which the test itself will report."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig")) if path.is_file() else {}
+        return read_toml(read_regular(path, largest=LARGEST_DEFINITION).decode("utf-8-sig"))
     except (OSError, ValueError, RecursionError):
         return {}
 

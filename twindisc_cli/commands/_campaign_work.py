@@ -22,6 +22,7 @@ from twindisc_cli.commands import _runner
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import TwindiscError, bug
 from twindisc_cli.loop import channels
+from twindisc_cli.plugins import fault
 from twindisc_cli.results.recorded import up_to_date
 from twindisc_cli.results.store import plain, put
 
@@ -31,11 +32,12 @@ PRELOAD = ("twindisc_cli.commands._campaign_work", "h5py", "matplotlib.backends.
 
 @dataclass(frozen=True)
 class Order:
-    """What is done with every test, and where its results go."""
+    """What is done with every test, where its results go, and whether the files of effects it names may be run."""
 
     command: str
     folder: Path
     force: bool = False
+    trusting: bool = False
 
     @property
     def modules(self) -> tuple[str, ...]:
@@ -71,6 +73,7 @@ def prepare(order: Order, job: Job) -> Task | Row:
     try:
         effects.forget_folders()
         channels.forget_folders()
+        _runner.know(None, trusting=order.trusting)
         test = read(job)
         origin = _runner.single_origin(order.command, test)
         row = replace(
@@ -85,7 +88,7 @@ def prepare(order: Order, job: Job) -> Task | Row:
         if stored is None:
             return Task(order.command, folder, test, row)
         return replace(row, exit_code=stored.exit_code, found=_found(test, stored.json))
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         return failed(row, error)
 
 
@@ -98,7 +101,7 @@ def compute(task: Task) -> tuple[Row, Mapping[str, bytes]]:
         result, files = _runner.quiet(task.command, task.test, task.folder)
         found = _found(task.test, plain(result.json))
         return replace(task.row, exit_code=result.exit_code, found=found, computed=True), files
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         return failed(task.row, error), {}
 
 
@@ -112,10 +115,11 @@ def deliver(task: Task, row: Row, files: Mapping[str, bytes]) -> Row:
     return row
 
 
-def failed(row: Row, error: Exception) -> Row:
+def failed(row: Row, error: Exception | SystemExit) -> Row:
     """The row of a test that gave an error in place of a result."""
-    if isinstance(error, TwindiscError):
-        return replace(row, exit_code=error.exit_code, error="; ".join(str(problem) for problem in error.problems))
+    known = error if isinstance(error, TwindiscError) else fault(error)
+    if known is not None:
+        return replace(row, exit_code=known.exit_code, error="; ".join(str(problem) for problem in known.problems))
     if os.environ.get("TWINDISC_DEBUG"):
         traceback.print_exception(error)
     return replace(row, exit_code=1, error=bug(error))

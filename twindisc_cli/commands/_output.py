@@ -17,7 +17,8 @@ class Output:
     """Where results go, what figures are drawn as, and how the outcome is told.
 
     formats: of the figure, dpi of its pixels. dry_run: only say what would be made, and why. depfile: a file for the
-    rule that make reads. effects: a folder of further effects.
+    rule that make reads. effects: a folder of further effects. trust_effects: whether the Python files in folders that
+    definitions name may be run.
     """
 
     folder: Path
@@ -30,6 +31,7 @@ class Output:
     dry_run: bool = False
     depfile: Path | None = None
     effects: Path | None = None
+    trust_effects: bool = False
 
     @property
     def options(self) -> dict[str, Any]:

@@ -20,6 +20,7 @@ from twindisc_cli.definition import Test, dump, load, relocate
 from twindisc_cli.effects import add_folder
 from twindisc_cli.errors import DefinitionError, MeasurementError, OutputError, Problem, TwindiscError, ValidityError
 from twindisc_cli.physics.half_space import ContactError
+from twindisc_cli.plugins import forget_trust, trust
 from twindisc_cli.results import Result
 from twindisc_cli.results.files import write_all
 from twindisc_cli.results.origin import Origin, Source
@@ -34,7 +35,7 @@ def run_command(command: str, path: Path, output: Output, **options: float) -> i
     """Run a command on one test, with the command's own options. The exit code."""
     with progress_bar() as progress:
         progress(f"{command}: reading", 0.0)
-        _know(output)
+        know(output.effects, trusting=output.trust_effects)
         tests = load_all([path])
         progress(command, 0.05)
         return _deliver(command, tests, options, output, lambda: _module(command).run(tests[0], **options))
@@ -57,7 +58,7 @@ def run_close_loop(paths: Sequence[Path], options: Mapping[str, Any], output: Ou
     """Run close-loop on several tests: those `fitted`, the one to `validate` with if any, those to predict."""
     with progress_bar() as progress:
         progress("close-loop: reading", 0.0)
-        _know(output)
+        know(output.effects, trusting=output.trust_effects)
         tests = load_all(paths)
         fitted, only = tests[: options["fitted"]], tests[options["fitted"] :]
         validate = only[0] if options["validate"] else None
@@ -76,7 +77,7 @@ def run_paper(paths: Sequence[Path], output: Output) -> int:
     """Draw the figures of the paper from its two tests, and a revised one where a third is given. The exit code."""
     with progress_bar() as progress:
         progress("paper: reading", 0.0)
-        _know(output)
+        know(output.effects, trusting=output.trust_effects)
         tests = load_all(paths)
 
         def compute() -> Result:
@@ -86,10 +87,22 @@ def run_paper(paths: Sequence[Path], output: Output) -> int:
         return _deliver("paper", tests, {"revised": len(tests) > 2}, output, compute, name="paper")
 
 
-def _know(output: Output) -> None:
-    """The effects of the folder that the command line names are known from here on."""
-    if output.effects is not None:
-        add_folder(output.effects)
+def know(folder: Path | None, *, trusting: bool) -> None:
+    """The effects of a folder are known from here on, and definitions may name it, or any folder where one trusts them.
+
+    Parameters
+    ----------
+    folder
+        the folder that the command line names, if any
+    trusting
+        whether files in other folders that definitions name may be run
+    """
+    forget_trust()
+    if folder is not None:
+        trust(folder)
+        add_folder(folder)
+    if trusting:
+        trust()
 
 
 def load_all(paths: Sequence[Path]) -> list[Test]:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from twindisc_cli import terminal
 from twindisc_cli.commands._output import Output
-from twindisc_cli.reading import LARGEST_DEFINITION, read_regular
+from twindisc_cli.reading import LARGEST_DEFINITION, read_regular, read_toml
 
 
 def tell(summary: Sequence[str], outcome: Mapping[str, Any], files: Sequence[Path], output: Output, state: str) -> None:
@@ -29,7 +28,7 @@ def tell_unchanged(command: str, paths: Sequence[Path], options: Mapping[str, An
     if output.force or output.dry_run:
         return None
     try:
-        name = tomllib.loads(read_regular(paths[0], largest=LARGEST_DEFINITION).decode("utf-8-sig"))["test"]["name"]
+        name = read_toml(read_regular(paths[0], largest=LARGEST_DEFINITION).decode("utf-8-sig"))["test"]["name"]
         if not isinstance(name, str) or not name:
             return None
         stored = unchanged(output.folder / name / f"{command}.h5", paths, {**options, **output.options})

@@ -57,8 +57,9 @@ def run(command: str, given: Sequence[str], means: Means, output: Output) -> int
     if command not in COMMANDS:
         what = f"no command for a campaign{did_you_mean(command, COMMANDS)}; one of {', '.join(COMMANDS)}"
         raise DefinitionError(Problem(what, key=command))
+    _runner.know(None, trusting=output.trust_effects)
     jobs = plan(given)
-    rows = _rows(jobs, Order(command, output.folder, output.force), means)
+    rows = _rows(jobs, Order(command, output.folder, output.force, output.trust_effects), means)
     name = f"{_stem(given, jobs)}-{command}"
     origin = _origin(name, rows)
     stored = None if output.force else up_to_date(output.folder / f"{name}.h5", origin.run_key(name))

@@ -21,7 +21,9 @@ from twindisc_cli.definition.rules import broken
 from twindisc_cli.definition.schema import DefinitionBase, definition_model
 from twindisc_cli.errors import DefinitionError, Problem, nearest
 from twindisc_cli.loop import channels
+from twindisc_cli.plugins import UntrustedError, is_trusted
 from twindisc_cli.quantities import split_key
+from twindisc_cli.reading import read_toml
 
 _SYNTAX = re.compile(r"(.*) \(at (?:line (\d+), column \d+|end of document)\)")
 _PAIR = re.compile(r"""^\s*[\w.-]+\s*=\s*(?![\[{]|\"{3}|'{3})""")
@@ -76,13 +78,22 @@ def _parse(text: str, file: str) -> DefinitionBase:
 
 
 def _add_folders(source: _Source) -> Iterator[Problem]:
-    """The effects and channels of the folders that [loop] names are known from here on, or these are none."""
+    """The effects and channels of the folders that [loop] names are known from here on, or these are none.
+
+    DefinitionError where one would be run that nobody but the definition names.
+    """
     loop = source.raw.get("loop")
     for kind, add in (("effects", effects.add_folder), ("channels", channels.add_folder)):
         folder = loop.get(kind) if isinstance(loop, Mapping) else None
         if isinstance(folder, str) and folder:
+            place = Path(source.file).parent / folder
             try:
-                add(Path(source.file).parent / folder)
+                if place.is_dir() and not is_trusted(place):
+                    what = f"the Python files in {folder} would be run: --trust-effects says that you know what they do"
+                    raise UntrustedError(source.problem(("loop", kind), what))
+                add(place)
+            except UntrustedError:
+                raise
             except (DefinitionError, OSError, ValueError):
                 yield source.problem(("loop", kind), f"{folder} is no folder of {kind.removesuffix('s')} files")
 
@@ -98,7 +109,7 @@ def _read(text: str, file: str) -> tuple[_Source, list[Problem]]:
     mended: set[str] = set()
     while True:
         try:
-            raw = _bounded(tomllib.loads("\n".join(lines)))
+            raw = _bounded(read_toml("\n".join(lines)))
         except tomllib.TOMLDecodeError as error:
             problem, repaired = _syntax_problem(error, lines, file)
             problems.append(problem)
