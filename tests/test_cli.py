@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from definitions import TRACTION, VALID, changed, write
 
-from twindisc_cli import __version__
+from twindisc_cli import __version__, plugins
 from twindisc_cli.cli import app, main
 from twindisc_cli.commands import _runner
 from twindisc_cli.definition import dump, load
@@ -20,7 +20,7 @@ from twindisc_cli.physics.half_space import DataEdgeError, NoConvergenceError
 from twindisc_cli.results import Array, Axis, Dataset, Result
 
 COMMANDS = {"friction-chart", "identify-mu", "simulate-wear", "fit-k", "thermal", "contact", "close-loop"}
-COMMANDS |= {"check", "import", "init", "schema", "effects", "campaign"}
+COMMANDS |= {"check", "import", "init", "schema", "effects", "campaign", "paper"}
 
 
 def exit_code(*arguments: object) -> int:
@@ -368,6 +368,7 @@ def test_every_optional_key_of_the_template_is_valid(folder: Path) -> None:
     keys = [line[2:] if line.startswith("# ") and ("=" in line or line.startswith("# [")) else line for line in lines]
     (folder / "t.toml").write_text("\n".join(keys))
     (folder / "my_effects").mkdir()
+    plugins.trust(folder / "my_effects")
     with pytest.raises(Exception, match="keep one of them") as error:
         load(folder / "t.toml")
     told = str(error.value).splitlines()

@@ -18,8 +18,6 @@ DEEPEST = 50
 _TOKEN = re.compile(
     r"""(?P<dot>[ \t]*\.[ \t]*(?=["'\w-]))|#[^\n]*|"(?:\\.|[^"\\\n])*"|'[^'\n]*'|[A-Za-z0-9_-]+|(?P<end>.|\n)"""
 )
-    r"""(?P<dot>[ \t]*\.[ \t]*(?=["'\w-]))|#[^\n]*|"(?:\\.|[^"\\\n])*"|'[^'\n]*'|[A-Za-z0-9_-]+|(?P<end>.|\n)"""
-)
 _KINDS = (
     (stat.S_ISDIR, errno.EISDIR, "is a folder"),
     (stat.S_ISFIFO, errno.EINVAL, "is a pipe, which can be read only once; name a file"),
