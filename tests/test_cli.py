@@ -20,7 +20,7 @@ from twindisc_cli.physics.half_space import DataEdgeError, NoConvergenceError
 from twindisc_cli.results import Array, Axis, Dataset, Result
 
 COMMANDS = {"friction-chart", "identify-mu", "simulate-wear", "fit-k", "thermal", "contact", "close-loop"}
-COMMANDS |= {"check", "import", "init", "schema", "effects", "campaign", "paper"}
+COMMANDS |= {"check", "import", "init", "schema", "effects", "campaign", "paper", "compare", "report"}
 
 
 def exit_code(*arguments: object) -> int:
