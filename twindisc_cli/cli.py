@@ -435,7 +435,7 @@ def _done(given: Sequence[str]) -> tuple[int, list[str]]:
     except UsageError as error:
         return DefinitionError.exit_code, [_usage(error)]
     except TwindiscError as error:
-        return error.exit_code, [line for problem in error.problems for line in problem.lines]
+        return error.exit_code, error.lines
     except OSError as error:  # what the system refused, wherever it did
         return OutputError.exit_code, [f"{error.filename or 'the system'}: {error.strerror or error}"]
     except SystemExit as error:  # of a file of the user's

@@ -12,18 +12,16 @@ from typing import Self
 
 @dataclass(frozen=True)
 class Problem:
-    """One mistake in a file: where it is, and what to do about it. Line 0: the file as a whole."""
+    """One mistake in a file: where it is, and what to do about it. Line 0: the file as a whole.
+
+    block: lines of the table [measured] of a definition that cure it.
+    """
 
     what: str
     file: Path | str = ""
     line: int = 0
     key: str = ""
     block: tuple[str, ...] = ()
-
-    @property
-    def lines(self) -> tuple[str, ...]:
-        """The mistake in a line, and the lines of a definition that cure it, where they are known."""
-        return (str(self), *self.block)
 
     def __str__(self) -> str:
         """`file:line: key: what`, leaving out what is not known."""
@@ -45,6 +43,12 @@ class TwindiscError(Exception):
     def of(self, file: Path | str) -> Self:
         """The same failure, said of a file where it names none."""
         return type(self)([p if p.file else replace(p, file=str(file)) for p in self.problems])
+
+    @property
+    def lines(self) -> list[str]:
+        """Each problem in a line, and below them the block of a definition that cures them, where it is known."""
+        cures = [line for problem in self.problems for line in problem.block]
+        return [*(str(problem) for problem in self.problems), *(["[measured]", *cures] if cures else [])]
 
 
 class DefinitionError(TwindiscError):

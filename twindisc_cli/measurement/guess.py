@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
 from twindisc_cli.errors import MeasurementError, Problem
-from twindisc_cli.measurement.cells import ANY, number
+from twindisc_cli.measurement.cells import ANY, Marks, number
 from twindisc_cli.measurement.channels import RATIOS, SLIP
 from twindisc_cli.measurement.content import Content
 from twindisc_cli.measurement.header import Column, Named, Naming, clock, parts, plain
@@ -54,7 +54,7 @@ _NAMES: Mapping[str, tuple[str, ...]] = {
         "normal load", "load", "normal force", "fn", "fz", "normalkraft", "last", "ball load", "applied load",
         "contact load", "charge", "force normale", "anpresskraft",
     ),
-    "torque": ("torque", "friction torque", "drehmoment", "reibmoment", "moment", "couple", "tz"),
+    "torque": ("torque", "friction torque", "drehmoment", "reibmoment", "moment", "couple", "tz", "md", "mr", "m r"),
     "speed 1": ("speed 1", "n1", "n 1", "drehzahl 1", "speed upper", "upper speed", "speed top", "drehzahl oben"),
     "speed 2": ("speed 2", "n2", "n 2", "drehzahl 2", "speed lower", "lower speed", "speed bottom", "drehzahl unten"),
     "rolling speed": ("rolling speed", "entrainment speed", "mean speed", "rolling"),
@@ -140,8 +140,9 @@ def guess(content: Content, file: str, declared: Naming | None = None) -> Guess:
         raise MeasurementError(_none_of_ours(best, file))
     if len(found) > 1:
         one, other = list(found)[:2]
-        what = f'has several parts that fit, {one} and {other}; name one with {{ file = "...", sheet = "{one}" }}'
-        raise MeasurementError(Problem(what, file))
+        named = [json.dumps(part, ensure_ascii=False) for part in (one, other)]
+        what = f"has several parts that fit, {one} and {other}; say which. {_HOW}"
+        raise MeasurementError(Problem(what, file, block=(f"sheet = {named[0]}  # or {named[1]}",)))
     ((part, reading),) = found.items()
     return _guess(reading, part if content.sheet is None else content.sheet, file)
 
@@ -176,7 +177,7 @@ def _guess(reading: _Reading, part: str, file: str) -> Guess:
         cell = next(cell for cell in reading.cells if cell.name == loads[0])
         what = f"{loads[0]} looks like a load; without one, rows without load would count. {_HOW}"
         ignored = f"# or, where it is none: ignore = {json.dumps(loads, ensure_ascii=False)}"
-        raise MeasurementError(Problem(what, file, block=("[measured]", line("normal load", cell), ignored)))
+        raise MeasurementError(Problem(what, file, block=(line("normal load", cell), ignored)))
     alike = [name for key in ("normal load", "torque", "time", "speed 1", "speed 2") for name in others.get(key, [])]
     return Guess(
         kind,
@@ -200,7 +201,7 @@ def _none_of_ours(best: _Reading, file: str) -> Problem:
         f"tells; understood: {understood}."
     )
     if lines:
-        return Problem(f"{what} {_HOW}", file, block=("[measured]", *lines))
+        return Problem(f"{what} {_HOW}", file, block=tuple(lines))
     held = ", ".join(cell.written or cell.name for cell in best.cells[:12])
     return Problem(f"{what} It holds {held or 'no table'}: nothing that a twin-disc test is read from", file)
 
@@ -241,15 +242,15 @@ def _cells(sheet: Sheet) -> Iterator[Cell]:
             continue
         if not text:
             if held:
-                yield Cell(f"#{n + 1}", "", None, written=f"#{n + 1}")
+                yield Cell(f"#{n + 1}", "", unit, None, cell.strip() or f"#{n + 1}", n + 1)
             continue
         tail = _unit_in(text) if unit is None else None
         if tail:
-            yield Cell(cell.strip(), tail[0], tail[1], tail[1], cell.strip())
+            yield Cell(cell.strip(), tail[0], tail[1], tail[1], cell.strip(), n + 1)
         else:
             under = "" if _is_number(under) or clock(under) is not None or len(under) > 12 else under
             name, unit = (text, unit) if unit is not None else (cell.strip(), under or None)
-            yield Cell(name, text, unit, written=cell.strip())
+            yield Cell(name, text, unit, None, cell.strip(), n + 1)
 
 
 def _unit_in(text: str) -> tuple[str, str] | None:
@@ -269,13 +270,13 @@ def _columns(cells: Sequence[Cell], declared: Naming, of_vendor: Naming) -> tupl
     First those that are declared, then those of the maker, then those that are called so, then those whose name begins
     so, then those of a unit.
     """
-    there = {plain(name) for cell in cells for name in (cell.name, cell.text)}
-    found = {key: named for key, named in declared.items() if plain(str(named.column)) in there}
+    there = {plain(name) for cell in cells for name in (cell.name, cell.text, f"#{cell.place}")}
+    found = {key: named for key, named in declared.items() if named.column and plain(named.column) in there}
     found |= {key: n for key, n in of_vendor.items() if key not in found and _is_there(str(n.column), cells, there)}
     taken = {plain(str(named.column)) for named in found.values()}
     by_unit: set[str] = set()
     rest = []
-    for cell in (cell for cell in cells if not {plain(cell.name), plain(cell.text)} & taken):
+    for cell in (cell for cell in cells if not {plain(cell.name), plain(cell.text), f"#{cell.place}"} & taken):
         key = _KEYS.get(plain(cell.text)) or (_KEYS.get(plain(cell.text.split(" ")[0])) if cell.said else None)
         if key and key not in found:
             found[key] = Named(cell.name, cell.said)
@@ -295,6 +296,9 @@ def _columns(cells: Sequence[Cell], declared: Naming, of_vendor: Naming) -> tupl
         if key and not (key == "traction force" and {"torque", "traction ratio"} & set(found)):
             found[key] = Named(cell.name, cell.said)
             by_unit.add(key)
+    for key, named in declared.items():
+        if named.column is None and key in found:
+            found[key] = replace(found[key], unit=named.unit or found[key].unit, sign=named.sign)
     return _profile(found, cells), by_unit
 
 
@@ -333,7 +337,7 @@ def _knows(quantity: Quantity, unit: str) -> bool:
 
 
 def _is_number(text: str) -> bool:
-    return bool(np.isfinite(number(text, ANY)))
+    return any(np.isfinite(number(text, marks)) for marks in (ANY, Marks(".", ","), Marks(",", ".")))
 
 
 def _kind(columns: Mapping[str, Named]) -> Kind | None:

@@ -18,7 +18,11 @@ _FORMS = tuple(
 _SHARED = ("time", "step", "disc", "iteration", "uncertainty")
 """Columns that files of several kinds have."""
 _FIGURE = re.compile(r"[-+]?\d+([.,]\d+)?(?:[eE][-+]?\d+)?")
-_CLOCK = re.compile(r"^(?:(\d{4})-(\d\d)-(\d\d)[T ]|(\d\d)\.(\d\d)\.(\d{4})[T ])?(\d{1,2}):(\d\d):(\d\d(?:[.,]\d+)?)$")
+_CLOCK = re.compile(
+    r"(?:(?P<date>\d{4}-\d\d?-\d\d?|\d{4}/\d\d?/\d\d?|\d\d?[./-]\d\d?[./-]\d{4})[T ,]\s*)?"
+    r"(?P<hour>\d{1,2}):(?P<minute>\d\d):(?P<second>\d\d(?:[.,]\d+)?)"
+    r"\s*(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?P<zone>Z|[+-]\d\d:?\d\d)?"
+)
 
 
 @dataclass(frozen=True)
@@ -184,20 +188,38 @@ def units_below(row: Sequence[str], places: Mapping[str, Place]) -> dict[str, Pl
 
 
 def clock(cell: str) -> float | None:
-    """The seconds of a time stamp, with those of its date where it has one; None where it is no time stamp."""
-    found = _CLOCK.match(cell.strip())
+    """The seconds of a time stamp, with those of its date where it has one; None where it is no time stamp.
+
+    A zone counts, so that a change of clocks is none; of a date with strokes the month comes first where AM or PM is
+    said, else the day.
+    """
+    found = _CLOCK.fullmatch(cell.strip())
     if not found:
         return None
-    days = 0
-    if found[1] or found[6]:
-        from datetime import date
+    days = _days(found["date"], month_first=bool(found["half"])) if found["date"] else 0
+    if days is None:
+        return None
+    hour = float(found["hour"])
+    if found["half"]:
+        hour = hour % 12.0 + (12.0 if found["half"][0] in "Pp" else 0.0)
+    zone = found["zone"] or "Z"
+    east = 0.0 if zone == "Z" else float(f"{zone[0]}1") * (3600.0 * int(zone[1:3]) + 60.0 * int(zone[-2:]))
+    seconds = float(found["second"].replace(",", "."))
+    return 86400.0 * days + 3600.0 * hour + 60.0 * int(found["minute"]) + seconds - east
 
-        parts = (found[1], found[2], found[3]) if found[1] else (found[6], found[5], found[4])
-        try:
-            days = date(*(int(part) for part in parts)).toordinal()
-        except ValueError:
-            return None
-    return 86400.0 * days + 3600.0 * int(found[7]) + 60.0 * int(found[8]) + float(found[9].replace(",", "."))
+
+def _days(text: str, *, month_first: bool) -> int | None:
+    """The number of a day, None where there is no such day."""
+    from datetime import date
+
+    parts = [int(part) for part in re.split(r"[./-]", text)]
+    if parts[0] <= 31:
+        day, month = (parts[1], parts[0]) if "/" in text and month_first else (parts[0], parts[1])
+        parts = [parts[2], month, day]
+    try:
+        return date(*parts).toordinal()
+    except ValueError:
+        return None
 
 
 def stamped(row: Sequence[str], places: Mapping[str, Place]) -> dict[str, Place]:

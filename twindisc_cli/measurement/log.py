@@ -26,7 +26,7 @@ from twindisc_cli.model.experiment import Rig
 Codes = NDArray[np.int8]
 REASONS = (
     "", "unloaded", "standing still", "turning the other way", "outlier",
-    "running up", "running down", "at a change of step", "at the creepage of no step",
+    "running up", "running down", "at a change of step", "at the creepage of no step", "no signal under load",
 )  # fmt: skip
 """Why a row says nothing of the traction; the first: it does."""
 CLOCK = (
@@ -37,8 +37,11 @@ CLOCK = (
 UNLOADED = 0.1
 """Share of the least nominal load below which the discs are not pressed together."""
 LARGEST_RATIO = 3.0
+LARGEST_CREEPAGE = 2.001
 _STANDING = 0.02
+_FEWEST_ANEW = 5
 _MOST_OUTLIERS = 0.01
+_MOST_DEAD = 0.2
 _TOLD = {"torque": (1e3, "mN m"), "traction force": (1.0, "N"), "traction ratio": (1.0, "")}
 
 
@@ -88,6 +91,7 @@ def read_log(
     kind = next(name for name in _TOLD if name in columns)
     arm = _arm(table, rig, torque_disc) if kind == "torque" else 1.0
     creepage, speed = _motion(columns)
+    _check_slip(table, creepage)
     has_load = "normal load" in columns
     if not has_load:
         table.notes.append(f"no load in it, so that of the definition: {rig.normal_load:g} N")
@@ -100,7 +104,7 @@ def read_log(
         speed=speed,
         load=columns["normal load"] if has_load else np.full(len(table), rig.normal_load),
         signal=columns[kind],
-        label=columns["step"].astype(np.int64) if "step" in columns else None,
+        label=columns["step"].astype(np.int64) if "step" in columns else table.block,
         has_load=has_load,
     )
     table.columns = {}
@@ -137,23 +141,55 @@ def _arm(table: Table, rig: Rig, torque_disc: int | None) -> float:
 
 
 def check_time(table: Table) -> None:
-    """Times rise; where a step is named, they may begin anew with it."""
+    """Times rise; they may begin anew with a step that is named, a header that comes again, or after a pause."""
     if table.problems:
         return
     time = table.columns["time"]
     again = np.flatnonzero(np.diff(time) <= 0.0) + 1
-    label = table.columns.get("step")
-    apart = np.diff(time)[np.diff(time) > 0.0]
-    if label is not None and len(again) and len(apart) and np.all(label[again] != label[again - 1]):
-        spacing = float(np.median(apart))
-        shift = np.zeros(len(time))
-        shift[again] = time[again - 1] + spacing - time[again]
-        table.columns["time"] = time + np.cumsum(shift)
+    label = table.columns.get("step", table.block)
+    if label is not None and len(again) and np.all(label[again] != label[again - 1]):
+        _count_on(table, again)
         table.notes.append("the time begins anew with each step, and is counted on")
+        return
+    if len(again) and _begins_anew(time, again):
+        _count_on(table, again)
+        table.notes.append(
+            f"the time begins anew {len(again)} times, and is counted on; how long it paused is not known"
+        )
         return
     rise = np.diff(time, prepend=-np.inf)
     table.flag(rise == 0.0, "time", lambda row: f"time {table.written('time')[row]:g} occurs twice")
     table.flag(rise < 0.0, "time", lambda row: f"time {table.written('time')[row]:g} is earlier than the row before")
+
+
+def _begins_anew(time: Floats, again: Ints) -> bool:
+    """Whether the clock starts where it first did, for some rows each time."""
+    spacing = float(np.median(np.diff(time)))
+    ends = np.append(again, len(time))
+    long_enough = np.all(np.diff(ends) >= _FEWEST_ANEW) and again[0] >= _FEWEST_ANEW
+    if not (spacing > 0.0 and long_enough):
+        return False
+    follows = time[again + 1] - time[again]
+    return bool(np.all(np.abs(time[again] - time[0]) <= 2.0 * spacing) and np.all(follows <= 3.0 * spacing))
+
+
+def _count_on(table: Table, again: Ints) -> None:
+    """Times that go on where they begin anew."""
+    time = table.columns["time"]
+    shift = np.zeros(len(time))
+    shift[again] = time[again - 1] + float(np.median(np.diff(time))) - time[again]
+    table.columns["time"] = time + np.cumsum(shift)
+
+
+def _check_slip(table: Table, creepage: Floats) -> None:
+    """No creepage lies beyond 200 %: one disc held fast."""
+    with np.errstate(invalid="ignore"):
+        beyond = "creepage" in table.columns and bool(np.any(np.abs(creepage) > LARGEST_CREEPAGE))
+    if beyond:
+        written = float(np.nanmax(np.abs(table.written("creepage"))))
+        cure = ('columns.creepage = { unit = "%" }',)
+        table.note(f"a creepage of {written:g} cannot be more than 200 %: is it in %?", "creepage", block=cure)
+        table.check()
 
 
 def _motion(columns: dict[str, Floats]) -> tuple[Floats, Floats]:
@@ -189,6 +225,17 @@ def _never_driven(log: Log, rig: Rig, reason: Codes) -> None:
     else:
         log.table.note("the discs never turn under the load", "speed 1")
     log.table.check()
+
+
+def dead_rows(log: Log, reason: Codes) -> None:
+    """Mark rows under load whose signal is exactly 0 amid others that are not: a channel that said nothing."""
+    driven = reason == 0
+    dead = driven & (log.signal == 0.0)
+    if not np.any(dead) or dead.sum() > _MOST_DEAD * driven.sum():
+        return
+    size = np.abs(log.signal[driven & ~dead])
+    if np.quantile(size, _MOST_DEAD) > 0.5 * np.median(size):
+        reason[dead] = REASONS.index("no signal under load")
 
 
 def outliers(log: Log, ratio: Floats, reason: Codes) -> None:

@@ -21,7 +21,7 @@ from twindisc_cli.measurement.channels import FEWEST, check_kelvin, tolerance
 from twindisc_cli.measurement.content import Content
 from twindisc_cli.measurement.found_steps import MOST_AVERAGES, Seen, find_steps, told
 from twindisc_cli.measurement.header import Column, Naming
-from twindisc_cli.measurement.log import CLOCK, REASONS, Codes, Log, check_time, idle_rows, outliers
+from twindisc_cli.measurement.log import CLOCK, REASONS, Codes, Log, check_time, dead_rows, idle_rows, outliers
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
 from twindisc_cli.measurement.table import read_table
@@ -81,6 +81,7 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
         table.note("no rows without load at either end: no torque_zero can be found in this log", log.kind)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = (log.signal - _offset(log.time, found, torque_zero)) / log.per_ratio(log.load)
+    dead_rows(log, reason)
     outliers(log, ratio, reason)
     driven = reason == 0
     mean = _averages(log, driven, ratio, _length(log.time[driven], history))

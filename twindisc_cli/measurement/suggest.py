@@ -11,7 +11,7 @@ from twindisc_cli.measurement.units import FORCE, LENGTH, MASS, SPEED, TEMPERATU
 
 _TURNS = r"(speed|rpm|drehzahl|\bn|vitesse|omega|velocity|motor|disc|disk|roller|scheibe|rolle).{0,12}"
 _WORDS: Mapping[str, str] = {
-    "torque": r"torque|moment|couple|drehm|reibm|\bm[dtrz]\b|\btrq\b|\bcoppia|\bpar\b",
+    "torque": r"torque|moment|couple|drehm|reibm|\bm ?[dtrz]\b|\btrq\b|\bcoppia|\bpar\b",
     "traction ratio": r"\bmu\b|µ|\bcof\b|coeff|reib(wert|zahl)|t/n|adhesion|traction",
     "creepage": r"slip|srr|creep|schlupf|gliss|slide.?roll",
     "normal load": r"\bload\b|normal.?(force|kraft)|\bfn\b|\bfz\b|\blast\b|charge|anpress|carico|carga|force normale",
@@ -57,7 +57,8 @@ _TURNING = frozenset(rim_speed(1.0).units) - frozenset(SPEED.units)
 class Cell:
     """A column of a file: the name by which a definition names it, its text and its unit, None where none is written.
 
-    said: the unit that must be said, since it stands in no form that is understood; written: the cell as it stands.
+    said: the unit that must be said, since it stands in no form that is understood; written: the cell as it
+    stands; place: which column it is, from 1.
     """
 
     name: str
@@ -65,6 +66,7 @@ class Cell:
     unit: str | None
     said: str | None = None
     written: str = ""
+    place: int = 0
 
 
 def looks_like(text: str, unit: str | None) -> str | None:

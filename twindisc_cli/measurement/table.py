@@ -153,7 +153,7 @@ def _check_doubled(table: Table, sheet: Sheet, found: Match, places: Mapping[str
             continue
         key = f"columns.{name.replace(' ', '_')}"
         lines = [f'{key} = {{ column = "#{n + 1}" }}' for n in (places[name].index, index)]
-        block = ("[measured]", lines[0], f"# or {lines[1]}")
+        block = (lines[0], f"# or {lines[1]}")
         table.note("the column occurs twice, with other numbers; say which", cell, sheet.line, block)
 
 
@@ -208,6 +208,14 @@ def _below_units(table: Table, sheet: Sheet, places: Mapping[str, Place]) -> tup
     return sheet, marked
 
 
+def _unit_line(name: str, place: Place) -> tuple[str, ...]:
+    """The line that would say the unit of a column without one."""
+    if place.unit or not place.column.quantity.units:
+        return ()
+    unit = next(iter(place.column.quantity.units))
+    return (f'columns.{name.replace(" ", "_")} = {{ unit = "{unit}" }}  # check the unit',)
+
+
 def _check_header(
     table: Table, sheet: Sheet, found: Match, places: Mapping[str, Place], wanted: Sequence[Column]
 ) -> None:
@@ -218,7 +226,7 @@ def _check_header(
         try:
             _ = place.conversion
         except ValueError as error:
-            table.note(str(error), name, sheet.line)
+            table.note(str(error), name, sheet.line, _unit_line(name, place))
     absent = {column.name for column in wanted} - set(places)
     for other in found.others:
         if guess := nearest(other, absent):

@@ -30,7 +30,7 @@ class Quantity:
     def conversion(self, unit: str | None) -> tuple[float, float]:
         """Return factor and offset of a unit; ValueError lists the common ones."""
         known = ", ".join(self.units) or "none"
-        if unit is None:
+        if not unit:
             if self.default is None:
                 raise ValueError(f"has no unit; write one of [{known}] after the name")
             unit = self.default
