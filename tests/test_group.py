@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from records import sweeps
+from records.sources import sweeps
 from rigs import SPEED, experiment, history, spread, traction_samples
 from scipy.special import betaincinv
 

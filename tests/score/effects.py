@@ -86,6 +86,18 @@ def running_in_friction(rng: Generator, rig: Rig, base: Trace) -> Drawn:
     return Drawn(at, 0.6)
 
 
+def two_stage_running_in(rng: Generator, rig: Rig, base: Trace) -> Drawn:
+    """P. J. Blau, Wear 71 (1981) 29: friction rises to a peak and falls (or dips), as one stage ends and the other."""
+    sign, whole = _either(rng), rig.revolutions * sum(rig.iterations)
+    fast = rng.uniform(0.03, 0.08) * whole
+    slow = rng.uniform(5.0, 10.0) * fast
+
+    def at(size: float) -> Hidden:
+        return Hidden(friction=lambda m: 1.0 + sign * size * (exp(-m.cycles / slow) - 1.5 * exp(-m.cycles / fast)))
+
+    return Drawn(at, 0.5)
+
+
 def third_body_layer(rng: Generator, rig: Rig, base: Trace) -> Drawn:
     """A soft layer in series with the steel: flexibility L + h/G of the layer (E. Vollebregt, Wear 314 (2014) 87)."""
     return Drawn(lambda size: Hidden(flexibility=1.0 + size), 6.0)
@@ -304,7 +316,8 @@ CATALOGUE: dict[str, tuple[str, Draw]] = {
     draw.__name__: (channel, draw)
     for channel, draws in {
         "traction": (
-            falling_friction, film_breakdown, temperature_dependent_friction, running_in_friction, third_body_layer,
+            falling_friction, film_breakdown, temperature_dependent_friction, running_in_friction,
+            two_stage_running_in, third_body_layer,
             two_slope_factors, lubricated_film, creepage_offset, torque_offset, sensor_drift, misalignment, load_error,
             exact_elasticity,
         ),
@@ -322,7 +335,8 @@ NEEDS_STOPS = {"severe_wear_transition", "wear_threshold", "running_in_wear", "t
 """Effects that only profiles at several stops can show."""
 COVARIATE = {
     "falling_friction": "sliding_speed", "film_breakdown": "creepage", "temperature_dependent_friction": "temperature",
-    "running_in_friction": "cycles", "two_slope_factors": "creepage", "lubricated_film": "sliding_speed",
+    "running_in_friction": "cycles", "two_stage_running_in": "cycles", "two_slope_factors": "creepage",
+    "lubricated_film": "sliding_speed",
     "sensor_drift": "time", "severe_wear_transition": "wear_index",
     "wear_threshold": "wear_index", "running_in_wear": "cycles", "temperature_dependent_wear": "temperature",
     "ambient_drift": "time", "nonlinear_convection": "temperature",
