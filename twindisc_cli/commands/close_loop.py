@@ -62,6 +62,7 @@ def run(
 def result_of(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None) -> Result:
     """A diagnosis as summary, JSON, arrays, figure, page and revised definition."""
     from twindisc_cli.figures.close_loop import figure
+    from twindisc_cli.figures.loop_plots import plots_of
     from twindisc_cli.results.store import png
 
     title = f"{listed([t.experiment.name for t in tests])}: closed loop"
@@ -79,7 +80,9 @@ def result_of(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None
         figures={f"close-loop-{c}": partial(draw, channel=c) for c in diagnosis.errors} if several else {},
         exit_code=NEGATIVE_FINDING if diagnosis.verdict == "unexplained" else 0,
         extra_files={
-            "close-loop.html": render(diagnosis, tests, validate, figure=png(drawn)),
+            "close-loop.html": render(
+                diagnosis, tests, validate, figure=png(drawn), plots=plots_of(diagnosis, experiments)
+            ),
             "revised.toml": revised(diagnosis, tests[0]),
         },
     )
@@ -160,7 +163,7 @@ def _term_line(term: told.Term) -> str:
         parts += [f"resembles {told.resembles_text(term)}"] if term.resembles else []
     parts += [told.taken(term)] if told.taken(term) else []
     others = told.rivals(term)
-    return "; ".join(parts + ([f"cannot be told from {listed(others, 'or')}"] if others else []))
+    return "; ".join(parts + ([f"cannot be separated from {listed(others, 'or')}"] if others else []))
 
 
 # ------------------------------------------------------------------------------------------------- for scripts
@@ -241,7 +244,7 @@ def _explanations(diagnosis: Diagnosis, channel: str) -> list[dict[str, Any]]:
             "in_place_of": tried.replaces,
             "gain": float(tried.gain),
             "evidence": float(tried.evidence),
-            **_probability(tried.probability),
+            **_probability(told.probability(diagnosis, tried)),
             "at_bound": list(tried.at_bound),
             "refused": tried.refused,
             "chosen": tried.chosen,

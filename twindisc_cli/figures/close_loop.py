@@ -234,22 +234,24 @@ def _ranking(axes: Axes, view: View) -> None:
         size = SMALL - 0.5 if "\n" in label else SMALL
         axes.text(-0.02 * longest, place, label, va="center", ha="right", fontsize=size, fontweight=weight,
                   linespacing=0.95)  # fmt: skip
-        axes.text(RIGHT * longest, place, _remark(tried), va="center", ha="right", fontsize=SMALL, color=REMARK)
+        axes.text(RIGHT * longest, place, _remark(view.diagnosis, tried), va="center", ha="right", fontsize=SMALL,
+                  color=REMARK)  # fmt: skip
     head = "probability, or why not" if any(np.isfinite(tried.probability) for tried in ranked) else "outcome"
     axes.text(RIGHT * longest, -0.75, head, va="bottom", ha="right", fontsize=SMALL, color=REMARK, fontstyle="italic")
     axes.set_xlim(-LEFT * longest, RIGHT * longest)
     axes.set_xticks([tick for tick in MaxNLocator(5).tick_values(0.0, longest) if tick <= 1.02 * longest])
     axes.set_ylim(len(ranked) - 0.4, -0.7)
-    better = "how much better it fits: root of the fall of $\\chi^2$ (chance gives about 1)"
-    name_axes(axes, better, "", f"{view.channel}: what was tried, and what came of it")
+    better = "improvement of the fit, $\\sqrt{\\Delta\\chi^2}$ (about 1 by chance)"
+    name_axes(axes, better, "", f"{view.channel}: explanations that were tried")
 
 
-def _remark(tried: Tried) -> str:
+def _remark(diagnosis: Diagnosis, tried: Tried) -> str:
     """What came of an explanation, in a word."""
     if tried.refused:
         return "at a bound" if tried.at_bound else tried.refused.partition(" of ")[0]
-    if np.isfinite(tried.probability):
-        return percent(tried.probability)
+    probability = told.probability(diagnosis, tried)
+    if np.isfinite(probability):
+        return percent(probability)
     return "added" if tried.chosen else "as good"
 
 

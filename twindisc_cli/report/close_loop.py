@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from base64 import b64encode
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,8 +19,15 @@ from twindisc_cli.report import told, words
 from twindisc_cli.version import __version__
 
 
-def render(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None, *, figure: bytes) -> str:
-    """The page as HTML, the figure (a PNG) inside."""
+def render(
+    diagnosis: Diagnosis,
+    tests: Sequence[Test],
+    validate: Test | None,
+    *,
+    figure: bytes,
+    plots: Sequence[Mapping[str, Any]] = (),
+) -> str:
+    """The page as HTML, the figure (a PNG) and the numbers of plots to zoom inside."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
@@ -38,8 +48,16 @@ def render(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None, *
         title=words.listed([test.experiment.name for test in tests]),
         provenance=told.provenance([test.experiment.measured.provenance for test in tests]),
         figure=b64encode(figure).decode("ascii"),
+        plots=plots,
+        numbers=json.dumps(plots).replace("<", "\\u003c"),
+        library={name: _beside(name) for name in ("uplot.min.js", "uplot.min.css", "plots.js")} if plots else {},
         version=__version__,
     )
+
+
+def _beside(name: str) -> str:
+    """A file of this folder."""
+    return (Path(__file__).parent / name).read_text(encoding="utf-8")
 
 
 def meaning(effect: str, key: str) -> str:

@@ -70,6 +70,41 @@ def weighed(diagnosis: Diagnosis, term: Term) -> list[tuple[str, str]]:
     return [(label, percent(p) if np.isfinite(p) else "") for label, p in likely.items()]
 
 
+def probability(diagnosis: Diagnosis, tried: Tried) -> float:
+    """The probability of what was tried: of a term of the answer, the one that the answer gives it."""
+    every: list[Term] = [*diagnosis.effects, *diagnosis.laws]
+    given = [term.probability for term in every if tried.chosen and tried.replaces == term.name]
+    return given[0] if given else tried.probability
+
+
+def answers(diagnosis: Diagnosis) -> list[tuple[str, list[str]]]:
+    """The answer as questions that a reader asks, each with its sentences."""
+    terms = [term for found in together(diagnosis).values() for term in found]
+    rows = [
+        ("How sure is it?", [f"{sentence(name_of(term))}: {_how_sure(term)}." for term in terms]),
+        ("What changed?", [_fall(c, error) for c, error in diagnosis.errors.items() if terms]),
+        ("What else could it be?", [_what_else(diagnosis, term) for term in terms]),
+        ("What is still open?", [f"{sentence(rest)}." for rest in leftovers(diagnosis)]),
+    ]
+    if diagnosis.next_experiment is not None:
+        rows.append(("What should be measured next?", [f"{sentence(diagnosis.next_experiment.why)}."]))
+    return [(question, said) for question, said in rows if said]
+
+
+def _how_sure(term: Term) -> str:
+    """The strength with what it means."""
+    if not np.isfinite(term.probability):
+        return f"{term.strength} (no probability was computed: --quick)"
+    return f"{term.strength}; it is chosen in {percent(term.probability)} of the resamples of the data"
+
+
+def _what_else(diagnosis: Diagnosis, term: Term) -> str:
+    others = [f"{plain_name(label)}{f' ({p})' if p else ''}" for label, p in weighed(diagnosis, term)]
+    if not others:
+        return f"Nothing that was tried explains the data as well as {name_of(term)}."
+    return f"In the place of {name_of(term)}: {listed(others, 'or')}. These data cannot separate them."
+
+
 def declared(test: Experiment) -> str:
     """The effects and laws that a definition declares."""
     laws = [law_name(law.quantity, law.covariate) for law in test.laws.values()]
@@ -113,7 +148,7 @@ def transfer_text(law: Law) -> str:
     """Whether the law can be carried over to another history."""
     if law.transfer == "inside":
         return "it holds inside its range on any history"
-    return f"on this history {law.over.label} cannot be told from what changed with it: on another the law may not hold"
+    return f"on this history {law.over.label} cannot be separated from what changed with it: on another the law may not hold"
 
 
 def resembles_text(found: FoundLaw) -> str:
@@ -134,7 +169,7 @@ def sentences(diagnosis: Diagnosis) -> list[str]:
     told = [_what_was_found(diagnosis, groups), *difference(diagnosis), *_laws(diagnosis.laws)]
     doubtful = [channel_name(c) for c, terms in groups.items() if any(rivals(term) for term in terms)]
     if doubtful:
-        told.append(f"These data cannot tell the ones named for the {listed(doubtful)} from each other.")
+        told.append(f"These data cannot separate the ones named for the {listed(doubtful)} from each other.")
     told += [f"{sentence(name_of(t))} {taken(t)}." for terms in groups.values() for t in terms if taken(t)]
     told += [_fall(c, diagnosis.errors[c]) for c in groups if c in diagnosis.errors]
     return told + [f"Part of the disagreement stays unexplained: {rest}." for rest in leftovers(diagnosis)]
@@ -190,7 +225,11 @@ def _fall(channel: str, error: ChannelError) -> str:
     held = np.isfinite(error.held_out_before)
     before, after = (error.held_out_before, error.held_out_after) if held else (error.before, error.after)
     where = "on data held out of the fit" if held else "on the data fitted, for none could be held out"
-    fall = f"falls from {number(before)} to {number(after)} {unit(error.unit)}".rstrip()
+    if number(before) == number(after):
+        fall = f"stays at {number(after)} {unit(error.unit)}".rstrip()
+    else:
+        way = "falls" if after < before else "rises"
+        fall = f"{way} from {number(before)} to {number(after)} {unit(error.unit)}".rstrip()
     return f"The error of the {channel_name(channel)} {fall} {where}; the noise is {number(error.noise)}."
 
 
@@ -210,7 +249,7 @@ def outcome(tried: Tried) -> str:
     """What came of an explanation."""
     if tried.refused:
         return f"refused: {tried.refused}"
-    return "added to the model" if tried.chosen else "cannot be told from what was added"
+    return "added to the model" if tried.chosen else "cannot be separated from what was added"
 
 
 def length(gain: float) -> float:
@@ -274,3 +313,8 @@ def _seen_of(diagnosis: Diagnosis, channel: str) -> str:
 def interval(estimate: Estimate) -> str:
     """The 90 % interval as text, with as many digits as tell its ends apart."""
     return " to ".join(apart(estimate.low, estimate.high))
+
+
+def value(estimate: Estimate) -> str:
+    """The value with its unit."""
+    return f"{number(estimate.value)} {unit(estimate.unit)}".rstrip()
