@@ -148,7 +148,8 @@ def transfer_text(law: Law) -> str:
     """Whether the law can be carried over to another history."""
     if law.transfer == "inside":
         return "it holds inside its range on any history"
-    return f"on this history {law.over.label} cannot be separated from what changed with it: on another the law may not hold"
+    what = f"on this history {law.over.label} cannot be separated from what changed with it"
+    return f"{what}: on another the law may not hold"
 
 
 def resembles_text(found: FoundLaw) -> str:
