@@ -136,7 +136,24 @@ def tilted_cylinders(rng: Generator, at_most: AtMost) -> Iterator[object]:
     yield at_most("  3 of them, by the solver on a line 24 times as wide as long", max(solved), 0.005)
 
 
+def flash_temperatures(rng: Generator, at_most: AtMost) -> Iterator[object]:
+    """Largest rise and mean between the limits of speed, against the sum of moving point sources."""
+    from test_flash import ONE_FLUX, UNIT, rises
+
+    from twindisc_cli.physics.flash import flash_temperature
+
+    off = np.empty((40, 2))
+    for case in range(len(off)):
+        ratio, peclet = np.exp(rng.uniform(np.log([0.1, 0.1]), np.log([5.0, 200.0])))
+        found = flash_temperature(power=ONE_FLUX / ratio, a=1.0, b=1.0 / ratio, speed=2.0 * peclet, **UNIT)
+        known = np.array(rises(float(ratio), float(peclet)))
+        off[case] = 100.0 * np.abs(2.0 * np.array([float(found.maximum), float(found.mean)]) / known - 1.0)
+    yield at_most("flash temperature, 40 drawn, largest rise against moving sources", off[:, 0].max(), 3.0, "%")
+    yield at_most("  mean rise", off[:, 1].max(), 3.0, "%")
+
+
 SECTIONS = {
+    "drawn: flash temperatures": flash_temperatures,
     "drawn: tilted cylinders": tilted_cylinders,
     "drawn: loads up and down": loads_up_and_down,
     "drawn: shaft with pauses": shaft_with_pauses,

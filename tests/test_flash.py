@@ -35,6 +35,44 @@ def test_hottest_point_of_a_moving_circle(peclet):
     assert 2.0 * float(shared.maximum) == pytest.approx(hottest, rel=0.015)
 
 
+def rises(ratio, peclet, rays=3000, nodes=40):
+    """Largest rise and mean of Jaeger's point sources over an ellipse of semi-axes 1, 1 / ratio; k = 1, V = 2 Pe.
+
+    Around each of 48 places in half the ellipse (by Gauss in radius and angle) the sources are summed along rays.
+    """
+    b = 1.0 / ratio
+    node, weight = np.polynomial.legendre.leggauss(nodes)
+    u, weight = 0.5 * (node + 1.0), 0.5 * weight
+    angle = np.pi * (2.0 * (np.arange(rays) + 0.5) / rays - 1.0)
+    angle, stretch = np.pi * (angle / np.pi) ** 3, 3.0 * (angle / np.pi) ** 2  # denser where the heat comes from
+
+    def at(x, y):
+        c, s = np.cos(angle), np.sin(angle) / b
+        p, q, r = c**2 + s**2, x * c + y / b * s, 1.0 - x**2 - (y / b) ** 2
+        reach = (-q + np.sqrt(q**2 + p * r)) / p
+        distance = reach[:, None] * u**2
+        flux = np.sqrt(np.maximum(r - 2.0 * q[:, None] * distance - p[:, None] * distance**2, 0.0))
+        decay = np.exp(-peclet * distance * (1.0 - c[:, None]))
+        return float(np.sum(flux * decay * 2.0 * u * (reach * stretch)[:, None] * weight)) / rays
+
+    hottest = max(at(x, 0.0) for x in np.linspace(-0.95, 0.0, 20))
+    radius, share = np.polynomial.legendre.leggauss(6)
+    mean = sum(
+        0.5 * w * np.mean([at(np.sqrt(0.5 * (1 + r)) * np.cos(t), b * np.sqrt(0.5 * (1 + r)) * np.sin(t))
+                           for t in np.pi * (np.arange(8) + 0.5) / 8])
+        for r, w in zip(radius, share, strict=True)
+    )  # fmt: skip
+    return hottest, mean
+
+
+@pytest.mark.parametrize(("ratio", "peclet"), [(0.1, 0.3), (0.3, 2.0), (2.0, 0.1), (5.0, 3.0), (5.0, 100.0)])
+def test_between_the_limits_an_ellipse_is_the_sum_of_moving_sources(ratio, peclet):
+    hottest, mean = rises(ratio, peclet)
+    found = flash_temperature(power=ONE_FLUX / ratio, a=1.0, b=1.0 / ratio, speed=2.0 * peclet, **UNIT)
+    assert 2.0 * float(found.maximum) == pytest.approx(hottest, rel=0.015)
+    assert 2.0 * float(found.mean) == pytest.approx(mean, rel=0.02)
+
+
 def test_fast_limit_is_jaegers_band_integral():
     def behind(x):
         return quad(lambda v: 2 * np.sqrt(max((1 - x - v * v) * (1 + x + v * v), 0)), 0, np.sqrt(1 - x))[0]
