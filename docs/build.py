@@ -34,6 +34,7 @@ BLOCK = re.compile(r"^```(console|python)\n(.*?)^```\n", re.MULTILINE | re.DOTAL
 IMAGE = re.compile(r"!\[([^\]]*)\]\((results/[^)]+)\)")
 SECTION = re.compile(r'<!-- section "([^"]+)" of (\S+) -->')
 TABLE = re.compile(r"<!-- table (\w+) -->")
+NUMBERS = re.compile(r"<!-- numbers of (\w+) -->")
 QUIET = re.compile(r"<!-- console quiet: (.*?) -->\n")
 LINKS = {"](docs/": "](", "](CONTRIBUTING.md)": "](extending.md)", "](data/README.md)": "](data.md)"}
 EXAMPLES = {
@@ -129,6 +130,7 @@ def page(text: str, bench: Workbench, place: Path) -> str:
         return f"![{match[1]}]({name})"
 
     text = TABLE.sub(lambda match: str(getattr(tables, match[1])()), SECTION.sub(section, text))
+    text = NUMBERS.sub(lambda match: tables.numbers(match[1]), text)
     text = QUIET.sub(lambda match: bench.command(match[1])[:0], text)
     parts, end = [], 0
     for match in BLOCK.finditer(text):

@@ -10,6 +10,7 @@ import json
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -237,6 +238,33 @@ def attributes() -> str:
         ["`provenance`", "where the data come from"],
     ]
     return table(("attribute", "what it is"), rows)
+
+
+@cache
+def _of_the_paper() -> Mapping[str, Mapping[str, float]]:
+    from twindisc_cli.commands.paper import run
+    from twindisc_cli.definition import load
+
+    air, nitrogen = (load(DOCS.parent / f"configs/{name}.toml") for name in ("ambient", "cryogenic"))
+    found: Mapping[str, Mapping[str, float]] = run(air, nitrogen).json["numbers"]
+    return found
+
+
+def numbers(figure: str) -> str:
+    """The numbers of a figure of the paper: by the program, as printed, expected by hand, and why they differ."""
+    stored = tomllib.loads((DOCS.parent / "tests/reproduction.toml").read_text(encoding="utf-8"))[figure]
+    rows = [
+        [
+            name.replace("_", " "),
+            f"{_of_the_paper()[figure][name]:.4g}",
+            f"{entry['printed']:.4g}" if "printed" in entry else "",
+            f"{entry['value']:.4g}",
+            entry["stated"],
+            entry.get("differs", ""),
+        ]
+        for name, entry in stored.items()
+    ]
+    return table(("number", "twindisc", "printed", "expected", "the paper says", "why they differ"), rows)
 
 
 def _keys_of(answer: Mapping[str, Any], path: str) -> Iterator[list[object]]:

@@ -31,7 +31,7 @@ def test_all_pages_are_made_and_no_picture_or_page_is_missing(pages: Path) -> No
         for target in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", text):
             assert "://" in target or (path.parent / target).exists(), f"{path.name}: {target}"
         assert "<!-- section" not in text
-        assert not re.search(r"<!-- (table|results|modules|console)", text), path.name
+        assert not re.search(r"<!-- (table|results|modules|console|numbers)", text), path.name
     assert {path.stem for path in (pages / "effects").glob("*.md")} == {"index", *catalogue()}
     assert "$ twindisc close-loop my_test.toml" in (pages / "tutorial.md").read_text(encoding="utf-8")
 
