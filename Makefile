@@ -137,7 +137,7 @@ fuzz: $(DEVELOPMENT)
 
 # Cases are drawn anew by a seed: BENCH="--seed 7 drawn"
 bench: $(DEVELOPMENT)
-	$(BIN)/python tests/bench.py $(BENCH)
+	PYTHONPATH=. $(BIN)/python tests/bench.py $(BENCH)
 
 # The table goes into docs/score.md, between its two marks.
 score: $(DEVELOPMENT)

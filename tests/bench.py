@@ -311,8 +311,8 @@ def wear_speed() -> Iterator[Row]:
 
 def wear_paths() -> Iterator[Row]:
     """Paths read off the table, against the march on four times the strips with half the steps, at places between."""
+    from table_makers.paths import refined, rig_of
     from twindisc_cli.model import path_table
-    from twindisc_cli.model.make_paths import refined, rig_of
     from twindisc_cli.model.march import march
     from twindisc_cli.model.wear_path import grid
     from twindisc_cli.model.wear_path.tabulated import tabulated_path
@@ -706,7 +706,8 @@ def worn_track(model: Any, found: Any) -> tuple[np.ndarray, np.ndarray]:
     from scipy.interpolate import CubicSpline
     from test_worn import CREEPAGE, at_the_end
 
-    from twindisc_cli.model import make_worn, worn
+    from table_makers import worn as making
+    from twindisc_cli.model import worn
     from twindisc_cli.physics import exact, kalker
     from twindisc_cli.physics.half_space.strips import equivalent_ellipse, solve_strips
 
@@ -721,7 +722,7 @@ def worn_track(model: Any, found: Any) -> tuple[np.ndarray, np.ndarray]:
         effective_modulus=rig.effective_modulus, relative_accuracy=1e-4,
     )  # fmt: skip
     a, b = (float(axis) for axis in equivalent_ellipse(strips))
-    stiffer, *departs = make_worn.against_ellipse(rig, strips, gap)
+    stiffer, *departs = making.against_ellipse(rig, strips, gap)
     stiffness = stiffer * rig.shear_modulus * a * b * float(kalker.coefficients(a / b, rig.poisson_ratio).c11)
     xi = stiffness * np.array(CREEPAGE) / (MU * rig.normal_load)
     law = exact.saturation(xi, a / b, rig.poisson_ratio) + np.interp(xi, worn.CREEPAGES, np.append(0.0, departs))

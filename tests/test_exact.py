@@ -7,10 +7,10 @@ error 3e-4). The rig: a = 0.170591303 mm along rolling, b = 0.270524050 mm, G = 
 import numpy as np
 import pytest
 
+from table_makers.rolling import centres
 from twindisc_cli.physics import exact
 from twindisc_cli.physics.half_space import rolling
 from twindisc_cli.physics.kalker import coefficients
-from twindisc_cli.physics.make_tables import centres
 
 A, B, G, NU, LOAD = 0.170591303, 0.270524050, 79300.0, 0.3, 72.0
 # mu, then creepage and T/N as often as they fit; creepages beyond full slip are left out but for the largest

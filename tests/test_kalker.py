@@ -7,7 +7,7 @@ limit (its own estimated error: 0.005 in C11 and C22, 0.002 in C23, 0.01 in C33;
 import numpy as np
 import pytest
 
-from twindisc_cli.physics import make_tables
+from table_makers import rolling as tabulated
 from twindisc_cli.physics.half_space import rolling
 from twindisc_cli.physics.half_space.adhesion import creepage_coefficients
 from twindisc_cli.physics.kalker import coefficients
@@ -200,7 +200,7 @@ def test_the_element_solution_converges_to_the_polynomial_one(ratio, poisson):
     a, b = np.sqrt(ratio), 1.0 / np.sqrt(ratio)
     error = []
     for n in (40, 80, 160):
-        x, y = a * make_tables.centres(n), b * make_tables.centres(n)
+        x, y = a * tabulated.centres(n), b * tabulated.centres(n)
         inside = (x / a) ** 2 + (y[:, None] / b) ** 2 < 1.0
         area = inside.sum() * (x[1] - x[0]) * (y[1] - y[0]) / np.pi
         found = rolling.solve(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rigs import experiment, history
 
-from twindisc_cli.model import make_worn
+from table_makers import worn as making
 from twindisc_cli.model.experiment import Contact, Floats, Options
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.march import Loaded
@@ -69,7 +69,7 @@ def test_one_side_of_a_track_is_half_of_it(strips: tuple[Floats, Floats, Floats]
     assert half == pytest.approx(whole[:, middle:], rel=1e-9)
 
 
-def solved(pressed: NormalContact, of: make_worn.Rig, xi: Floats) -> tuple[Floats, Floats]:
+def solved(pressed: NormalContact, of: making.Rig, xi: Floats) -> tuple[Floats, Floats]:
     """Line load (strip,) and power (creepage, strip) over their sums, by the solver."""
 
     def rolled(bound: Floats, creepage: float) -> rolling.Rolling:
@@ -97,10 +97,10 @@ def off(ratio: float, section: float, n: int, xi: Floats) -> tuple[Floats, Float
     """
     from scipy.interpolate import CubicSpline
 
-    of = make_worn.rig_of(ratio)
-    contact, gap = make_worn.worn_contact(of, max(section, 1e-6) * grid.first_section(of))
+    of = making.rig_of(ratio)
+    contact, gap = making.worn_contact(of, max(section, 1e-6) * grid.first_section(of))
     across = 1.01 * float(contact.semi_width) + 0.5 * contact.strip_width
-    track = make_worn.Profile(of, CubicSpline(contact.y, gap), 1.02 * float(contact.half_length.max()), across)
+    track = making.Profile(of, CubicSpline(contact.y, gap), 1.02 * float(contact.half_length.max()), across)
     pressed = track.pressed(n)
     load, power = solved(pressed, of, xi)
     factor = power_over_load(contact.y, contact.half_length, contact.line_load, xi[:, None])

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from rigs import rig
 
+from table_makers.paths import refined, rig_of
 from twindisc_cli.model import path_table
 from twindisc_cli.model.experiment import Contact, Disc, Rig, Start
-from twindisc_cli.model.make_paths import refined, rig_of
 from twindisc_cli.model.march import March, march
 from twindisc_cli.model.wear_path import grid, wear_path
 from twindisc_cli.model.wear_path.marched import marched_path

@@ -17,7 +17,7 @@ interpolates.
 W is the half-width of the patch, beyond which nothing is loaded. In contact "hertz" W = b and c_k = 0. Since the depth
 is the integral of the loads, what is worn off is the section, and no wear comes back.
 
-Source: `make_paths`, with the table's errors. Valid for ln q within RATIOS (a/b from 0.025 to 6.9), s up to MOST.
+Source: table_makers/paths.py says its errors. Valid for ln q within RATIOS (a/b from 0.025 to 6.9), s up to MOST.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@
 A worn patch nears a rectangle, of which more slides late and at once: T/(mu N) rises by up to 0.02 at xi = 1.6, the
 stiffness by up to 5 %.
 
-Source: curves of half_space.rolling on the worn profiles of six rigs (make_worn.py). Against that solver on tracks of
+Source: curves of half_space.rolling on the worn profiles of six rigs (table_makers/worn.py). Against it on tracks of
 other rigs, with lateral wander too, T/(mu N) is within 0.003 and k within 0.7 %. The stiffness across rolling takes the
 same factor, which is up to 1.4 % off there.
 """

@@ -10,7 +10,7 @@ The friction coefficient and the load enter only through xi, so that a curve mad
 Below the table, a/b < g0 = 0.05, each strip across the patch nears a line contact of Carter's, all strips together
 the closed form f_C of `fastrip`, from which the table is 7e-4 away at g0:  f = f_C + (f(g0) - f_C) (a/b) / g0.
 
-Source: a table made with half_space.rolling (make_tables.py); F. W. Carter, Proc. Royal Society A 112 (1926) 151.
+Source: table of half_space.rolling (table_makers/rolling.py); F. W. Carter, Proc. Royal Society A 112 (1926) 151.
 Error of f some 2e-4, a/b <= 20, all nu.
 """
 

@@ -16,7 +16,7 @@ The table ends at a/b = g0 = 0.05. A patch more slender nears a line contact, an
     C22 = pi^2 / 4                C33 = pi^2 / (16 (1 - nu) g)
 
 Source: J. J. Kalker, "Three-Dimensional Elastic Bodies in Rolling Contact" (1990), Table E.3 gives a few values and
-the limits; those shipped here are exact to 4e-4 at worst (make_tables.py says how they were made), below the table to
+the limits; those shipped here are exact to 4e-4 at worst (table_makers/rolling.py), below the table to
 1e-3 (C11, C22) and 5e-3 (C23, C33).
 """
 

@@ -14,7 +14,7 @@ its lateral mirror image, and slip and its reverse, are one case: q1/X is even i
 X and odd in (Y, Z). The table is over log(a/b), rho = r / (r + 2.5), which ends in linear theory and in full slip, and
 the angles of the drive; it holds q less the unit vector of the drive, over the sines that vanish with it.
 
-Source: a table made with half_space.rolling (make_spin.py). Against that solver on 40 and 80 elements, carried to the
+Source: table of half_space.rolling (table_makers/spin.py). Against that solver on 40 and 80 elements, carried to the
 limit, forces are within 0.3 % of mu N in 95 % of 500 cases and 1.4 % at worst, where yaw and spin nearly cancel (of
 500 others 0.25 % and 0.9 %); a/b from 0.05 to 5, nu from 0.2 to 0.4. In full slip of slender patches forces are off by
 up to 1.3 % of mu N. Beyond these a/b the departures of the end are taken.

@@ -1,4 +1,4 @@
-"""Make spin.npz, shipped beside this file: `python -m twindisc_cli.physics.make_spin FOLDER`, 18 minutes on one core.
+"""Make twindisc_cli/physics/spin.npz: `python -m table_makers.spin FOLDER`, 18 minutes on one core.
 
 Every ratio a/b is a file in FOLDER, so that what was broken off goes on where it was. Each value is a quotient of two
 cases of the rolling solver on the same grid, with all creepages or with the longitudinal one alone, which takes most of
@@ -27,10 +27,10 @@ from typing import Any
 
 import numpy as np
 
+from table_makers.rolling import centres
 from twindisc_cli.physics import kalker, spin
 from twindisc_cli.physics._arrays import Floats
 from twindisc_cli.physics.half_space import rolling
-from twindisc_cli.physics.make_tables import centres
 from twindisc_cli.physics.spin import COARSE, FINE, Nodes
 
 _GRIDS = (20, 40)
@@ -163,7 +163,9 @@ def make(folder: Path) -> None:
     }
     away = np.stack([of[nu] - of[middle] for nu in (spin.POISSON[0], spin.POISSON[2])])
     departure = np.round(_finer_in_ratio(solved, middle) / spin.UNIT).astype(np.int16)
-    np.savez_compressed(Path(__file__).with_name("spin.npz"), departure=departure, by_poisson=away.astype(np.float32))
+    np.savez_compressed(
+        Path(spin.__file__).with_name("spin.npz"), departure=departure, by_poisson=away.astype(np.float32)
+    )
 
 
 def _name(nodes: Nodes, ratio: float, poisson: float) -> str:

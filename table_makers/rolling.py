@@ -1,4 +1,4 @@
-"""Make the tables that are shipped beside this file: `python -m twindisc_cli.physics.make_tables kalker exact`.
+"""Make kalker.npz and exact.npz of twindisc_cli/physics: `python -m table_makers.rolling kalker exact`.
 
 kalker.npz   creepage coefficients by polynomials of degree 20 (half_space.adhesion), as Chebyshev coefficients of
              log C over log(a/b) and nu. Error below 1e-4 for 0.1 <= a/b <= 10, below 4e-4 at 0.05 and 20: found by
@@ -24,7 +24,7 @@ from twindisc_cli.physics.half_space.adhesion import creepage_coefficients
 
 Floats = NDArray[np.float64]
 
-_HERE = Path(__file__).parent
+_HERE = Path(kalker.__file__).parent
 _RATIO_NODES, _POISSON_NODES = 24, 6
 _CURVE_RATIO_NODES, _CURVE_POISSON_NODES = 11, 3
 _GRIDS = (50, 54, 60, 66, 72, 80, 90, 100, 120)

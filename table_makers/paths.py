@@ -1,4 +1,4 @@
-"""Make paths_hertz.npz and paths_half_space.npz, shipped beside this file: `python -m twindisc_cli.model.make_paths`.
+"""Make paths_hertz.npz and paths_half_space.npz of twindisc_cli/model: `python -m table_makers.paths`.
 
 Rigs of all curvature ratios of `path_table` are marched through all of its sections and wanders, on four times the
 strips of `grid` or more and with half the steps, in several marches whose strips suit their sections. What strips and
@@ -156,7 +156,7 @@ def make(contact: Contact) -> None:
     values = np.concatenate([numbers, loads, spreads], axis=-1)
     step = np.maximum(np.abs(values).max(axis=(0, 1, 2)), 1e-30) / path_table.LARGEST
     np.savez_compressed(
-        Path(__file__).with_name(f"paths_{contact}.npz"),
+        Path(path_table.__file__).with_name(f"paths_{contact}.npz"),
         codes=np.round(values / step).astype(np.int16),
         step=step,
         modes=_finer(modes).astype(np.float32),

@@ -1,4 +1,4 @@
-"""Make worn.npz, shipped beside this file: `python -m twindisc_cli.model.make_worn`, some six minutes.
+"""Make twindisc_cli/model/worn.npz: `python -m table_makers.worn`, some six minutes.
 
 Rigs of six ratios a/b of the unworn patch are worn in half-space contact. Each worn profile goes through the full
 normal solver and the rolling solver, and so does an ellipse of the same area and ratio, on grids of as many elements:
@@ -136,7 +136,7 @@ def make() -> None:
             uneven = worn.unevenness(contact.half_length, contact.line_load)
             features.append([float(a / b), float(worn.squareness(contact.half_length)), float(uneven)])
     fitted = _fitted(np.array(rows), np.array(features))
-    np.savez(Path(__file__).with_name("worn.npz"), allow_pickle=False, **fitted)
+    np.savez(Path(worn.__file__).with_name("worn.npz"), allow_pickle=False, **fitted)
 
 
 def _fitted(rows: Floats, features: Floats) -> dict[str, Floats]:
