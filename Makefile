@@ -58,10 +58,9 @@ RESULTS := \
   $(call files,close-loop,$(TESTS)) $(TESTS:%=results/%/close-loop.html) $(TESTS:%=results/%/revised.toml)
 
 INPUTS := $(wildcard data/*.csv) $(SOURCES) $(RUNTIME)
-anew = $(if $(filter $(SOURCES),$?),--force)
 done = || [ $$? -eq 5 ]
 # $(call compute,COMMAND): run it on the definition of a rule; what was up to date is as good as new.
-compute = $(TWINDISC) $(1) $< -o results $(anew) $(done) && touch -c results/$*/$(1).h5 results/$*/$(1).png
+compute = $(TWINDISC) $(1) $< -o results $(done) && touch -c results/$*/$(1).h5 results/$*/$(1).png
 
 results/%/friction-chart.h5 results/%/friction-chart.png: configs/%.toml $(INPUTS)
 	$(call compute,friction-chart)
@@ -83,7 +82,7 @@ results/%/close-loop.h5 results/%/close-loop.png results/%/close-loop.html resul
 # By itself: the nitrogen test predicted from the one in air.
 PREDICTED := $(addprefix results/ambient/,close-loop.h5 close-loop.png close-loop.html revised.toml)
 $(PREDICTED) &: configs/ambient.toml configs/cryogenic.toml $(INPUTS)
-	$(TWINDISC) close-loop configs/ambient.toml --validate configs/cryogenic.toml -o results $(anew) $(done)
+	$(TWINDISC) close-loop configs/ambient.toml --validate configs/cryogenic.toml -o results $(done)
 	@touch -c $(PREDICTED)
 
 # The figures of the paper by number (1, 3 and 10 are sketches, which it has not), and a sheet of its model beside the one
@@ -91,7 +90,7 @@ $(PREDICTED) &: configs/ambient.toml configs/cryogenic.toml $(INPUTS)
 PAPER_FIGURES := $(addsuffix .png,fig02 fig04 fig05 fig06 fig07 fig08 fig09 fig11 fig12 fig13 fig14 before_and_after)
 PAPER := $(addprefix results/paper/,paper.h5 $(PAPER_FIGURES))
 $(PAPER) &: configs/ambient.toml configs/cryogenic.toml results/ambient/revised.toml $(INPUTS)
-	$(TWINDISC) paper configs/ambient.toml configs/cryogenic.toml --revised results/ambient/revised.toml -o results $(anew)
+	$(TWINDISC) paper configs/ambient.toml configs/cryogenic.toml --revised results/ambient/revised.toml -o results
 	@touch -c $(PAPER)
 
 # Figures to look at, in one folder: the paper's, and the closed loop of each test.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -16,13 +17,13 @@ from accidents import square_or_worse
 from definitions import TRACTION, VALID, write
 from test_campaign import exit_code, named, tree
 
+from twindisc_cli import __version__
 from twindisc_cli.campaign import pool
 
 pytest.importorskip("distributed", reason="dask.distributed is not installed (extra `cluster`)")
 from twindisc_cli.campaign import cluster
 
 TESTS = Path(__file__).parent
-OTHER_VERSION = '__version__ = "0.0.1"\n'
 
 
 class Machines:
@@ -88,8 +89,9 @@ def results(folder: Path) -> int:
 def test_one_dies_one_joins_late_and_one_does_not_fit(folder: Path, machines: Machines) -> None:
     named(folder, *(f"t{i}" for i in range(6)))
     other = machines.folder / "other/twindisc_cli"
-    other.mkdir(parents=True)
-    (other / "__init__.py").write_text(OTHER_VERSION)
+    shutil.copytree(TESTS.parent / "twindisc_cli", other, ignore=shutil.ignore_patterns("__pycache__"))
+    with (other / "physics/hertz.py").open("a") as file:
+        file.write("# a worker of the same version whose files differ\n")
     dying = machines.worker("--no-nanny")
     machines.worker("--no-nanny", path=other.parent)
     running = campaign(folder, "--scheduler", machines.address)
@@ -100,7 +102,7 @@ def test_one_dies_one_joins_late_and_one_does_not_fit(folder: Path, machines: Ma
     told, refused = running.communicate(timeout=300)
     assert running.returncode == 0, refused.decode()
     assert "6 tests: 6 computed, 0 up to date, 0 failed" in told.decode()
-    assert "is not used: it has twindisc 0.0.1, here" in refused.decode()
+    assert f"is not used: it has twindisc {__version__} of files" in refused.decode()
     campaign(folder, "-o", "here").communicate()
     assert tree(folder / "results") == tree(folder / "here")
 

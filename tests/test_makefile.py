@@ -74,7 +74,7 @@ def test_every_command_runs_once_where_the_definition_has_what_it_needs(run: Run
     wanted |= {f"{c} configs/{name}.toml" for c in ("thermal", "fit-k", "simulate-wear") for name in MEASURED}
     wanted |= {"close-loop configs/ambient.toml --validate configs/cryogenic.toml"}
     assert sorted(line for line in asked if not line.startswith("paper")) == sorted(
-        f"{line} -o results --force" for line in wanted
+        f"{line} -o results" for line in wanted
     )
     assert run() == []
     for figure in ("loop_third", "fig02", "fig14", "before_and_after"):

@@ -11,17 +11,31 @@ import json
 import os
 import time
 from contextlib import suppress
+from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
 from twindisc_cli.reading import read_regular
 
+PROGRAM = Path(__file__).parent
+"""The folder of the package."""
 REMEMBERED_FROM = 2**26
 """Bytes; what is shorter is read in a twentieth of a second."""
 SETTLED_NS = 2_000_000_000
 """Nanoseconds after its last change from which a file is remembered: some disks count time in steps of two seconds."""
 _KEPT = 1000
 """Files remembered; the oldest go first."""
+
+
+@cache
+def program_digest() -> str:
+    """sha256 of the program: of the names and contents of all files of the package but those that Python makes."""
+    found = sha256()
+    for path in sorted(PROGRAM.rglob("*")):
+        if path.suffix != ".pyc" and path.is_file():
+            found.update(f"{path.relative_to(PROGRAM).as_posix()} {path.stat().st_size}\n".encode())
+            found.update(path.read_bytes())
+    return found.hexdigest()
 
 
 def digest_of_text(path: Path) -> str:

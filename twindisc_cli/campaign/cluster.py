@@ -1,7 +1,7 @@
 """A Dask cluster in place of this machine's processes: scheduling, retries and motion of data are Dask's.
 
-What travels is a pickled item; a worker of another version never gets one. Workers may join late or die; the client
-must live, and so must the scheduler.
+What travels is a pickled item; a worker whose twindisc differs in a file never gets one. Workers may join late or die;
+the client must live, and so must the scheduler.
 
 Source: M. Rocklin, Dask: parallel computation with blocked algorithms and task scheduling, SciPy 2015, 126-132.
 """
@@ -148,8 +148,10 @@ def _asker(libraries: Sequence[str]) -> Callable[[], dict[str, str]]:
         versions = {}
         try:
             versions["twindisc"] = str(import_module("twindisc_cli").__version__)
-        except ImportError:
-            versions["twindisc"] = "missing"
+            files = import_module("twindisc_cli.digests").program_digest()
+            versions["twindisc"] += f" of files {files[:12]}"
+        except (ImportError, AttributeError):
+            versions.setdefault("twindisc", "missing")
         for name in libraries:
             try:
                 versions[name] = metadata.version(name)

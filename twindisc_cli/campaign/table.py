@@ -33,7 +33,10 @@ _HEADER = re.compile(r"(.*) \[([^\]]*)\]")
 
 @dataclass(frozen=True)
 class Row:
-    """The outcome of one test. `asked` and `found` are columns by header; error is empty where it worked."""
+    """The outcome of one test. `asked` and `found` are columns by header; error is empty where it worked.
+
+    older: whether there was a result that another version of the program had made.
+    """
 
     test: str
     file: str
@@ -45,6 +48,7 @@ class Row:
     asked: Mapping[str, Value] = field(default_factory=dict)
     found: Mapping[str, Value] = field(default_factory=dict)
     computed: bool = False
+    older: bool = False
 
     @property
     def failed(self) -> bool:

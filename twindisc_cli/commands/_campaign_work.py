@@ -23,7 +23,7 @@ from twindisc_cli.definition import Test
 from twindisc_cli.errors import TwindiscError, bug
 from twindisc_cli.loop import channels
 from twindisc_cli.plugins import fault
-from twindisc_cli.results.recorded import up_to_date
+from twindisc_cli.results.recorded import made_by_another, recorded, up_to_date
 from twindisc_cli.results.store import plain, put
 
 PRELOAD = ("twindisc_cli.commands._campaign_work", "h5py", "matplotlib.backends.backend_agg", "matplotlib.font_manager")
@@ -86,7 +86,8 @@ def prepare(order: Order, job: Job) -> Task | Row:
         folder = order.folder / origin.name
         stored = None if order.force else up_to_date(folder / f"{order.command}.h5", row.run_key)
         if stored is None:
-            return Task(order.command, folder, test, row)
+            older = made_by_another(recorded(folder / f"{order.command}.h5"))
+            return Task(order.command, folder, test, replace(row, older=bool(older)))
         return replace(row, exit_code=stored.exit_code, found=_found(test, stored.json))
     except (Exception, SystemExit) as error:
         return failed(row, error)

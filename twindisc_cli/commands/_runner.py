@@ -24,7 +24,7 @@ from twindisc_cli.plugins import forget_trust, trust
 from twindisc_cli.results import Result
 from twindisc_cli.results.files import write_all
 from twindisc_cli.results.origin import Origin, Source
-from twindisc_cli.results.recorded import up_to_date, why
+from twindisc_cli.results.recorded import made_by_another, recorded, up_to_date, why
 from twindisc_cli.results.store import images, plain, put
 from twindisc_cli.version import __version__
 
@@ -209,6 +209,8 @@ def _deliver(
         write_depfile(output, stored.files, definitions, inputs)
         tell(stored.summary, stored.json, stored.files, output, "up to date")
         return stored.exit_code
+    if not output.quiet and (another := made_by_another(recorded(path))):
+        terminal.say([f"{path}: {another}"], error=True)
     say_more = _told_more(output)
     say_more(lambda: f"twindisc {__version__}: {path} {why(path, command, origin) or 'is made again: --force'}")
     result, files = _made(tests, origin, output, folder, compute)

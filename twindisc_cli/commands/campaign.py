@@ -188,7 +188,9 @@ def _origin(name: str, rows: Sequence[Row]) -> Origin:
 def _count(rows: Sequence[Row]) -> str:
     """How many tests were computed, were there already, and failed."""
     computed, broken = sum(row.computed for row in rows), sum(row.failed for row in rows)
-    return f"{len(rows)} tests: {computed} computed, {len(rows) - computed - broken} up to date, {broken} failed"
+    older = sum(row.older for row in rows)
+    again = f" ({older} made by another version: made again)" if older else ""
+    return f"{len(rows)} tests: {computed} computed{again}, {len(rows) - computed - broken} up to date, {broken} failed"
 
 
 def _tell(

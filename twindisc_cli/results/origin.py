@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 from typing import Any
 
-from twindisc_cli.version import __version__
+from twindisc_cli.digests import program_digest
 
 SCHEMA = 3
 """Number of the form of result files."""
@@ -39,6 +39,6 @@ class Origin:
     sources: tuple[Source, ...] = ()
 
     def run_key(self, command: str) -> str:
-        """sha256 of version, command, definitions and inputs: the same key, the same result."""
-        parts = (SCHEMA, __version__, command, self.configs, dict(sorted(self.inputs.items())), self.options)
+        """sha256 of the program, command, definitions and inputs: the same key, the same result."""
+        parts = (SCHEMA, program_digest(), command, self.configs, dict(sorted(self.inputs.items())), self.options)
         return sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()

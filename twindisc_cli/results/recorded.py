@@ -14,7 +14,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from twindisc_cli.digests import digest_of, digest_of_text
+from twindisc_cli.digests import digest_of, digest_of_text, program_digest
 from twindisc_cli.results.origin import SCHEMA, Origin
 from twindisc_cli.version import __version__
 
@@ -41,6 +41,7 @@ class Recorded:
     stored: Stored
     run_key: str
     version: str
+    program: str
     schema: int
     options: dict[str, Any]
     configs: tuple[str, ...]
@@ -112,6 +113,7 @@ def _understood(path: Path, record: Mapping[str, Any]) -> Recorded:
         stored=stored,
         run_key=record["run_key"],
         version=record["twindisc_version"],
+        program=str(record.get("program", "")),
         schema=int(record["schema"]),
         options=record["options"],
         configs=tuple(record["configs"]),
@@ -127,9 +129,21 @@ def why(path: Path, command: str, origin: Origin) -> str:
         return found
     if found.run_key == origin.run_key(command):
         return ""
-    if (found.version, found.schema) != (__version__, SCHEMA):
-        return f"was made by twindisc {found.version}"
+    if not _by_this_program(found):
+        return made_by_another(found)
     return "; ".join(_differences(found, origin)) or "something it was made from has changed"
+
+
+def _by_this_program(found: Recorded) -> bool:
+    """Whether a result was made by the files of the program as they are now."""
+    return (found.program, found.schema) == (program_digest(), SCHEMA)
+
+
+def made_by_another(found: Recorded | str) -> str:
+    """That a result was made by another version of the program; an empty text where it was not."""
+    if isinstance(found, str) or _by_this_program(found):
+        return ""
+    return f"made by another version{f' ({found.version})' if found.version != __version__ else ''}: made again"
 
 
 def _differences(found: Recorded, origin: Origin) -> Iterator[str]:
@@ -166,7 +180,7 @@ def _flat(text: str) -> dict[str, str]:
 def unchanged(path: Path, definitions: Sequence[Path], options: Mapping[str, Any]) -> Stored | None:
     """The stored outcome, where nothing it was made from has changed by a byte; no definition is checked for that."""
     found = recorded(path)
-    if isinstance(found, str) or (found.version, found.schema) != (__version__, SCHEMA):
+    if isinstance(found, str) or not _by_this_program(found):
         return None
     if found.options != json.loads(json.dumps(options)) or len(found.sources) != len(definitions):
         return None

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from twindisc_cli.digests import program_digest
 from twindisc_cli.errors import ValidityError
 from twindisc_cli.results.files import write_all
 from twindisc_cli.results.origin import SCHEMA, Origin
@@ -150,6 +151,7 @@ def hdf5_image(result: Result, origin: Origin, *, beside: Mapping[str, str]) -> 
             "title": f"{result.command}: {origin.name}",
             "schema": SCHEMA,
             "twindisc_version": __version__,
+            "twindisc_program": program_digest(),
             "run_key": origin.run_key(result.command),
             "provenance": origin.provenance,
             "summary": "\n".join(result.summary),
@@ -169,6 +171,7 @@ def _record(result: Result, origin: Origin, beside: Mapping[str, str]) -> dict[s
     return {
         "schema": SCHEMA,
         "twindisc_version": __version__,
+        "program": program_digest(),
         "run_key": origin.run_key(result.command),
         "options": origin.options,
         "configs": origin.configs,
