@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from definitions import VALID, write
 
+from twindisc_cli.cli import main
 from twindisc_cli.commands import contact, fit_k, simulate_wear
 from twindisc_cli.definition import Test, load
 
@@ -84,3 +85,26 @@ def test_unlike_discs_along_a_line(tmp_path: Path) -> None:
     assert plain["exact"]["T_over_N_error"] == 0.0
     assert unlike["exact"]["T_over_N_error"] > 0.0
     assert 0.0 < unlike["exact"]["T_over_N"] < 0.6
+
+
+def test_every_command_with_a_law_says_what_it_leaves_out_of_unlike_discs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Dundurs' second constant of aluminium on steel, from its definition; discs of one material say nothing."""
+    shear = [E / (2.0 * (1.0 + nu)) for E, nu in ((70e9, 0.33), (206e9, 0.3))]
+    one, two = ((1.0 - 2.0 * nu) / g for nu, g in zip((0.33, 0.3), shear, strict=True))
+    three, four = ((2.0 - 2.0 * nu) / g for nu, g in zip((0.33, 0.3), shear, strict=True))
+    beta = (one - two) / (three + four)
+    unlike = tmp_path / "unlike"
+    unlike.mkdir()
+    path = pair(unlike, f"wear_coefficient = {K2}").path
+    for command in ("friction-chart", "simulate-wear"):
+        with pytest.raises(SystemExit) as exit_:
+            main([command, str(path), "-o", str(tmp_path / "out")])
+        assert exit_.value.code == 0
+        said = " ".join(capsys.readouterr().out.split())
+        assert f"Dundurs' second constant {beta:.2g}" in said
+        assert f"0.7 x {beta:.2g} / mu" in said
+    with pytest.raises(SystemExit):
+        main(["simulate-wear", str(write(tmp_path, VALID)), "-o", str(tmp_path / "like")])
+    assert "Dundurs" not in capsys.readouterr().out
