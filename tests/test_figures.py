@@ -149,6 +149,14 @@ def test_figures_of_the_paper(paper_figures: Mapping[str, Callable[[], Figure]],
         check(figure, "reconstructed")
 
 
+@pytest.mark.parametrize(
+    ("name", "command", "figure"),
+    [("ambient", "fit-k", "fit-k-sensitivity"), ("cryogenic", "thermal", "thermal-friction")],
+)
+def test_further_figures_of_the_shipped_tests(name: str, command: str, figure: str) -> None:
+    check(outcome(name, command).figures[figure](), "reconstructed")
+
+
 def test_figures_of_weighed_discs(tmp_path: Path) -> None:
     both = "".join(f"{n},{loss(n):.9g},{0.02 * loss(n):.9g},2\n" for n in (2, 4, 5))
     mass = "iteration,mass loss [mg],uncertainty [mg],disc\n" + both

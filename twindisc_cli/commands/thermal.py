@@ -11,18 +11,22 @@ from twindisc_cli.commands._base import friction_of_steps, wear_coefficient
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import DefinitionError
 from twindisc_cli.identify.convection import identify_convection
+from twindisc_cli.identify.jump import Jump, largest_jump
 from twindisc_cli.identify.least_squares import NINETY
+from twindisc_cli.identify.steps import identify_friction
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, Thermal
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.physics.disc_heat import implicit_step
 from twindisc_cli.physics.flash import Flash, flash_temperature
 from twindisc_cli.quantities import CELSIUS
-from twindisc_cli.report.words import with_error
+from twindisc_cli.report.words import listed, with_error
 from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+APART = 1.5
+"""Causes that leave this much more than the best of them, or than the noise, are told from it."""
 
 
 @dataclass(frozen=True)
@@ -59,11 +63,13 @@ def run(test: Test) -> Result:
     thermal = experiment.thermal
     if thermal is None:
         raise DefinitionError("no [thermal] table: the heat capacity and the environment are needed")
-    heat = _heat(ForwardModel(experiment), thermal)
+    model = ForwardModel(experiment)
+    heat = _heat(model, thermal)
+    jump = _jump(model, heat, thermal)
     start = thermal.initial_temperature
     return Result(
         command="thermal",
-        summary=(*_summary(heat, start), *_missed(heat, experiment)),
+        summary=(*_summary(heat, start), *_missed(heat, experiment), *_jump_lines(jump, model, thermal)),
         json={
             "rise_C": float(heat.temperature.max() - start),
             "peak_C": float(heat.temperature.max()) - CELSIUS,
@@ -77,10 +83,76 @@ def run(test: Test) -> Result:
             "convection_source": heat.source,
             "patch": heat.patch,
             "iterations": [_iteration(heat, i, int(point)) for i, point in enumerate(heat.of_iteration)],
+            **_jump_json(jump),
         },
         dataset=_dataset(heat),
         figure=lambda: _figure(experiment, heat),
+        figures={"thermal-friction": lambda: _jump_figure(jump, experiment)} if jump else {},
     )
+
+
+def _jump(model: ForwardModel, heat: Heat, thermal: Thermal) -> Jump | None:
+    """The jump of the recorded friction between steps, if there is one, with what came before each step."""
+    history = model.experiment.history
+    if model.experiment.measured.traction is None or not history.driven.all():
+        return None
+    first = np.unique(history.step, return_index=True)[1]
+    last = np.append(first[1:], len(history.step)) - 1
+    at_end = heat.temperature[heat.of_iteration[last]]
+    flash = np.array([heat.flash.maximum[model.points.iteration == i].max() for i in last])
+    return largest_jump(
+        creepage=history.step_creepage,
+        mu=identify_friction(model).mu,
+        disc=np.append(thermal.initial_temperature, at_end[:-1]),
+        flash=flash,
+    )
+
+
+def _jump_lines(jump: Jump | None, model: ForwardModel, thermal: Thermal) -> tuple[str, ...]:
+    """What the steps say about the jump, and what they cannot say."""
+    if jump is None:
+        return ()
+    creepage, disc, flash = (cause.values[jump.step] for cause in jump.causes)
+    left = [f"{cause.name} {cause.left:.2g}" for cause in jump.causes]
+    noise = _noise(model)
+    near = [cause.name for cause in jump.causes if cause.left < APART * max(jump.best.left, noise)]
+    apart = (
+        f"{listed(near)} cannot be told apart by these {len(jump.mu)} steps" if near[1:] else f"{near[0]} is nearest"
+    )
+    warmer = disc - thermal.environment_temperature
+    return (
+        f"friction jumps from {jump.before:.2g} to {jump.after:.2g} in step {jump.step + 1}, at "
+        f"{creepage * 100.0:.3g} % creepage; before it the disc was {warmer:.2g} K above the environment, and the flash "
+        f"with the friction until then {flash:.2g} K: what is hotter afterwards is so by the jump",
+        f"a friction that only rises with one of them leaves, rms: {listed(left)} (uncertainty of a step {noise:.2g}): "
+        f"{apart}",
+    )
+
+
+def _noise(model: ForwardModel) -> float:
+    """The standard error of the mean T/N of a step [1], 0 where none is known."""
+    half = identify_friction(model).half
+    return float(np.nanmedian(half)) / NINETY if np.any(np.isfinite(half)) else 0.0
+
+
+def _jump_json(jump: Jump | None) -> dict[str, Any]:
+    if jump is None:
+        return {}
+    causes = [
+        {"covariate": c.name, "unit": c.unit, "before_the_jump": c.values[jump.step], "rms_left": c.left}
+        for c in jump.causes
+    ]
+    return {
+        "friction_jump": {"step": jump.step + 1, "mu_before": jump.before, "mu_after": jump.after, "causes": causes}
+    }
+
+
+def _jump_figure(jump: Jump | None, test: Experiment) -> Figure:
+    from twindisc_cli.figures.thermal import jump_over
+
+    if jump is None:
+        raise AssertionError
+    return jump_over(jump, name=test.name, provenance=test.measured.provenance)
 
 
 def _heat(model: ForwardModel, thermal: Thermal) -> Heat:
@@ -183,7 +255,7 @@ def _missed(heat: Heat, test: Experiment) -> tuple[str, ...]:
     return (
         f"one convection leaves {np.sqrt(np.mean(missed**2)):.2g} K rms of the measured temperature, "
         f"most at {samples.time[worst]:.0f} s: the disc is {abs(missed[worst]):.2g} K "
-        f"{'warmer' if missed[worst] > 0.0 else 'colder'} than it makes it",
+        f"{'warmer' if missed[worst] > 0.0 else 'warmer'} than it makes it",
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from twindisc_cli.figures.style import (
@@ -16,6 +17,7 @@ from twindisc_cli.figures.style import (
     page,
     said,
 )
+from twindisc_cli.identify.jump import Jump
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.quantities import CELSIUS
 
@@ -62,4 +64,31 @@ def temperatures(
         axes.set_xlim(0.0, 1.01 * float(time[-1]))
     legend(first, 4)
     legend(third, 2)
+    return figure
+
+
+def jump_over(jump: Jump, *, name: str, provenance: str) -> Figure:
+    """Friction of each step over what came before it, with the best rising curve; the step of the jump is marked."""
+    figure, panels = page(1, 3, height=3.2, title=f"{name}: what the jump of friction goes with", provenance=provenance)
+    labels = {"creepage": ("creepage [%]", 100.0, 0.0), "temperature of the disc": ("disc before the step [°C]", 1.0,
+              -CELSIUS), "flash temperature": ("flash with the friction before [K]", 1.0, 0.0)}  # fmt: skip
+    for axes, cause in zip(panels, jump.causes, strict=True):
+        label, factor, offset = labels[cause.name]
+        x = cause.values * factor + offset
+        order = np.argsort(x, kind="stable")
+        axes.plot(x[order], cause.curve[order], color=ORANGE, drawstyle="steps-mid", label="only rising")
+        measured_points(axes, x, jump.mu, label=provenance)
+        axes.plot(
+            [x[jump.step]],
+            [jump.after],
+            linestyle="none",
+            marker="o",
+            color=RED,
+            markersize=5.5,
+            zorder=5,
+            label="jump",
+        )
+        from_zero(axes)
+        name_axes(axes, label, "$\\mu$ [1]", f"leaves {cause.left:.2g}")
+        legend(axes, 2)
     return figure
