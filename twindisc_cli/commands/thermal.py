@@ -119,10 +119,10 @@ def _jump_lines(jump: Jump | None, model: ForwardModel, thermal: Thermal) -> tup
     apart = (
         f"{listed(near)} cannot be told apart by these {len(jump.mu)} steps" if near[1:] else f"{near[0]} is nearest"
     )
-    warmer = disc - thermal.environment_temperature
+    above = disc - thermal.environment_temperature
     return (
         f"friction jumps from {jump.before:.2g} to {jump.after:.2g} in step {jump.step + 1}, at "
-        f"{creepage * 100.0:.3g} % creepage; before it the disc was {warmer:.2g} K above the environment, and the flash "
+        f"{creepage * 100.0:.3g} % creepage; before it the disc was {above:.2g} K above the environment, and the flash "
         f"with the friction until then {flash:.2g} K: what is hotter afterwards is so by the jump",
         f"a friction that only rises with one of them leaves, rms: {listed(left)} (uncertainty of a step {noise:.2g}): "
         f"{apart}",
@@ -255,7 +255,7 @@ def _missed(heat: Heat, test: Experiment) -> tuple[str, ...]:
     return (
         f"one convection leaves {np.sqrt(np.mean(missed**2)):.2g} K rms of the measured temperature, "
         f"most at {samples.time[worst]:.0f} s: the disc is {abs(missed[worst]):.2g} K "
-        f"{'warmer' if missed[worst] > 0.0 else 'warmer'} than it makes it",
+        f"{'warmer' if missed[worst] > 0.0 else 'colder'} than it makes it",
     )
 
 
