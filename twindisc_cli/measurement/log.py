@@ -40,6 +40,10 @@ LARGEST_RATIO = 3.0
 LARGEST_CREEPAGE = 2.001
 _STANDING = 0.02
 _FEWEST_ANEW = 5
+_FEWEST_STUCK = 4
+_CHANGING = 0.8
+SMALLEST_RATIO = 0.003
+"""A T/N below which a unit is more likely wrong than a contact that slippery."""
 _MOST_OUTLIERS = 0.01
 _MOST_DEAD = 0.2
 _TOLD = {"torque": (1e3, "mN m"), "traction force": (1.0, "N"), "traction ratio": (1.0, "")}
@@ -95,6 +99,8 @@ def read_log(
     has_load = "normal load" in columns
     if not has_load:
         table.notes.append(f"no load in it, so that of the definition: {rig.normal_load:g} N")
+    for name in ("normal load", kind):
+        _note_stuck(table, name)
     log = Log(
         table=table,
         kind=kind,
@@ -179,6 +185,25 @@ def _count_on(table: Table, again: Ints) -> None:
     shift = np.zeros(len(time))
     shift[again] = time[again - 1] + float(np.median(np.diff(time))) - time[again]
     table.columns["time"] = time + np.cumsum(shift)
+
+
+def _note_stuck(table: Table, name: str) -> None:
+    """Say where a column that changes from row to row holds one number for many rows: a marker, or a dead channel."""
+    values = table.columns.get(name)
+    if values is None or len(values) < _FEWEST_STUCK:
+        return
+    change = np.flatnonzero(np.diff(values) != 0.0)
+    if len(change) < _CHANGING * len(values):
+        return
+    ends = np.concatenate([[-1], change, [len(values) - 1]])
+    longest = int(np.argmax(np.diff(ends)))
+    count = int(np.diff(ends)[longest])
+    if count >= _FEWEST_STUCK:
+        written = f"{table.written(name)[ends[longest] + 1]:g}"
+        told = (
+            f"{count} rows running hold exactly {written} in {table.headers[name]}, which else changes from row to row"
+        )
+        table.notes.append(f'{told}; skip = "{written}" leaves them out')
 
 
 def _check_slip(table: Table, creepage: Floats) -> None:

@@ -21,7 +21,17 @@ from twindisc_cli.measurement.channels import FEWEST, check_kelvin, tolerance
 from twindisc_cli.measurement.content import Content
 from twindisc_cli.measurement.found_steps import MOST_AVERAGES, Seen, find_steps, told
 from twindisc_cli.measurement.header import Column, Naming
-from twindisc_cli.measurement.log import CLOCK, REASONS, Codes, Log, check_time, dead_rows, idle_rows, outliers
+from twindisc_cli.measurement.log import (
+    CLOCK,
+    REASONS,
+    SMALLEST_RATIO,
+    Codes,
+    Log,
+    check_time,
+    dead_rows,
+    idle_rows,
+    outliers,
+)
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
 from twindisc_cli.measurement.table import read_table
@@ -116,7 +126,7 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
         uncertainty=np.full(int(kept.sum()), np.nan),
     )
     table.left_out |= _counts(reason)
-    table.notes += _notes(log, told_zero, found, mean.time, history)
+    table.notes += (*_notes(log, told_zero, found, mean.time, history), *_too_slippery(log, ratio))
     begin = float(mean.time[kept][0] - time[kept][0]) if np.any(kept) else 0.0
     return RigLog(samples, history, begin, zero, table.count(int(np.sum(reason == 0))))
 
@@ -144,6 +154,14 @@ def log_temperature(
     block = _blocks(time[inside], _length(time[inside], None))
     samples = TemperatureSamples(*(_means(values[inside], block) for values in (time, kelvin)))
     return samples, table.count(int(inside.sum()))
+
+
+def _too_slippery(log: Log, ratio: Floats) -> tuple[str, ...]:
+    """A T/N that no dry contact has."""
+    typical = float(np.median(np.abs(ratio))) if len(ratio) else 0.0
+    if log.kind == "traction ratio" or typical >= SMALLEST_RATIO:
+        return ()
+    return (f"T/N is {typical:.2g}, less than any dry contact has: check the units of {log.kind} and load",)
 
 
 def _offset(time: Floats, found: Zero | None, setting: ZeroSetting) -> Floats | float:
