@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from twindisc_cli.measurement.channels import FEWEST, check_kelvin, tolerance
 from twindisc_cli.measurement.content import Content
+from twindisc_cli.measurement.creepage_noise import steadied
 from twindisc_cli.measurement.found_steps import MOST_AVERAGES, Seen, find_steps, told
 from twindisc_cli.measurement.header import Column, Naming
 from twindisc_cli.measurement.log import (
@@ -118,10 +119,16 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
             ratio = ratio - both[0] if off else ratio
             told_zero = zero = TorqueZero(both[0], both[1], np.nan, taken_off=off, unit=unit)
     reason[driven] = _left(step, kept)[mean.block]
+    creepage, scatter = steadied(mean.creepage[kept], ratio[kept], time[kept], step[kept])
+    if scatter > 0.0:
+        table.notes.append(
+            f"the creepage scatters by {100.0 * scatter:.2g} % within the steps and the traction does not follow: "
+            "error of the tachometers, the mean of each step is taken"
+        )
     samples = TractionSamples(
         time=time[kept],
         step=step[kept],
-        creepage=mean.creepage[kept],
+        creepage=creepage,
         ratio=ratio[kept],
         uncertainty=np.full(int(kept.sum()), np.nan),
     )
