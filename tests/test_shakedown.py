@@ -82,3 +82,29 @@ def test_t_of_lundberg_and_palmgren() -> None:
     """The table of their shape: a/b = 0.6 of b/a has t with sqrt[(t^2 - 1)(2 t - 1)] = 0.6."""
     t = brentq(lambda t: np.sqrt((t**2 - 1) * (2 * t - 1)) - 0.6, 1, 2)
     assert shakedown.orthogonal_shear(0.6, 1.0)[0] == pytest.approx(np.sqrt(2 * t - 1) / (2 * t * (t + 1)))
+
+
+def strongest_shear(ratio: float, traction: float, n: int = 240) -> float:
+    """Largest |tau_zx| / p0 below an ellipse (a/b, 1), of point forces on n x n elements (Boussinesq, Cerruti)."""
+    place = (2.0 * np.arange(n) + 1.0) / n - 1.0
+    x, y = ratio * place, place[:, None]
+    force = np.sqrt(np.maximum(0.0, 1.0 - place**2 - y**2)) * 4.0 * ratio / n**2
+    found = 0.0
+    for depth in min(ratio, 1.0) * np.linspace(0.15, 0.9, 16):
+        for behind in ratio * np.linspace(-1.2, 1.2, 33):
+            apart = behind - x
+            at = (depth**2 * apart + traction * depth * apart**2) / (apart**2 + y**2 + depth**2) ** 2.5
+            found = max(found, abs(float((1.5 / np.pi * force * at).sum())))
+    return found
+
+
+@pytest.mark.parametrize(("ratio", "traction"), [(2.0, 0.2), (1.0, 0.1), (0.5, 0.25), (4.0, 0.1)])
+def test_shakedown_of_an_ellipse_under_traction_goes_by_its_own_shear(ratio: float, traction: float) -> None:
+    found = float(shakedown.limits([traction], ratio, 1.0)[1][0])
+    assert found == pytest.approx(min(1.0 / strongest_shear(ratio, traction), 1.0 / traction), rel=0.01)
+
+
+def test_a_wide_ellipse_shakes_down_as_a_line() -> None:
+    ratios = np.array([0.0, 0.1, 0.2, 0.3])
+    wide, line = shakedown.limits(ratios, 0.02, 1.0)[1], shakedown.limits(ratios, 1.0, np.inf)[1]
+    assert wide == pytest.approx(line, rel=0.005)
