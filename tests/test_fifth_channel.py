@@ -83,7 +83,7 @@ CHANNEL = Channel(
     predicted=predicted,
     noise=noise,
     generic=lambda model, prediction: iter([("time", "smooth", smooth(samples(model.experiment).time, 5))]),
-    withheld=lambda test, steps: held_out_samples(test.history, step(test), samples(test).time, steps),
+    withheld=lambda test, steps: held_out_samples(test, step(test), samples(test).time, steps),
     covariates=lambda model, prediction: {"time": samples(model.experiment).time},
     planned=lambda test, times, half_width: Vibration(times, np.zeros(len(times))),
 )
@@ -254,7 +254,7 @@ def test_its_panel_is_drawn(folder: Path) -> None:
     result = close_loop.run([load(folder / "small.toml")], None, lambda stage, part: None, quick=True)
     assert result.figure is not None
     labels = {axes.get_ylabel() for axes in result.figure().axes}
-    assert {"vibration RMS [m s⁻²]", "measured − model [m s⁻²]"} <= labels
+    assert {"vibration RMS [m s⁻²]", "synthetic − model [m s⁻²]"} <= labels
 
 
 def test_friction_over_the_distance_slid_is_one_file(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

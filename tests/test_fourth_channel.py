@@ -67,7 +67,7 @@ CHANNEL = Channel(
     name="meter", label="energy meter", quantity=Quantity("meter", "E", "energy", "kJ"), order=4, assumed_noise=10.0,
     samples=samples, values=lambda of: of.energy, predicted=predicted, noise=noise,
     generic=lambda model, prediction: iter([("time", "smooth", smooth(samples(model.experiment).time, 5))]),
-    withheld=lambda test, steps: held_out_samples(test.history, step(test), samples(test).time, steps),
+    withheld=lambda test, steps: held_out_samples(test, step(test), samples(test).time, steps),
     covariates=lambda model, prediction: {"time": samples(model.experiment).time},
     planned=lambda test, times, half_width: Meter(times, np.zeros(len(times))),
 )
