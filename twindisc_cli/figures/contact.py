@@ -108,18 +108,29 @@ def _map(axes: Axes, field: Field, vector: Floats, largest: float, what: str, un
     bar = axes.figure.colorbar(drawn, ax=axes, pad=0.02, aspect=18, shrink=0.9)
     bar.set_label(unit, fontsize=SMALL)
     bar.ax.tick_params(labelsize=SMALL)
-    rows, columns = (((np.arange(ARROWS) + 0.5) / ARROWS * n).astype(int) for n in size.shape)
-    some = np.ix_(rows, columns)
-    shown = size[some] > 0.03 * largest
     if largest > 0.0:
-        axes.quiver(
-            y[some][shown], x[some][shown], vector[1][some][shown] / largest, vector[0][some][shown] / largest,
-            color="white", scale=1.1 * ARROWS, width=0.006, headwidth=3.5, pivot="tail",
-        )  # fmt: skip
+        _arrows(axes, field, vector / largest, size > 0.03 * largest)
     marked_zones(axes, field)
     axes.set_aspect("equal" if np.abs(y[inside]).max() < SLENDER * np.abs(x[inside]).max() else "auto")
     axes.grid(False)
     name_axes(axes, "$y$ [mm]", "$x$, rolling up [mm]", what)
+
+
+def _arrows(axes: Axes, field: Field, vector: Floats, shown: NDArray[np.bool_]) -> None:
+    """A vector (2, strip, cell) of length 1 at most, where it is shown, at places of an even grid over the patch."""
+    x, y, inside = 1e3 * field.x, 1e3 * field.y, field.pressure > 0.0
+    rows = ((np.arange(ARROWS) + 0.5) / ARROWS * x.shape[0]).astype(int)
+    reach = float(np.abs(x[inside]).max())
+    places = reach * (2.0 * (np.arange(ARROWS) + 0.5) / ARROWS - 1.0)
+    across = np.repeat(rows, ARROWS)
+    along = np.concatenate([np.argmin(np.abs(x[row][:, None] - places), axis=0) for row in rows])
+    near = np.abs(x[across, along] - np.tile(places, ARROWS)) < 0.5 * reach / ARROWS
+    chosen = near & shown[across, along]
+    at = across[chosen], along[chosen]
+    axes.quiver(
+        y[at], x[at], vector[1][at], vector[0][at],
+        color="white", scale=1.1 * ARROWS, width=0.006, headwidth=3.5, pivot="tail",
+    )  # fmt: skip
 
 
 def _frame(panels: Sequence[Axes], fields: Sequence[Field]) -> None:
