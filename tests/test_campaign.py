@@ -108,7 +108,7 @@ def test_no_definition_is_written_before_its_test_begins(folder: Path, monkeypat
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ('base = "x.toml"\nvary.rig.normal_load_N = [1.0]', "map.toml: base: x.toml is no test definition"),
+        ('base = "x.toml"\nvary.rig.normal_load_N = [1.0]', "map.toml: base: x.toml is not a test definition"),
         ('base = "a.toml"', "nothing is varied"),
         ('base = "a.toml"\nvarry.rig.normal_load_N = [1.0]', "varry: unknown key; a campaign file holds base, vary"),
         ('base = "a.toml"\nvary.rig.normal_load_N = { from = 1.0, to = 2.0 }', "give a list, or { from"),

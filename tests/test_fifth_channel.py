@@ -295,7 +295,7 @@ def test_a_parameter_that_nothing_reads_is_told(folder: Path, capsys: pytest.Cap
         ("vibration.csv", "vibration RMS", "vibration RNS", "did you mean vibration RMS"),
         ("vibration.csv", ",6", ",-6", "lies outside the range of it"),
         ("small.toml", "vibration =", "vibrations =", "did you mean vibration?"),
-        ("small.toml", '"channels"', '"nowhere"', "loop.channels: nowhere is no folder of channel files"),
+        ("small.toml", '"channels"', '"nowhere"', "loop.channels: nowhere is not a folder of channel files"),
         ("channels/vibration.py", "CHANNEL =", "OTHER =", "declares no channel: CHANNEL = Channel(...) is missing"),
     ],
 )

@@ -90,7 +90,7 @@ def test_what_cannot_be_imported_is_told(tmp_path: Path, capsys: pytest.CaptureF
     file = tmp_path / "rig.csv"
     file.write_text("a,b\n1,2\n")
     code, _, err = command("import", file, "-o", tmp_path, capsys=capsys)
-    assert (code, "rig.csv: is no log (time, speeds or creepage" in err) == (3, True)
+    assert (code, "rig.csv: is not a log (time, speeds or creepage" in err) == (3, True)
     file.write_text(vendor())
     (tmp_path / "two.csv").write_text(vendor())
     code, _, err = command("import", file, tmp_path / "two.csv", "-o", tmp_path, capsys=capsys)

@@ -109,7 +109,7 @@ def test_mass_and_profile_agree_or_contradict(tmp_path: Path, factor: float, agr
         (weighings((5, 1.0), (2, 0.5)), "mass.csv:3: iteration: iteration 2 is not after the row before"),
         (weighings((2, 1.0, 3), more=",disc"), "mass.csv:2: disc: there is no disc 3; it is 1 or 2"),
         (weighings((5, -1.0)), "mass.csv:2: mass loss [mg]: the discs grow heavier: a mass loss is positive"),
-        (weighings((5, 900.0)).replace("[mg]", "[g]"), "mass.csv:2: mass loss [g]: 900 g is no wear; check the unit"),
+        (weighings((5, 900.0)).replace("[mg]", "[g]"), "mass.csv:2: mass loss [g]: 900 g is not wear; check the unit"),
         (weighings((5, 9.0)).replace("[mg]", "[volt]"), "unknown unit [volt] for mass; known: mg, ug, g, kg"),
         (weighings((2, 1.0), (5, 0.0)), "nothing was worn off by weight"),
     ],

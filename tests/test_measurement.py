@@ -242,7 +242,7 @@ def _narrow(half_width: float) -> str:
         # Hertz: b = 0.2705 mm (reference rig of CONTACT rev 2707 at G = 79.3 GPa), so 2b = 0.541 mm
         (_narrow(0.26), "profile.csv:2: y [mm]: the profile spans 0.52 mm, the contact is 0.5412 mm wide"),
         (PROFILE.replace("[mm]", "[um]"), "check the unit"),
-        (PROFILE.replace("[um]", "[cm]"), "10 mm is no wear depth; check the unit"),
+        (PROFILE.replace("[um]", "[cm]"), "10 mm is not a wear depth; check the unit"),
         # a facet that deep is a chord of the 30 mm circle: sqrt(8 d R) = 15.5 mm for 1 mm, 21.9 mm for 2 mm
         (
             PROFILE.replace("[um]", "[mm]"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import re
 import shutil
@@ -109,3 +110,22 @@ def test_the_definition_in_the_readme_runs(tmp_path: Path) -> None:
     (tmp_path / "my_test.toml").write_text(text[1], encoding="utf-8")
     (tmp_path / "traction.csv").write_text("creepage [%],traction ratio [1]\n0.5,0.55\n2,0.6\n")
     assert load(tmp_path / "my_test.toml").experiment.name == "my_test"
+
+
+def messages(path: Path) -> Iterator[str]:
+    """The texts of a file that are not docstrings; the name of a module handed to a template is none."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    docs = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docs:
+            yield "" if node.value == "told" else node.value
+
+
+def test_messages_are_in_standard_words() -> None:
+    found = {
+        f"{path.name}: {word}"
+        for path in (ROOT / "twindisc_cli").rglob("*.py")
+        for text in messages(path)
+        for word in unusual(text)
+    }
+    assert found == set()

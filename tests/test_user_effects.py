@@ -152,7 +152,7 @@ def test_a_file_that_is_no_effect_is_told(folder: Path, file: str, text: str, sa
 def test_a_folder_that_is_not_there_is_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write(folder, VALID + '\n[loop]\neffects = "none"\n')
     assert exit_code("check", "small.toml") == 2
-    assert "loop.effects: none is no folder of effect files" in capsys.readouterr().err
+    assert "loop.effects: none is not a folder of effect files" in capsys.readouterr().err
     assert exit_code("check", "small.toml", "--effects", "none") == 2
 
 

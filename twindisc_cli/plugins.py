@@ -88,7 +88,7 @@ class Folders:
     def add(self, folder: Path) -> None:
         """Let the files of a folder join; DefinitionError where there is no such folder."""
         if not folder.is_dir():
-            raise DefinitionError(Problem(f"is no folder of {self.kind} files", folder))
+            raise DefinitionError(Problem(f"is not a folder of {self.kind} files", folder))
         if folder.resolve() not in self.paths:
             self.paths[folder.resolve()] = None
             self.changed()
@@ -113,7 +113,7 @@ class Folders:
         name = f"{self.package}.{path.stem}"
         spec = spec_from_file_location(name, path)
         if spec is None or spec.loader is None or not path.stem.isidentifier():
-            raise DefinitionError(Problem(f"is no Python file that can be named as {self._one}", path))
+            raise DefinitionError(Problem(f"is not a Python file that can be named as {self._one}", path))
         module = module_from_spec(spec)
         vars(module)["print"] = _Print(path)
         _run.add(str(path))

@@ -140,7 +140,7 @@ def _variations(path: Path, document: Mapping[str, Any]) -> Iterator[Job]:
     base_path = path.parent / str(document["base"])
     base = _document(base_path)
     if not base:
-        raise DefinitionError(Problem(f"{base_path} is no test definition that can be read", str(path), key="base"))
+        raise DefinitionError(Problem(f"{base_path} is not a test definition that can be read", str(path), key="base"))
     tables = _checked_tables(path, document)
     if not tables:
         raise DefinitionError(Problem("nothing is varied: give [vary] or [[variations]]", str(path)))

@@ -32,7 +32,7 @@ class Common:
         """The outcome in lines."""
         where = f"group {self.group}, {len(self.found.tests)} tests"
         if not self.found.shared:
-            return (f"{where}: nothing that one of them was told to lack holds for the group",)
+            return (f"{where}: nothing that was found in one of them holds for the group",)
         terms = [f"{where}: {_term(term)}" for term in self.found.shared]
         errors = [
             f"group {self.group}: error of the {channel} {error.constant:.3g} {error.unit} without, "
@@ -115,7 +115,7 @@ def _term(term: Shared) -> str:
     one = ""
     if np.isfinite(term.p_one):
         one = f"; one set of parameters {'agrees' if term.p_one > SINGLE else 'is refused'} ({p_value(term.p_one)})"
-    others = f"; the group cannot tell it from {', '.join(term.alternatives)}" if term.alternatives else ""
+    others = f"; the group cannot separate it from {', '.join(term.alternatives)}" if term.alternatives else ""
     share = f"90 %: {100.0 * term.low:.0f} to {100.0 * term.high:.0f} % of such tests"
     return f"{term.name} in {term.holds} ({count}; {share}): {values}{one}{others}"
 

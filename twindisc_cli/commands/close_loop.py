@@ -275,7 +275,7 @@ def _prediction(predicted: PredictedErrors) -> dict[str, Any]:
 
 def _next(planned: NextExperiment | None) -> dict[str, Any]:
     if planned is None:
-        return {"why": "nothing is left to be told apart", "steps": []}
+        return {"why": "nothing is left to be separated", "steps": []}
     return {
         "why": planned.why,
         "steps": [{**step, "iterations": int(step["iterations"])} for step in planned.steps],

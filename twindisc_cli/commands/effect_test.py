@@ -167,7 +167,7 @@ def found_again(name: str, effect: Effect) -> Iterator[Check]:
         yield Check("the loop finds it on a synthetic test", False, f"it names {names}")
         return
     others = ", ".join(other for other in sets[mine] if other != name)
-    yield Check("the loop finds it on a synthetic test", True, f"not told from {others}" if others else "alone")
+    yield Check("the loop finds it on a synthetic test", True, f"not separated from {others}" if others else "alone")
     if mine == name:
         estimates = next(found.parameters for found in told.effects if found.name == name)
         truth = {p.name: p.start for p in effect.params}

@@ -206,7 +206,7 @@ def _draft(looks: Mapping[Path, Guess], given: Mapping[Path, Content]) -> _Draft
 def _rig(draft: _Draft, file: Path, found: Guess, given: Mapping[Path, Content]) -> None:
     """Load and speed as recorded, discs as many rigs have them."""
     load, speed, radius = typical(given[file], str(file), found)
-    untold = "no file tells it"
+    untold = "no file says it"
     draft.lines += ["", "[rig]"]
     draft.key("rig", "normal_load_N", _rounded(load, 1000.0), "" if np.isfinite(load) else untold)
     if found.has_turning:
@@ -237,9 +237,9 @@ def _thermal(draft: _Draft, file: Path, found: Guess, given: Mapping[Path, Conte
     """The room as warm as the disc before it has run."""
     first = first_temperature(given[file], str(file), found.columns) - CELSIUS
     draft.lines += ["", "[thermal]"]
-    why = "the first temperature recorded" if np.isfinite(first) else "no file tells it"
+    why = "the first temperature recorded" if np.isfinite(first) else "no file says it"
     draft.key("thermal", "environment_temperature_C", _rounded(first, 20.0), why)
-    draft.key("thermal", "heat_capacity_J_K", "100.0", "no file tells it; of the disc")
+    draft.key("thermal", "heat_capacity_J_K", "100.0", "no file says it; of the disc")
 
 
 def _measured(draft: _Draft, looks: Mapping[Path, Guess], given: Mapping[Path, Content], warm: Path | None) -> None:

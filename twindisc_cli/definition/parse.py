@@ -95,7 +95,7 @@ def _add_folders(source: _Source) -> Iterator[Problem]:
             except UntrustedError:
                 raise
             except (DefinitionError, OSError, ValueError):
-                yield source.problem(("loop", kind), f"{folder} is no folder of {kind.removesuffix('s')} files")
+                yield source.problem(("loop", kind), f"{folder} is not a folder of {kind.removesuffix('s')} files")
 
 
 def _in_order(problems: list[Problem]) -> list[Problem]:

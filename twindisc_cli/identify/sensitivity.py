@@ -134,7 +134,7 @@ def _changed(test: Experiment) -> Iterator[tuple[str, Experiment]]:
         ),
     )
     if "wear_partition" not in test.effects and np.isnan(test.options.disc1_wear_coefficient):
-        yield "both discs wear alike", replace(test, effects={**test.effects, "wear_partition": {"disc1_share": 0.5}})
+        yield "both discs wear equally", replace(test, effects={**test.effects, "wear_partition": {"disc1_share": 0.5}})
     if test.options.contact == "hertz" and "half_space_contact" not in test.effects:
         yield "half-space contact", replace(test, options=replace(test.options, contact="half_space"))
 

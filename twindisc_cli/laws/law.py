@@ -115,7 +115,7 @@ def warnings(laws: Mapping[str, Law], state: State, test: str) -> list[str]:
         if law.transfer == "same_history":
             found.append(
                 f"{test}: {name} cannot be carried over with certainty to another history than the one it was learnt "
-                f"on: there {law.over.label} could not be told from what changed with it"
+                f"on: there {law.over.label} could not be separated from what changed with it"
             )
         outside = _outside(law, state)
         if outside > 0.0:

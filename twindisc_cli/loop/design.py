@@ -71,7 +71,8 @@ def next_for_set(alive: Sequence[Sequence[tuple[Fit, float]]], names: Sequence[s
         f"(this history again: {_length(now[3][closest]):.1f})"
     )
     if separation < HARDLY:
-        why = f"no history of these creepages tells {rivals[0]} from {rivals[1]}: they do the same to what is recorded"
+        pair = f"{rivals[0]} from {rivals[1]}"
+        why = f"no history of these creepages separates {pair}: they do the same to what is recorded"
     return NextExperiment(
         why=why if not helps else f"{why}; recording the {wanted} as well would settle it",
         steps=best[2],

@@ -399,7 +399,7 @@ def _running_alike(weights: Mapping[str, Weighed]) -> list[str]:
         for law in (label for label, _ in weight.rivals if len(label) == 2):
             others = [other[1] for other, named in weight.same.items() if named == law]
             if others:
-                notes.append(f"{_text(law)} stands for {' and '.join(others)}, too: they run alike on this history")
+                notes.append(f"{_text(law)} stands for {' and '.join(others)}, too: they run together on this history")
     return notes
 
 
@@ -429,7 +429,9 @@ def _notes(found: Outcome) -> list[str]:
                 f"profiles at several stops would"
             )
         if len(np.unique(case.test.history.step_creepage)) < 3:
-            notes.append(f"{name}: fewer than three creepages; what depends on creepage cannot be told from the rest")
+            notes.append(
+                f"{name}: fewer than three creepages; what depends on creepage cannot be separated from the rest"
+            )
         if case.test.thermal is not None and not np.isfinite(case.held["convection_W_K"]):
             notes.append(
                 f"{name}: the convection is neither given nor identified, so that the temperature is not known; "
@@ -467,7 +469,8 @@ def _next(found: Outcome, weights: Mapping[str, Weighed], left: Sequence[Unexpla
         names = list(dict.fromkeys(u.covariate for u in left))
         history = found.problem.cases[0].test.history
         return up_and_down(
-            history, f"the leftover depends on {' and '.join(names)}; a history up and down tells time from creepage"
+            history,
+            f"the residual depends on {' and '.join(names)}; a history up and down separates time from creepage",
         )
     return None
 

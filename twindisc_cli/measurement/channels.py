@@ -125,7 +125,7 @@ def read_mass(
         again[rows[1:][np.diff(iteration[rows]) <= 0]] = True
         table.flag(again, "iteration", lambda row: f"iteration {iteration[row]} is not after the row before")
     heavy = np.abs(loss) > HEAVIEST
-    table.flag(heavy, "mass loss", lambda row: f"{loss[row] * 1e3:g} g is no wear; check the unit")
+    table.flag(heavy, "mass loss", lambda row: f"{loss[row] * 1e3:g} g is not wear; check the unit")
     if len(table) and np.all(loss < 0.0):
         table.note("the discs grow heavier: a mass loss is positive", "mass loss", int(table.lines[0]))
     if "uncertainty" in columns:

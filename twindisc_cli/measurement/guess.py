@@ -197,8 +197,8 @@ def _none_of_ours(best: _Reading, file: str) -> Problem:
     understood = ", ".join(best.columns) or "nothing"
     lines = block(best.cells, {key: str(named.column) for key, named in best.columns.items()})
     what = (
-        "is no log (time, speeds or creepage, torque or traction), curve, profile, temperature or mass that its header "
-        f"tells; understood: {understood}."
+        "is not a log (time, speeds or creepage, torque or traction), curve, profile, temperature or mass "
+        f"by its header; understood: {understood}."
     )
     if lines:
         return Problem(f"{what} {_HOW}", file, block=tuple(lines))

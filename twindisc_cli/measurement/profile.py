@@ -424,7 +424,7 @@ def _check_depth(table: Table, rows: Ints, height: Floats, rig: Rig) -> None:
     deepest = int(np.argmax(np.abs(height)))
     most, line = float(height[deepest]), int(table.lines[rows[deepest]])
     if abs(most) > NO_DEPTH * min(rig.disc1.rolling_radius, rig.disc2.rolling_radius):
-        table.note(f"{most * 1e3:g} mm is no wear depth; check the unit", "height", line)
+        table.note(f"{most * 1e3:g} mm is not a wear depth; check the unit", "height", line)
         return
     if rig.is_line:
         return
