@@ -139,6 +139,7 @@ def test_what_one_test_brought_is_forgotten_for_the_next(folder: Path) -> None:
         ("broken.py", "1 +", "broken.py:1: SyntaxError"),
         ("empty.py", "", "empty.py: declares no effect"),
         ("wrong.py", "\nEFFECT = 1 / 0\n", "wrong.py:2: ZeroDivisionError"),
+        ("idle.py", EXAMPLE.replace("1e3 * energy_kJ", "3e3"), "idle.py: declares energy_kJ, which its function never"),
     ],
 )
 def test_a_file_that_is_no_effect_is_told(folder: Path, file: str, text: str, says: str) -> None:

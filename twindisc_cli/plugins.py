@@ -73,12 +73,14 @@ class _Print:
 class Folders:
     """Folders of files that each declare one thing.
 
-    kind: what that is called; package: whose modules the files become; changed: what to call when the folders change.
+    kind: what that is called; package: whose modules the files become; changed: what to call when the folders change;
+    wrong: what is wrong with a declaration, "" where nothing is.
     """
 
     kind: str
     package: str
     changed: Callable[[], None]
+    wrong: Callable[[Any], str] = field(default=lambda found: "")
     paths: dict[Path, None] = field(default_factory=dict)
 
     @property
@@ -129,4 +131,6 @@ class Folders:
         if not isinstance(found, of):
             what = f"{self.kind.upper()} = {of.__name__}(...)"
             raise DefinitionError(Problem(f"declares no {self.kind}: {what} is missing", path))
+        if wrong := self.wrong(found):
+            raise DefinitionError(Problem(wrong, path))
         return found

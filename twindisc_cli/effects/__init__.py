@@ -31,7 +31,25 @@ def catalogue() -> Mapping[str, Effect]:
     return MappingProxyType(found)
 
 
-_folders = Folders("effect", __name__, catalogue.cache_clear)
+def _unread(effect: Effect) -> str:
+    """What to say of parameters that an effect's function takes and never reads; "" where there are none."""
+    from dis import get_instructions
+
+    code = getattr(effect.apply, "__code__", None)
+    if code is None:
+        return ""
+    read = {
+        name
+        for step in get_instructions(code)
+        if step.opname.startswith(("LOAD", "STORE_FAST_LOAD", "MAKE_CELL"))
+        for name in (step.argval if isinstance(step.argval, tuple) else (step.argval,))
+    }
+    taken = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
+    unread = [p.name for p in effect.params if p.name in taken and p.name not in read]
+    return f"declares {', '.join(unread)}, which its function never reads" if unread else ""
+
+
+_folders = Folders("effect", __name__, catalogue.cache_clear, _unread)
 add_folder = _folders.add
 forget_folders = _folders.forget
 
