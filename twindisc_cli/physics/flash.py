@@ -16,7 +16,7 @@ Fast, each strip along rolling heats as in Jaeger's band source, T(x) = integral
 behind it; G is the largest value of that integral for a semi-ellipse, and its mean over the patch. Slow, the
 temperature has the shape of the Hertzian displacement.
 
-c depends on a/b and on the ratio of the limits; it is that of Jaeger's moving sources over the patch (make_flash.py).
+c depends on a/b and on the ratio of the limits; it is that of Jaeger's moving sources (table_makers/flash.py).
 
 Source: H. Blok (1937); J. C. Jaeger, Proc. Royal Society of New South Wales 76 (1942) 203; the joining of both limits,
 X. Tian and F. E. Kennedy, J. Tribology 116 (1994) 167, whose formula for the circle is that with c = 1.

@@ -1,4 +1,4 @@
-"""Makes flash.npz, the joining of both limits of the flash temperature: python -m twindisc_cli.physics.make_flash.
+"""Make twindisc_cli/physics/flash.npz, the joining of the limits of flash temperature: `python -m table_makers.flash`.
 
     T(x, y) = 1/(rho c) integral over the source of q and over the time t since of  1/sqrt(pi kappa t)
               [erf] along [erf] across / 4
@@ -16,6 +16,7 @@ import numpy as np
 from scipy.signal import fftconvolve
 from scipy.special import elliprf, erf
 
+from twindisc_cli.physics import flash
 from twindisc_cli.physics._arrays import Floats
 from twindisc_cli.physics.flash import FAST, RATIOS, SLOW, WAYS
 
@@ -57,7 +58,7 @@ def main() -> None:
                 peclet = (FAST[kind] / fast) ** 2 / (2.0 * np.pi)
                 joined = fast * slow[kind] / np.hypot(fast, slow[kind])
                 table[kind, row, column] = np.log(rise(ratio, float(peclet))[kind] / joined)
-    np.savez_compressed(Path(__file__).with_name("flash.npz"), correction=np.round(table, 5))
+    np.savez_compressed(Path(flash.__file__).with_name("flash.npz"), correction=np.round(table, 5))
 
 
 if __name__ == "__main__":
