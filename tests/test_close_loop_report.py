@@ -48,6 +48,7 @@ from twindisc_cli.loop.diagnosis import (
     Tried,
     Unexplained,
 )
+from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm
 from twindisc_cli.report import told, words
 from twindisc_cli.results import Result
 from twindisc_cli.results.store import plain
@@ -124,15 +125,16 @@ def error(channel: str, before: float, after: float) -> ChannelError:
 
 def tried(channel: str, label: str, gain: float, *, of: str = "", **more: Any) -> Tried:
     values = {"probability": 0.01, "at_bound": (), "refused": "", "chosen": label == of, **more}
-    return Tried(channel, of, label, " over " in label, gain, 0.4 * gain, **values)
+    quantity, over, covariate = label.partition(" over ")
+    term = LawTerm(quantity, covariate) if over else EffectTerm(label)
+    return Tried(channel, of, term, gain, 0.4 * gain, **values)
 
 
 def found(test: Test) -> Diagnosis:
     """Two effects in two channels, one of them with a twin."""
-    twins = ("film_breakdown",)
+    twins = (Alternative(EffectTerm("film_breakdown"), 0.29),)
     ratio, decay = Estimate(0.412, 0.011, 0.394, 0.430, "1"), Estimate(3.2, 0.4, 2.6, 3.9, "s m-1")
     return Diagnosis(
-        predictions=[], same_on_all=None, blind=True,
         verdict="effects_found",
         effects=[
             FoundEffect("falling_friction", "traction", {"ratio": ratio, "decay_s_m": decay}, twins, 0.71, "probable"),
@@ -168,6 +170,10 @@ def found(test: Test) -> Diagnosis:
             channel_wanted="temperature",
         ),
         validation=None,
+        predictions=[],
+        step_scatter=[],
+        same_on_all=True,
+        blind=True,
         seconds=2.0,
     )  # fmt: skip
 
@@ -196,6 +202,7 @@ def learnt(test: Test) -> Diagnosis:
     """A formula over the time in the step, and a curve over the energy that these data cannot tell from time."""
     size, scale = Estimate(-0.123, 0.004, -0.130, -0.116, "1"), Estimate(68.1, 5.0, 60.0, 77.0, "s")
     parameters = {"size": -0.123, "origin_s": 0.0, "scale_s": 68.1}
+    others = (Alternative(LawTerm("wear", "time"), 0.3), Alternative(EffectTerm("running_in_wear"), 0.1))
     formula = Law("mu", "time_in_step", "exponential", parameters, valid=(0.0, 168.0))
     curve = Law("wear", "energy", at=(0.0, 2.0, 4.0), value=(0.7, 0.9, 1.1), valid=(0.0, 8.4), transfer="same_history")
     return replace(
@@ -207,7 +214,7 @@ def learnt(test: Test) -> Diagnosis:
                      {"size": size, "scale_s": scale}, banded(formula), (("running_in_friction", 0.93),), (), 0.95,
                      "established"),
             FoundLaw("wear_over_energy", "profile", curve, formula_text(curve), {}, banded(curve), (),
-                     (("wear", "time", 0.3), ("", "running_in_wear", 0.1)), math.nan, "possible", remains=0.4),
+                     others, math.nan, "possible", remains=0.4),
         ],
         tried=[
             tried("traction", "mu over time_in_step", 900.0, of="mu_over_time_in_step", chosen=True, probability=0.95),

@@ -103,7 +103,7 @@ def foretold(learnt: Sequence[int], *, quick: bool = False) -> Foretold:
     level = np.concatenate([ratios[i] for i in learnt]).mean()
     constant = np.concatenate([ratios[i] - level for i in others])
     missed = np.concatenate([predict_test(every[i], found.judged.after).misses("traction") for i in others])
-    names = tuple(sorted(" over ".join(label) for label in found.answer.labels))
+    names = tuple(sorted(str(term) for term in found.answer.labels))
     return Foretold(tuple(learnt), names, float(np.sqrt(np.mean(constant**2))), float(np.sqrt(np.mean(missed**2))))
 
 

@@ -128,7 +128,7 @@ def rms(misses: Floats) -> float:
 
 def named(found: Outcome) -> tuple[str, ...]:
     """The names in an answer."""
-    return tuple(sorted(" over ".join(label) for label in found.answer.labels))
+    return tuple(sorted(str(term) for term in found.answer.labels))
 
 
 def _with_level(misses: Sequence[Floats], measured: Sequence[Floats]) -> float:

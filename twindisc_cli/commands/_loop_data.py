@@ -73,7 +73,7 @@ def _candidates(tried: Sequence[Tried]) -> list[Array]:
     """One entry for each term tried in the place of another."""
     texts = {
         "channel": ("channel it shows in first", [t.channel for t in tried]),
-        "label": ("effect, or quantity over covariate", [t.label for t in tried]),
+        "label": ("effect, or quantity over covariate", [str(t.term) for t in tried]),
         "replaces": ("the term in whose place it was tried", [t.replaces for t in tried]),
         "at_bound": ("parameters that ran into a bound", [" ".join(t.at_bound) for t in tried]),
         "refused": ("why it is not the answer", [t.refused for t in tried]),

@@ -28,6 +28,7 @@ from twindisc_cli.loop.diagnosis import (
     NextExperiment,
     PredictedErrors,
 )
+from twindisc_cli.loop.terms import Alternative, EffectTerm
 from twindisc_cli.report import told
 from twindisc_cli.report.close_loop import render
 from twindisc_cli.report.words import channel_name, listed, number, p_value, plain_name, unit, with_error
@@ -153,7 +154,7 @@ def _error_line(channel: str, error: ChannelError) -> str:
     return f"{channel}: {fitted}, held out {_before_after(error)}, noise {number(error.noise)}"
 
 
-def _term_line(term: told.Term) -> str:
+def _term_line(term: told.FoundTerm) -> str:
     """An effect with its parameters, or a law with its formula; how sure, how much, and what else it may be."""
     if isinstance(term, FoundEffect):
         values = [f"{key} = {with_error(e.value, e.std, e.unit)}" for key, e in term.parameters.items()]
@@ -162,7 +163,7 @@ def _term_line(term: told.Term) -> str:
         parts = [f"{term.name}: {told.law_text(term)}: {told.sureness(term)}", told.transfer_text(term.law)]
         parts += [f"resembles {told.resembles_text(term)}"] if term.resembles else []
     parts += [told.taken(term)] if told.taken(term) else []
-    others = told.rivals(term)
+    others = [str(alternative.term) for alternative in term.alternatives]
     return "; ".join(parts + ([f"cannot be separated from {listed(others, 'or')}"] if others else []))
 
 
@@ -186,6 +187,7 @@ def _json(diagnosis: Diagnosis) -> dict[str, Any]:
         "revised": "revised.toml",
         "validation": None if diagnosis.validation is None else _prediction(diagnosis.validation),
         "prediction": [_prediction(predicted) for predicted in diagnosis.predictions],
+        "step_scatter": [{**vars(each), "varied_with": dict(each.varied_with)} for each in diagnosis.step_scatter],
         "held_out": {"blind": diagnosis.blind},
         "search": {"same_on_all": diagnosis.same_on_all},
         "hold_out_steps": {test: [step + 1 for step in steps] for test, steps in diagnosis.held_out_steps.items()},
@@ -199,7 +201,7 @@ def _effect(found: FoundEffect) -> dict[str, Any]:
         "effect": found.name,
         "channel": found.channel,
         "parameters": {key: _estimate(e) for key, e in found.parameters.items()},
-        "alternatives": list(found.alternatives),
+        "alternatives": [str(alternative.term) for alternative in found.alternatives],
         **_sure(found),
     }
 
@@ -216,17 +218,21 @@ def _law(found: FoundLaw) -> dict[str, Any]:
         "curve": {key: getattr(curve, key).tolist() for key in ("at", "value", "low", "high")},
         "parameters": {key: _estimate(e) for key, e in found.parameters.items()},
         "resembles": [{"effect": name, "share": share} for name, share in found.resembles],
-        "alternatives": [
-            {**({"quantity": q, "covariate": covariate} if q else {"effect": covariate}), **_probability(p)}
-            for q, covariate, p in told.alternatives(found)
-        ],
+        "alternatives": [_alternative(alternative) for alternative in found.alternatives],
         **_sure(found),
         "transfer": law.transfer,
         "valid": list(law.valid) if law.valid else None,
     }
 
 
-def _sure(found: told.Term) -> dict[str, Any]:
+def _alternative(alternative: Alternative) -> dict[str, Any]:
+    """What cannot be told from a law: an effect, or a quantity and a covariate, with its probability."""
+    term = alternative.term
+    what = {"effect": term.name} if isinstance(term, EffectTerm) else vars(term)
+    return {**what, **_probability(alternative.probability)}
+
+
+def _sure(found: told.FoundTerm) -> dict[str, Any]:
     """How sure, and what is left of the misfit it takes away."""
     return {**_probability(found.probability), "strength": found.strength, "remains": found.remains}
 
@@ -240,7 +246,7 @@ def _explanations(diagnosis: Diagnosis, channel: str) -> list[dict[str, Any]]:
     """Every explanation within reach of the best, the one given first."""
     return [
         {
-            "label": tried.label,
+            "label": str(tried.term),
             "in_place_of": tried.replaces,
             "gain": float(tried.gain),
             "evidence": float(tried.evidence),

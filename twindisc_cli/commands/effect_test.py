@@ -160,7 +160,10 @@ def sound(name: str, effect: Effect) -> Iterator[Check]:
 def found_again(name: str, effect: Effect) -> Iterator[Check]:
     """The loop names it on a synthetic test, alone or among what it cannot be told from."""
     told = diagnose([_synthetic(name, effect)], validate=None, progress=lambda _what, _part: None, quick=True)
-    sets = {found.name: (found.name, *found.alternatives) for found in told.effects}
+    sets = {
+        found.name: (found.name, *(str(alternative.term) for alternative in found.alternatives))
+        for found in told.effects
+    }
     mine = next((head for head, members in sets.items() if name in members), None)
     if mine is None:
         names = ", ".join([*sets, *(law.name for law in told.laws)]) or "nothing"

@@ -35,7 +35,7 @@ from twindisc_cli.loop.diagnosis import Diagnosis, FoundLaw, Tried
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.report import told
-from twindisc_cli.report.words import p_value, percent, plain_name, unit
+from twindisc_cli.report.words import p_value, percent, term_name, unit
 
 PANEL, STRIP, BAR, AXIS = 2.35, 0.62, 0.19, 0.72
 """Height of a row of panels, of the steps above one, of a bar of a ranking, and of what is around the bars [inch]."""
@@ -229,7 +229,7 @@ def _ranking(axes: Axes, view: View) -> None:
     axes.spines["left"].set_position(("data", 0.0))
     axes.spines["bottom"].set_bounds(0.0, RIGHT * longest)
     for place, tried in enumerate(ranked):
-        label = fill(plain_name(tried.label), LONGEST)
+        label = fill(term_name(tried.term), LONGEST)
         weight = "bold" if tried.chosen else "normal"
         size = SMALL - 0.5 if "\n" in label else SMALL
         axes.text(-0.02 * longest, place, label, va="center", ha="right", fontsize=size, fontweight=weight,

@@ -9,156 +9,198 @@ import numpy as np
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.quantities import QUANTITIES
-from twindisc_cli.loop.explain import Outcome
 from twindisc_cli.loop.search import Explanation
+from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm, Term
 from twindisc_cli.loop.thresholds import THRESHOLDS
-
-Label = tuple[str, ...]
-"""An effect's name, or a law's quantity and covariate."""
+from twindisc_cli.model.experiment import Floats
 
 
-def in_its_place(found: Outcome, name: str) -> list[tuple[int, Explanation, Label]]:
-    """Members that differ from the answer in one term only: number, explanation, label of what stands for it."""
-    own = found.answer.label(name)
-    others = found.answer.labels - {own}
-    return [
-        (i, member, next(iter(member.labels - others)))
-        for i, member in enumerate(found.members)
-        if others <= member.labels and len(member.labels) == len(others) + 1 and own not in member.labels
-    ]
+@dataclass(frozen=True)
+class Compared:
+    """An answer among all explanations.
+
+    members: the explanations, the base model among them; shares: their mean weight over the resamples (member,), NaN
+    where nothing was resampled.
+    """
+
+    answer: Explanation
+    members: Sequence[Explanation]
+    shares: Floats
+    base: Explanation
+
+    @property
+    def weights(self) -> Floats:
+        """The shares, or what the evidence says in their place (member,)."""
+        if np.isfinite(self.shares).all():
+            return self.shares
+        evidence = np.array([(m.evidence - self.answer.evidence) / self.answer.heat for m in self.members])
+        weights = np.minimum(np.exp(np.minimum(evidence, 700.0)), 1e6)
+        return np.asarray(weights / weights.sum())
+
+    def in_place_of(self, name: str) -> dict[Term, Explanation]:
+        """What stands in the place of a term in members that differ from the answer in it only, and these members."""
+        own = self.answer.term(name)
+        others = self.answer.labels - {own}
+        near = [m for m in self.members if others <= m.labels and len(m.labels) == len(others) + 1]
+        return {next(iter(m.labels - others)): m for m in near if own not in m.labels}
+
+    def response(self, name: str, member: Explanation) -> Floats:
+        """What a member does to the white samples in the place of a term (sample,)."""
+        others = self.answer.labels - {self.answer.term(name)}
+        short = next((m for m in self.members if m.labels == others), self.base)
+        residual = short.fit.residual
+        return residual - member.fit.residual if len(residual) == len(member.fit.residual) else 0.0 * residual
+
+    def remains(self, channel: str) -> float:
+        """Share of a channel's misfit beyond the noise that the answer leaves, 0 to 1."""
+        before, after = (self._power(e, channel) for e in (self.base, self.answer))
+        count = sum(part.stop - part.start for part in self.answer.fit.problem.slices[channel])
+        spread = count + 2.0 * np.sqrt(2.0 * count)
+        return float(np.clip((after - spread) / max(before - count, 1.0), 0.0, 1.0))
+
+    @staticmethod
+    def _power(explanation: Explanation, channel: str) -> float:
+        """Squared length of a channel's white residual."""
+        fitted = explanation.fit
+        return sum(float(np.sum(fitted.residual[part] ** 2)) for part in fitted.problem.slices[channel])
+
+    def similarity(self, name: str, one: Explanation, two: Explanation) -> float:
+        """Share of what one member does in the place of a term that another does: squared cosine of the responses."""
+        left, right = self.response(name, one), self.response(name, two)
+        return float((left @ right) ** 2 / max(float(left @ left) * float(right @ right), 1e-300))
 
 
 @dataclass(frozen=True)
 class Weighed:
     """How probable a term of the answer is, NaN where nothing was resampled, and what cannot be told from it.
 
-    probability: of an effect in any form, as a law of its own stage over its own covariate, too. rivals: terms with
-    their probability, by falling probability. chances: the probability of each term that stands in its place, itself
-    among them. same: laws that are something else in other words, with what they count for.
+    probability: of an effect in any form, as a law of its own stage over its own covariate, too. alternatives: terms
+    with their probability. chances: the probability of each term that stands in its place, itself among them. same:
+    laws that are something else in other words, with what they count for.
     """
 
     probability: float
-    rivals: Sequence[tuple[Label, float]]
-    chances: Mapping[Label, float]
-    same: Mapping[Label, Label]
+    alternatives: Sequence[Alternative]
+    chances: Mapping[Term, float]
+    same: Mapping[Term, Term]
 
 
-def weighed(found: Outcome, name: str) -> Weighed:
+def weighed(compared: Compared, name: str) -> Weighed:
     """Weigh a term against what stands for it in any explanation without it, alone or with others.
 
     An effect of which the law over its own covariate is another form is as probable as both, and both are named.
-    What does something else than the term where it is added in its place is no rival. The set ends where it is probable
-    enough; while it is small, with the effects of the catalogue that are left, or that fit as well and are less
-    probable for their parameters alone. That of an effect is small, with effects before laws.
+    What does something else than the term where it is added in its place is no alternative. The set ends where it is
+    probable enough; while it is small, with the effects of the catalogue that are left, or that fit as well and are
+    less probable for their parameters alone. That of an effect is small, with effects before laws.
     """
-    own, shares = found.answer.label(name), found.shares
-    if not np.isfinite(shares).all():
-        shares = np.array([np.exp((m.evidence - found.answer.evidence) / found.answer.heat) for m in found.members])
-        shares = np.minimum(shares, 1e6) / np.sum(np.minimum(shares, 1e6))
-    places = {own: found.answer} | {label: member for _, member, label in in_its_place(found, name)}
-    words = {label: _in_other_words(found, name, label, places) for label in places if label != own}
-    same = {label: effect for label, effect in words.items() if effect != label}
-    strangers = {label for label in places if alike(found, name, places[label], found.answer) < THRESHOLDS.kin}
-    chances, together = dict[Label, float](), dict[Label, float]()
-    for member, share in zip(found.members, shares, strict=True):
-        labels = set(_stand_ins(found, name, member)) - strangers
-        for label in labels:
-            chances[label] = chances.get(label, 0.0) + float(share)
-        for label in {same.get(label, label) for label in labels}:
-            together[label] = together.get(label, 0.0) + float(share)
+    own = compared.answer.term(name)
+    places = {own: compared.answer} | compared.in_place_of(name)
+    words = {term: _in_other_words(compared, name, term, places) for term in places if term != own}
+    same = {term: effect for term, effect in words.items() if effect != term}
+    similar = {t: compared.similarity(name, member, compared.answer) for t, member in places.items()}
+    strangers = {term for term, share in similar.items() if share < THRESHOLDS.kin}
+    chances, together = dict[Term, float](), dict[Term, float]()
+    for member, share in zip(compared.members, compared.weights, strict=True):
+        terms = set(_stand_ins(compared, name, member)) - strangers
+        for term in terms:
+            chances[term] = chances.get(term, 0.0) + float(share)
+        for term in {same.get(term, term) for term in terms}:
+            together[term] = together.get(term, 0.0) + float(share)
     held = together.pop(own, 0.0)
-    forms = {label for label in chances if _is_form(found, name, label, places) and same.get(label) != own}
-    probability = held + sum(chances[label] for label in forms)
-    rivals = sorted(together.items(), key=_falling)
-    laws, effects = list[tuple[Label, float]](), list[tuple[Label, float]]()
-    for label, share in rivals:
-        few = len(label) == 1 and len(effects) + 1 < THRESHOLDS.small_set
+    forms = {term for term in chances if _is_form(compared, name, term, places) and same.get(term) != own}
+    probability = min(held + sum(chances[term] for term in forms), 1.0)
+    near = _small_set(compared, own, places, held, together)
+    return Weighed(probability if np.isfinite(compared.shares).all() else np.nan, near, chances, same)
+
+
+def _small_set(
+    compared: Compared, own: Term, places: Mapping[Term, Explanation], held: float, together: Mapping[Term, float]
+) -> list[Alternative]:
+    """The terms that are named beside a term that is held with this probability, by falling probability."""
+    laws, effects = list[Alternative](), list[Alternative]()
+    for term, share in sorted(together.items(), key=lambda pair: (-pair[1], str(pair[0]))):
+        few = isinstance(term, EffectTerm) and len(effects) + 1 < THRESHOLDS.small_set
         likely = share > THRESHOLDS.rival_share and (few or held < THRESHOLDS.set_share)
-        if likely or (few and label in places and _fits_as_well(found, places[label])):
-            (effects if len(label) == 1 else laws).append((label, share))
+        if likely or (few and term in places and _fits_as_well(compared.answer, places[term])):
+            (effects if isinstance(term, EffectTerm) else laws).append(Alternative(term, share))
         held += share
-    near = [*effects, *laws][: THRESHOLDS.small_set - 1] if len(own) == 1 else sorted([*effects, *laws], key=_falling)
-    return Weighed(min(probability, 1.0) if np.isfinite(found.shares).all() else np.nan, near, chances, same)
+    if isinstance(own, EffectTerm):
+        return [*effects, *laws][: THRESHOLDS.small_set - 1]
+    return sorted([*effects, *laws], key=lambda alternative: -alternative.probability)
 
 
-def _falling(weighed_label: tuple[Label, float]) -> float:
-    """Sorts labels by falling probability."""
-    return -weighed_label[1]
-
-
-def _stand_ins(found: Outcome, name: str, member: Explanation) -> list[Label]:
+def _stand_ins(compared: Compared, name: str, member: Explanation) -> list[Term]:
     """What stands for a term in an explanation: the term itself, or what is new there.
 
     Where several terms of the answer are not in it, what is new stands for that of its own channel.
     """
-    own = found.answer.label(name)
+    answer = compared.answer
+    own = answer.term(name)
     if own in member.labels:
         return [own]
     channels_of = {
-        found.answer.effect(term).channel
-        for term in found.answer.terms
-        if found.answer.label(term) not in member.labels and term != name
+        answer.effect(term).channel for term in answer.terms if answer.term(term) not in member.labels and term != name
     }
     return [
-        member.label(term)
+        member.term(term)
         for term in member.terms
-        if member.label(term) not in found.answer.labels
+        if member.term(term) not in answer.labels
         and (
-            member.effect(term).channel == found.answer.effect(name).channel
-            or member.effect(term).channel not in channels_of
+            member.effect(term).channel == answer.effect(name).channel or member.effect(term).channel not in channels_of
         )
     ]
 
 
-def _in_other_words(found: Outcome, name: str, label: Label, places: Mapping[Label, Explanation]) -> Label:
-    """What a law is counted for in the place of a term; the label itself where that is nothing else.
+def _in_other_words(compared: Compared, name: str, term: Term, places: Mapping[Term, Explanation]) -> Term:
+    """What a law is counted for in the place of a term; the law itself where that is nothing else.
 
     An effect that has its response and changes over the same covariate, or over none. Where the term is an effect, the
     likeliest law of the same quantity that has its response: its covariate runs as the law's own on this history.
     """
-    effect = _effect_of(found, name, label, places)
-    if effect is not None or len(label) == 1 or len(found.answer.label(name)) == 2:
-        return effect or label
-    laws = [other for other in places if other[0] == label[0] and _effect_of(found, name, other, places) is None]
-    near = [o for o in laws if o == label or alike(found, name, places[label], places[o]) > THRESHOLDS.alike]
+    if isinstance(term, EffectTerm):
+        return term
+    effect = _effect_of(compared, name, term, places)
+    if effect is not None or isinstance(compared.answer.term(name), LawTerm):
+        return effect or term
+    laws = [
+        other
+        for other in places
+        if isinstance(other, LawTerm)
+        and other.quantity == term.quantity
+        and _effect_of(compared, name, other, places) is None
+    ]
+    near = [
+        other
+        for other in laws
+        if other == term or compared.similarity(name, places[term], places[other]) > THRESHOLDS.alike
+    ]
     return max(near, key=lambda other: places[other].evidence)
 
 
-def _effect_of(found: Outcome, name: str, law: Label, places: Mapping[Label, Explanation]) -> Label | None:
+def _effect_of(compared: Compared, name: str, law: LawTerm, places: Mapping[Term, Explanation]) -> EffectTerm | None:
     """The likeliest effect of a law's stage and covariate whose response it has in the place of a term."""
     near = [
         other
         for other, member in places.items()
-        if len(other) == 1
-        and len(law) == 2
+        if isinstance(other, EffectTerm)
         and not member.fit.at_bound
-        and catalogue()[other[0]].stage == QUANTITIES[law[0]].stage
-        and catalogue()[other[0]].over in ("", law[1])
-        and alike(found, name, places[law], member) > THRESHOLDS.alike
+        and catalogue()[other.name].stage == QUANTITIES[law.quantity].stage
+        and catalogue()[other.name].over in ("", law.covariate)
+        and compared.similarity(name, places[law], member) > THRESHOLDS.alike
     ]
     return max(near, key=lambda other: places[other].evidence, default=None)
 
 
-def _fits_as_well(found: Outcome, member: Explanation) -> bool:
+def _fits_as_well(answer: Explanation, member: Explanation) -> bool:
     """Whether only its parameters are held against an explanation."""
-    misfit = [0.5 * e.fit.chi2 - (e.evidence - e.here) for e in (member, found.answer)]
-    return not member.fit.at_bound and (misfit[0] - misfit[1]) / found.answer.heat < THRESHOLDS.within
+    misfit = [0.5 * e.fit.chi2 - (e.evidence - e.here) for e in (member, answer)]
+    return not member.fit.at_bound and (misfit[0] - misfit[1]) / answer.heat < THRESHOLDS.within
 
 
-def _is_form(found: Outcome, name: str, label: Label, places: Mapping[Label, Explanation]) -> bool:
-    """Whether a label is the law of an effect's stage over its covariate, and does about what the effect does."""
-    if len(label) == 1 or label not in places or name not in catalogue():
+def _is_form(compared: Compared, name: str, term: Term, places: Mapping[Term, Explanation]) -> bool:
+    """Whether a term is the law of an effect's stage over its covariate, and does about what the effect does."""
+    if isinstance(term, EffectTerm) or term not in places or name not in catalogue():
         return False
     effect = catalogue()[name]
-    own = effect.over == label[1] and effect.stage == QUANTITIES[label[0]].stage
-    return own and alike(found, name, places[label], found.answer) > THRESHOLDS.resembles
-
-
-def alike(found: Outcome, name: str, one: Explanation, two: Explanation) -> float:
-    """Share of what one explanation does to all channels in the place of a term that another does: squared cosine."""
-    others = found.answer.labels - {found.answer.label(name)}
-    short = next((m for m in found.members if m.labels == others), found.search.base).fit.residual
-    if not len(short) == len(one.fit.residual) == len(two.fit.residual):
-        return 0.0
-    left, right = short - one.fit.residual, short - two.fit.residual
-    return float((left @ right) ** 2 / max(float(left @ left) * float(right @ right), 1e-300))
+    own = effect.over == term.covariate and effect.stage == QUANTITIES[term.quantity].stage
+    return own and compared.similarity(name, places[term], compared.answer) > THRESHOLDS.resembles

@@ -9,10 +9,9 @@ from time import monotonic
 import numpy as np
 
 from twindisc_cli.effects import catalogue
-from twindisc_cli.effects._effect import Effect
 from twindisc_cli.laws.law import Law, formula_text, warnings
 from twindisc_cli.laws.trial import Trial
-from twindisc_cli.loop.alternatives import Weighed, alike, in_its_place, weighed
+from twindisc_cli.loop.alternatives import Weighed, weighed
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.channels.profile import recorded_stops
 from twindisc_cli.loop.channels.traction import friction_is_given
@@ -21,7 +20,6 @@ from twindisc_cli.loop.diagnosis import (
     ChannelError,
     Curve,
     Diagnosis,
-    Estimate,
     FoundEffect,
     FoundLaw,
     LawCurve,
@@ -35,10 +33,13 @@ from twindisc_cli.loop.diagnosis import (
 from twindisc_cli.loop.explain import Outcome, Progress, explain
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.holdout import steps_withheld
-from twindisc_cli.loop.intervals import base_parameters, term_parameters, widened
+from twindisc_cli.loop.intervals import base_parameters
 from twindisc_cli.loop.judge import Kind
 from twindisc_cli.loop.screen import Leftover, leftover
 from twindisc_cli.loop.search import Explanation
+from twindisc_cli.loop.step_scatter import step_scatter
+from twindisc_cli.loop.term_intervals import term_parameters, unfixed, widened
+from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm, Term, joined
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.loop.validate import PredictedTest, at_its_own_level, predict_test, rms
 from twindisc_cli.model.experiment import Experiment, Floats
@@ -69,13 +70,13 @@ def diagnose(
     found = explain(tests, validate=validate, quick=quick, progress=progress)
     progress("intervals", 0.9)
     before = {channel: leftover(found.search.base.fit, channel) for channel in found.problem.channels}
-    left = _left(found, before)
-    weights = {name: weighed(found, name) for name in found.answer.terms}
+    left, scattered = _left(found, before), step_scatter(found.answer.fit)
+    weights = {name: weighed(found.compared, name) for name in found.answer.terms}
     effects, laws = _found(found, weights)
     progress("next experiment", 0.95)
     validation = _prediction(found, validate) if validate is not None else None
     return Diagnosis(
-        verdict=_verdict(effects, laws, left),
+        verdict=_verdict(found, effects, laws, [*left, *scattered]),
         effects=effects,
         laws=laws,
         unexplained=left,
@@ -94,6 +95,7 @@ def diagnose(
         ],
         next_experiment=_next(found, weights, left),
         validation=validation,
+        step_scatter=scattered,
         predictions=[_prediction(found, test) for test in predict],
         same_on_all=None if found.on_all is None else found.on_all == found.answer.labels,
         blind=found.blind,
@@ -109,10 +111,15 @@ def _refuse(tests: Sequence[Experiment]) -> None:
         raise ValueError("nothing fixes the friction: a closed loop needs the traction measured or mu given")
 
 
-def _verdict(effects: Sequence[FoundEffect], laws: Sequence[FoundLaw], left: Sequence[Unexplained]) -> Verdict:
+def _verdict(
+    found: Outcome, effects: Sequence[FoundEffect], laws: Sequence[FoundLaw], left: Sequence[object]
+) -> Verdict:
+    """The verdict in a word. What was found but is not given, for it predicts worse, leaves the data unexplained."""
     if effects:
         return "effects_found"
-    return "law_learned" if laws else "unexplained" if left else "no_missing_effect"
+    if laws:
+        return "law_learned"
+    return "unexplained" if left or found.refused else "no_missing_effect"
 
 
 # ------------------------------------------------------------------------------------------------- what is left
@@ -152,14 +159,6 @@ def _mean(fitted: Fit, channel: str) -> float:
     return _power(fitted, channel) / max(_count(fitted, channel), 1)
 
 
-def _remains(found: Outcome, channel: str) -> float:
-    """Share of a channel's misfit beyond the noise that the answer leaves."""
-    count = _count(found.answer.fit, channel)
-    spread = count + 2.0 * np.sqrt(2.0 * count)
-    before, after = (_power(fitted, channel) for fitted in (found.search.base.fit, found.answer.fit))
-    return float(np.clip((after - spread) / max(before - count, 1.0), 0.0, 1.0))
-
-
 # ------------------------------------------------------------------------------------------------- what was found
 
 
@@ -169,44 +168,22 @@ def _found(found: Outcome, weights: Mapping[str, Weighed]) -> tuple[list[FoundEf
     for name in found.answer.terms:
         effect = found.answer.effect(name)
         channel = found.problem.shown_in(effect)
-        remains = _remains(found, channel)
-        probability, rivals = weights[name].probability, weights[name].rivals
+        remains = found.compared.remains(channel)
+        probability, rivals = weights[name].probability, weights[name].alternatives
         probability *= 1.0 - remains
-        strength = _strength(found, probability, rivals)
+        strength = _strength(found, name, probability, rivals)
         if isinstance(effect, Trial):
             laws.append(_law(found, name, effect, probability, rivals, strength, remains))
         else:
-            labels = tuple(_text(label) for label, _ in rivals)
             parameters = term_parameters(found.sure, name)
             strength = "possible" if unfixed(effect, parameters) else strength
-            effects.append(FoundEffect(name, channel, parameters, labels, probability, strength, remains))
+            effects.append(FoundEffect(name, channel, parameters, tuple(rivals), probability, strength, remains))
     return effects, laws
 
 
-def unfixed(effect: Effect, parameters: Mapping[str, Estimate]) -> list[str]:
-    """Keys of parameters at a bound of theirs, or with an interval from one to the other: the data do not fix them.
-
-    A bound where an effect is off or complete is none.
-    """
-    found = []
-    for p in effect.params:
-        estimate, near = parameters[p.name], THRESHOLDS.near_bound * (p.upper - p.lower)
-        low, high = estimate.value - p.lower < near, p.upper - estimate.value < near
-        bound = p.lower if low else p.upper
-        natural = bound == p.off or (p.unit == "1" and p.off == 0.0 and bound == 1.0)
-        everywhere = estimate.low - p.lower < near and p.upper - estimate.high < near
-        if everywhere or ((low or high) and not natural):
-            found.append(p.name)
-    return found
-
-
-def _text(label: tuple[str, ...]) -> str:
-    return " over ".join(label)
-
-
-def _strength(found: Outcome, probability: float, rivals: Sequence[object]) -> Strength:
+def _strength(found: Outcome, name: str, probability: float, rivals: Sequence[Alternative]) -> Strength:
     """In a word: established where it comes back in nine of ten resamples and nothing stands against it."""
-    same = found.on_all in (None, found.answer.labels)
+    same = found.on_all is None or found.answer.term(name) in found.on_all
     if probability >= THRESHOLDS.established and not rivals and same and found.blind and not _tied(found):
         return "established"
     return "probable" if probability >= THRESHOLDS.probable else "possible"
@@ -223,15 +200,16 @@ def _law(
     name: str,
     trial: Trial,
     probability: float,
-    rivals: Sequence[tuple[tuple[str, ...], float]],
+    rivals: Sequence[Alternative],
     strength: Strength,
     remains: float,
 ) -> FoundLaw:
     law = _with_range(found, trial.law(found.judged.estimated.values(name)), rivals)
     resembles = [
-        (label[0], share)
-        for _, member, label in in_its_place(found, name)
-        if len(label) == 1 and (share := alike(found, name, member, found.answer)) > THRESHOLDS.resembles
+        (term.name, share)
+        for term, member in found.compared.in_place_of(name).items()
+        if isinstance(term, EffectTerm)
+        and (share := found.compared.similarity(name, member, found.answer)) > THRESHOLDS.resembles
     ]
     return FoundLaw(
         name=name,
@@ -241,14 +219,14 @@ def _law(
         parameters={} if trial.is_curve else term_parameters(found.sure, name),
         curve=_band(found.sure, name, trial, law),
         resembles=tuple(sorted(resembles, key=lambda pair: -pair[1])),
-        alternatives=tuple((label[0], label[1] if len(label) == 2 else "", share) for label, share in rivals),
+        alternatives=tuple(rivals),
         probability=probability,
         strength=strength,
         remains=remains,
     )
 
 
-def _with_range(found: Outcome, law: Law, rivals: Sequence[tuple[tuple[str, ...], float]]) -> Law:
+def _with_range(found: Outcome, law: Law, rivals: Sequence[Alternative]) -> Law:
     """The law with the range of its covariate, and whether it can be carried over to another history."""
     if law.covariate == "y_over_edge":
         return replace(law, valid=(-law.over.reach, law.over.reach))
@@ -257,7 +235,8 @@ def _with_range(found: Outcome, law: Law, rivals: Sequence[tuple[tuple[str, ...]
         for prediction in found.judged.prediction("after")
     ]
     every = np.concatenate(values)
-    mixed = any(len(label) == 2 and label[0] == law.quantity and label[1] != law.covariate for label, _ in rivals)
+    laws = [rival.term for rival in rivals if isinstance(rival.term, LawTerm)]
+    mixed = any(term.quantity == law.quantity and term.covariate != law.covariate for term in laws)
     same = mixed or law.covariate in ("time", "cycles")
     return replace(law, valid=(float(every.min()), float(every.max())), transfer="same_history" if same else "inside")
 
@@ -327,41 +306,51 @@ def _curves(found: Outcome) -> list[Curve]:
 
 def _tried(found: Outcome, weights: Mapping[str, Weighed]) -> list[Tried]:
     """What was tried in the place of each term, the answer's own term among it."""
-    told = []
+    tried = []
     for name in found.answer.terms:
-        others = found.answer.labels - {found.answer.label(name)}
+        others = found.answer.labels - {found.answer.term(name)}
         short = next((m for m in found.members if m.labels == others), found.search.base)
-        places = [(found.answer, found.answer.label(name)), *((m, label) for _, m, label in in_its_place(found, name))]
-        told += [_place(found, name, short, member, label, weights[name]) for member, label in places]
+        places = {found.answer.term(name): found.answer} | found.compared.in_place_of(name)
+        tried += [_place(found, name, short, member, term, weights[name]) for term, member in places.items()]
     if not found.answer.terms:
-        told = [
-            _place(found, "", found.search.base, member, label, Weighed(np.nan, (), {label: float(share)}, {}))
+        tried = [
+            _place(found, "", found.search.base, member, term, Weighed(np.nan, (), {term: float(share)}, {}))
             for member, share in zip(found.members, found.shares, strict=True)
-            for label in member.labels
-            if len(member.labels) == 1
+            for term in member.labels
+            if len(member.labels) == 1 or member.labels in found.refused
         ]
-    return sorted(told, key=lambda t: (t.replaces, -t.evidence))
+    return sorted(tried, key=lambda t: (t.replaces, -t.evidence))
 
 
-def _place(
-    found: Outcome, name: str, short: Explanation, member: Explanation, label: tuple[str, ...], weight: Weighed
-) -> Tried:
+def _place(found: Outcome, name: str, short: Explanation, member: Explanation, term: Term, weight: Weighed) -> Tried:
     chosen = member.labels == found.answer.labels
-    effect = next(member.effect(term) for term in member.terms if member.label(term) == label)
-    behind = (found.answer.evidence - member.evidence) / found.answer.heat
-    refused = found.refused.get(member.labels, "")
-    if not refused and not chosen:
-        if member.fit.at_bound:
-            refused = f"{' and '.join(n.rpartition('.')[2] for n in member.fit.at_bound)} at a bound"
-        elif label in weight.same:
-            refused = "in other words"
-        elif not found.answer.terms or behind > THRESHOLDS.within:
-            refused = "explains less"
-    share = weight.chances.get(label, 0.0) if np.isfinite(found.shares).all() else np.nan
+    effect = next(member.effect(other) for other in member.terms if member.term(other) == term)
+    share = weight.chances.get(term, 0.0) if np.isfinite(found.shares).all() else np.nan
     return Tried(
-        found.problem.shown_in(effect), name, _text(label), len(label) == 2, short.fit.chi2 - member.fit.chi2,
-        member.evidence - found.answer.evidence, share, member.fit.at_bound, refused, chosen and bool(name),
-    )  # fmt: skip
+        channel=found.problem.shown_in(effect),
+        replaces=name,
+        term=term,
+        gain=short.fit.chi2 - member.fit.chi2,
+        evidence=member.evidence - found.answer.evidence,
+        probability=share,
+        at_bound=member.fit.at_bound,
+        refused="" if chosen else _why_not(found, member, term, weight),
+        chosen=chosen and bool(name),
+    )
+
+
+def _why_not(found: Outcome, member: Explanation, term: Term, weight: Weighed) -> str:
+    """Why an explanation is not the answer; empty where the data cannot tell it from that."""
+    if member.labels in found.refused:
+        return found.refused[member.labels].why
+    if member.fit.at_bound:
+        return f"{' and '.join(n.rpartition('.')[2] for n in member.fit.at_bound)} at a bound"
+    if term in weight.same:
+        return "in other words"
+    if term in {alternative.term for alternative in weight.alternatives}:
+        return ""
+    behind = (found.answer.evidence - member.evidence) / found.answer.heat
+    return "explains less" if not found.answer.terms or behind > THRESHOLDS.within else ""
 
 
 # ------------------------------------------------------------------------------------------------- notes
@@ -370,15 +359,14 @@ def _place(
 def _differences(found: Outcome) -> list[str]:
     """Where the answer and what the samples not held out say alone are not the same; what was refused."""
     notes = [
-        f"{' and '.join(sorted(_text(label) for label in labels))} is not given as the answer: it {why}"
-        for labels, why in found.refused.items()
+        f"{joined(labels)} is not given as the answer: it {refusal.why}" for labels, refusal in found.refused.items()
     ]
     if found.on_all not in (None, found.answer.labels):
-        other = " and ".join(sorted(_text(label) for label in found.on_all or ())) or "nothing"
+        other = joined(found.on_all or ()) or "nothing"
         notes.insert(0, f"{DIFFERENCE}: fitted to all samples, the evidence is for {other}")
     if not found.blind:
         notes.append(
-            "the first choice of the search raised an error: the answer was chosen with a look at the held-out samples"
+            "the first choice raised the error of held-out samples; what is given was chosen with a look at them"
         )
     return notes
 
@@ -396,10 +384,10 @@ def _running_alike(weights: Mapping[str, Weighed]) -> list[str]:
     """Laws named for others of the same quantity, whose covariates run alike on this history."""
     notes = []
     for weight in weights.values():
-        for law in (label for label, _ in weight.rivals if len(label) == 2):
-            others = [other[1] for other, named in weight.same.items() if named == law]
-            if others:
-                notes.append(f"{_text(law)} stands for {' and '.join(others)}, too: they run together on this history")
+        for law in (alternative.term for alternative in weight.alternatives):
+            others = [o.covariate for o, named in weight.same.items() if named == law and isinstance(o, LawTerm)]
+            if others and isinstance(law, LawTerm):
+                notes.append(f"{law} stands for {' and '.join(others)}, too: on this history they change together")
     return notes
 
 
@@ -457,13 +445,13 @@ def _notes(found: Outcome) -> list[str]:
 
 def _next(found: Outcome, weights: Mapping[str, Weighed], left: Sequence[Unexplained]) -> NextExperiment | None:
     """Separate the explanations that cannot be told apart; else tell apart what the leftover depends on."""
-    labels = {label for weight in weights.values() for label, _ in weight.rivals}
+    labels = {alternative.term for weight in weights.values() for alternative in weight.alternatives}
     rivals = [member for member in found.members if member.labels & labels]
     if rivals:
         alive = [found.answer, *rivals[: THRESHOLDS.separated - 1]]
         evidence = np.array([(e.evidence - found.answer.evidence) / found.answer.heat for e in alive])
         weight = np.maximum(np.exp(evidence - evidence.max()), 0.05)
-        names = [" + ".join(sorted(_text(label) for label in e.labels)) for e in alive]
+        names = [joined(e.labels, " + ") for e in alive]
         return next_experiment([(e.fit, float(w)) for e, w in zip(alive, weight / weight.sum(), strict=True)], names)
     if left:
         names = list(dict.fromkeys(u.covariate for u in left))

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.laws.law import Law
+from twindisc_cli.loop.step_scatter import StepScatter
+from twindisc_cli.loop.terms import Alternative, Term
 from twindisc_cli.model.experiment import Floats, Ints
 
 Verdict = Literal["effects_found", "law_learned", "no_missing_effect", "unexplained"]
@@ -31,7 +33,7 @@ class Estimate:
 class FoundEffect:
     """An effect that was added: parameters by key, what it cannot be told from, and how sure it is.
 
-    alternatives: names of effects, or `quantity over covariate` of laws. probability: share of resamples of the data in
+    alternatives: what these data cannot tell from it. probability: share of resamples of the data in
     which it is chosen, weighed by evidence; NaN where it was not computed. remains: what is left of the misfit it takes
     away, 0 to 1.
     """
@@ -39,7 +41,7 @@ class FoundEffect:
     name: str
     channel: str
     parameters: Mapping[str, Estimate]
-    alternatives: tuple[str, ...]
+    alternatives: tuple[Alternative, ...]
     probability: float
     strength: Strength
     remains: float = 0.0
@@ -60,8 +62,7 @@ class FoundLaw:
     """A law that was learnt and added: the law, its formula, parameters by key (none of a curve), and its curve.
 
     resembles: effects of the catalogue that do nearly the same to all channels, with the share of it that they do.
-    alternatives: quantity, covariate and probability of laws that these data cannot tell from it, and names of effects
-    with theirs, quantity left empty. apart: what would tell them apart.
+    alternatives: what these data cannot tell from it.
     """
 
     name: str
@@ -71,7 +72,7 @@ class FoundLaw:
     parameters: Mapping[str, Estimate]
     curve: LawCurve
     resembles: tuple[tuple[str, float], ...]
-    alternatives: tuple[tuple[str, str, float], ...]
+    alternatives: tuple[Alternative, ...]
     probability: float
     strength: Strength
     remains: float = 0.0
@@ -105,15 +106,14 @@ class ChannelError:
 class Tried:
     """One term that was tried in the place of another: what it is, and what it says beside the other terms.
 
-    replaces: the term in whose place it stands; label: an effect's name or `quantity over covariate`; gain: fall of
+    replaces: the name of the term in whose place it stands; gain: fall of
     chi2 over no term in this place; evidence relative to the answer's; probability as in the answer; refused: why it is
     not the answer, empty for the answer itself and for what cannot be told from it.
     """
 
     channel: str
     replaces: str
-    label: str
-    is_law: bool
+    term: Term
     gain: float
     evidence: float
     probability: float
@@ -173,8 +173,9 @@ class PredictedErrors:
 class Diagnosis:
     """All that the closed loop found out.
 
-    same_on_all: whether a choice on all samples would give the same terms, None where not asked; blind: whether the
-    held-out samples had no say in the choice.
+    step_scatter: scatter between steps beyond the noise, by something that is in none of the terms.
+    same_on_all: whether a choice on all samples would give the same terms, None where not asked.
+    blind: whether the held-out samples had no say in the choice.
     """
 
     verdict: Verdict
@@ -191,6 +192,7 @@ class Diagnosis:
     next_experiment: NextExperiment | None
     validation: PredictedErrors | None
     predictions: Sequence[PredictedErrors]
+    step_scatter: Sequence[StepScatter]
     same_on_all: bool | None
     blind: bool
     seconds: float

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from twindisc_cli.laws.trial import Trial
+from twindisc_cli.loop.alternatives import Compared, weighed
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.fit import Fit, carried, fit, plain_fit, refit, remembered
 from twindisc_cli.loop.holdout import withheld, without
@@ -16,6 +18,8 @@ from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Problem, problem_of
 from twindisc_cli.loop.resample import weights
 from twindisc_cli.loop.search import Explanation, Search, preferred, ranked, search
+from twindisc_cli.loop.term_intervals import term_parameters, unfixed
+from twindisc_cli.loop.terms import Term
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.loop.validate import at_its_own_level, elsewhere, predict_test
 from twindisc_cli.model.experiment import Experiment, Floats
@@ -27,19 +31,17 @@ Progress = Callable[[str, float], None]
 class Outcome:
     """The search, its answer as judged, and the explanations that were compared with it.
 
-    Search, members and shares have seen no sample that is held out. mixture: what predicts. members: complete
-    explanations; shares: their mean weight over the resamples (member,), NaN where not resampled. refused: answers
-    whose error rises. on_all: what a choice among the explanations fitted to all samples would be, None where not
-    asked. sure: the answer on all samples under the noise as estimated.
+    Search and compared have seen no sample that is held out. mixture: what predicts. compared: the answer among all
+    explanations. refused: what is not given, and why. on_all: what a choice among the explanations fitted to all
+    samples would be, None where not asked. sure: the answer on all samples under the noise as estimated.
     """
 
     search: Search
     judged: Judged
     mixture: Mixture
-    members: Sequence[Explanation]
-    shares: Floats
-    refused: Mapping[frozenset[tuple[str, ...]], str]
-    on_all: frozenset[tuple[str, ...]] | None
+    compared: Compared
+    refused: Mapping[frozenset[Term], Refusal]
+    on_all: frozenset[Term] | None
     sure: Fit
 
     @property
@@ -53,9 +55,19 @@ class Outcome:
         return self.judged.explanation
 
     @property
+    def members(self) -> Sequence[Explanation]:
+        """All explanations."""
+        return self.compared.members
+
+    @property
+    def shares(self) -> Floats:
+        """Mean weight of the explanations over the resamples (member,); NaN where nothing was resampled."""
+        return self.compared.shares
+
+    @property
     def blind(self) -> bool:
-        """Whether the held-out samples had no say: the answer is what the search chose without them."""
-        return self.answer.labels == self.search.answer.labels
+        """Whether the held-out samples had no say in which explanation is given."""
+        return not any(refusal.held_out for refusal in self.refused.values())
 
 
 def explain(tests: Sequence[Experiment], *, validate: Experiment | None, quick: bool, progress: Progress) -> Outcome:
@@ -70,21 +82,24 @@ def explain(tests: Sequence[Experiment], *, validate: Experiment | None, quick: 
     seen = replace(seen, cases=remembered(seen.cases, seen_before))
     other = elsewhere(validate, seen_before) if validate is not None else None
     found = search(seen, lambda stage: progress(stage, 0.3), other)
-    progress("judging on held-out samples", 0.75)
     members = ranked(
         [found.answer, *(e for rivals in found.rivals.values() for e in rivals), *found.others, found.base]
     )
     apart = any(mask.any() for test in masks for mask in test.values())
     before = plain_fit(problem_of(tests), seen_before) if apart else seen_before
-    judged, refused = _first_honest(found.answer, members, validate, before, seen_before, masks)
-    progress("resampling", 0.85)
+    progress("judging on held-out samples", 0.8)
     shares = np.full(len(members), np.nan) if quick else np.mean(weights(members), axis=0)
+    compared = Compared(found.answer, members, shares, found.base)
+    if not quick:
+        compared = replace(compared, answer=most_probable(compared))
+    judged, refused = _given(compared, validate, before, seen_before, masks)
     on_all = None if quick or not apart else chosen_on_all(judged, members)
-    mixture = mixture_of(judged, members, shares, refused, masks)
-    return Outcome(found, judged, mixture, members, shares, refused, on_all, as_estimated(judged.estimated))
+    compared = replace(compared, answer=judged.explanation)
+    mixture = mixture_of(judged, compared, refused, masks)
+    return Outcome(found, judged, mixture, compared, refused, on_all, as_estimated(judged.estimated))
 
 
-def chosen_on_all(judged: Judged, members: Sequence[Explanation]) -> frozenset[tuple[str, ...]]:
+def chosen_on_all(judged: Judged, members: Sequence[Explanation]) -> frozenset[Term]:
     """What would be chosen among the explanations near the answer if they were fitted to all samples."""
     answer, whole = judged.explanation, judged.estimated
     base = refit(judged.before.problem, judged.before.theta) if answer.terms else whole
@@ -97,31 +112,95 @@ def chosen_on_all(judged: Judged, members: Sequence[Explanation]) -> frozenset[t
     return preferred(again).labels
 
 
-def _first_honest(
-    answer: Explanation,
-    members: Sequence[Explanation],
+@dataclass(frozen=True)
+class Refusal:
+    """Why an explanation is not given, and whether it is the samples held out that say so."""
+
+    why: str
+    held_out: bool = False
+
+
+def most_probable(compared: Compared) -> Explanation:
+    """The answer with each term exchanged for what the resamples choose more often in its place."""
+    for _ in range(THRESHOLDS.most_terms):
+        better = [found for name in compared.answer.terms if (found := _more_probable(compared, name)) is not None]
+        if not better:
+            break
+        compared = replace(compared, answer=better[0])
+    return compared.answer
+
+
+def _more_probable(compared: Compared, name: str) -> Explanation | None:
+    """The explanation with what is chosen more often in the place of a term; None where that is the term itself."""
+    found, places = weighed(compared, name), compared.in_place_of(name)
+    likely = [
+        alternative
+        for alternative in found.alternatives
+        if alternative.term in places and not places[alternative.term].fit.at_bound
+    ]
+    best = max(likely, key=lambda alternative: alternative.probability, default=None)
+    if best is None or not best.probability > found.probability + THRESHOLDS.share_error:
+        return None
+    return places[best.term]
+
+
+def _given(
+    compared: Compared,
     validate: Experiment | None,
     before: Fit,
     seen_before: Fit,
     masks: Sequence[Mapping[str, Mask]],
-) -> tuple[Judged, dict[frozenset[tuple[str, ...]], str]]:
-    """The first explanation whose error rises nowhere: the answer, others, parts of it; the base model raises none.
+) -> tuple[Judged, dict[frozenset[Term], Refusal]]:
+    """The first explanation that nothing speaks against: the answer, others by their weight, parts of it, the base.
 
     What says no more than the base model does is no answer, whatever was refused before it.
     """
-    refused = {}
-    base = next(m for m in members if not m.terms)
-    others = [m for m in members if m.labels != answer.labels and m.evidence - base.evidence > THRESHOLDS.enough]
+    answer, refused = compared.answer, dict[frozenset[Term], Refusal]()
+    known = [(m, w) for m, w in zip(compared.members, compared.weights, strict=True) if m.labels != answer.labels]
+    known = [(m, w) for m, w in known if m.evidence - compared.base.evidence > THRESHOLDS.enough]
+    others = [m for m, _ in sorted(known, key=lambda pair: -pair[1])]
     shorter = [m for m in others if m.labels < answer.labels]
-    for member in [answer, *others[: THRESHOLDS.most_refused], *shorter, base]:
+    for member in [answer, *others[: THRESHOLDS.most_refused], *shorter, compared.base]:
         if member.labels in refused:
             continue
         judged = judge(member, before, seen_before, masks)
-        raised = judged.rises or (_raised_elsewhere(judged, validate) if validate is not None else [])
-        if not member.terms or not raised:
+        refusal = _refusal(replace(compared, answer=member), judged, validate)
+        if refusal is None:
             break
-        refused[member.labels] = f"raises the error of the {' and the '.join(channels()[c].label for c in raised)}"
+        refused[member.labels] = refusal
     return judged, refused
+
+
+def _refusal(compared: Compared, judged: Judged, validate: Experiment | None) -> Refusal | None:
+    """What speaks against giving an explanation; None where nothing does, or where it is the base model."""
+    answer = compared.answer
+    if not answer.terms:
+        return None
+    loose = [str(answer.term(name)) for name in answer.terms if _is_loose(answer, name)]
+    if loose:
+        return Refusal(f"has a parameter of {' and '.join(loose)} at a bound, or fixed by nothing")
+    rare = [str(answer.term(name)) for name in answer.terms if _is_rare(compared, name)]
+    if rare:
+        return Refusal(f"names {' and '.join(rare)}, which few resamples choose")
+    raised = judged.rises(held_out=False) or (_raised_elsewhere(judged, validate) if validate is not None else [])
+    unseen = judged.rises(held_out=True)
+    if raised or unseen:
+        names = " and the ".join(channels()[c].label for c in dict.fromkeys([*raised, *unseen]))
+        where = " of samples held out: it explains these samples and does not predict others" if not raised else ""
+        return Refusal(f"raises the error of the {names}{where}", held_out=not raised)
+    return None
+
+
+def _is_rare(compared: Compared, name: str) -> bool:
+    """Whether a term is too improbable to be given; not where nothing was resampled."""
+    channel = compared.answer.fit.problem.shown_in(compared.answer.effect(name))
+    return weighed(compared, name).probability * (1.0 - compared.remains(channel)) < THRESHOLDS.named
+
+
+def _is_loose(answer: Explanation, name: str) -> bool:
+    """Whether a parameter of an effect stands at a bound, or can be anything within its bounds."""
+    effect = answer.effect(name)
+    return not isinstance(effect, Trial) and bool(unfixed(effect, term_parameters(answer.fit, name)))
 
 
 def _raised_elsewhere(judged: Judged, test: Experiment) -> list[str]:

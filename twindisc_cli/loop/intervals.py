@@ -1,7 +1,6 @@
 """90 % intervals of what the closed loop fits.
 
-Parameters of effects and laws: where chi2, minimised over all others, has grown by 2.706 of its mean, or of what
-makes blocks of neighbours scatter where that is more.
+Parameters of effects and laws: by their profile likelihood (`term_intervals`).
 Base parameters: a mixture of normals of their inner numbers, one for every explanation within reach,
 
     sum over i of share_i N(theta_i, C_i + S S'),   S = C J' D
@@ -25,29 +24,20 @@ from twindisc_cli.laws.quantities import MULTIPLIED
 from twindisc_cli.loop.diagnosis import Estimate
 from twindisc_cli.loop.explain import Outcome
 from twindisc_cli.loop.fit import Fit
-from twindisc_cli.loop.resample import scatter
 from twindisc_cli.loop.search import Explanation
+from twindisc_cli.loop.term_intervals import INTERVAL, widening
 from twindisc_cli.model.experiment import Floats
 
-INTERVAL = 2.706
-"""Growth of chi2 at the ends of a 90 % interval."""
 LEVELS = (0.05, 0.95)
-SURE = 2.0
-"""Its own standard errors by which a scatter of blocks must be larger than that of samples to count."""
 TINY = 1e-300
 NORMAL = np.asarray(ndtri((np.arange(401) + 0.5) / 401))
-
-
-def term_parameters(fitted: Fit, name: str) -> dict[str, Estimate]:
-    """The parameters of a term by key, each with its interval."""
-    return {p.key: _estimate(fitted, i) for i, p in enumerate(fitted.problem.parameters) if p.term == name}
 
 
 def base_parameters(found: Outcome) -> dict[str, Estimate]:
     """Base parameters of the revised model by name; where several tests have one each, with the test's name."""
     after = found.judged.after
     cases = after.problem.cases
-    wide = [_wide(member.fit) for member in found.members]
+    wide = [widening(member.fit) for member in found.members]
     told: dict[str, Estimate] = {}
     for number, p in enumerate(after.problem.parameters):
         own = len(cases) > 1 and p.case is not None
@@ -96,47 +86,3 @@ def _imitated(fitted: Fit) -> Floats:
     """What the tolerances do to the samples, as far as base parameters can imitate it (sample, nuisance)."""
     nuisance = fitted.problem.nuisance
     return np.zeros((len(fitted.residual), 1)) if nuisance is None else nuisance.imitated
-
-
-def widened(fitted: Fit) -> Floats:
-    """Covariance of the parameters (parameter, parameter), widened by what the fit leaves."""
-    wide = _wide(fitted)
-    return np.asarray(fitted.covariance * wide * wide[:, None])
-
-
-def _wide(fitted: Fit) -> Floats:
-    """By how much what is left widens the interval of each parameter (parameter,).
-
-    The root of its mean square, at least one; more where blocks of neighbours scatter beyond chance.
-    """
-    even = np.sqrt(max(fitted.chi2 / max(len(fitted.residual) - len(fitted.theta), 1), 1.0))
-    std, error = scatter(fitted)
-    ratio = std / np.sqrt(np.diag(fitted.covariance))
-    return np.asarray(np.where(ratio > even * (1.0 + SURE * error), ratio, even))
-
-
-def _estimate(fitted: Fit, number: int) -> Estimate:
-    """Value, standard deviation and interval of a parameter by its profile likelihood, widened by what remains."""
-    parameter, wide = fitted.problem.parameters[number], float(_wide(fitted)[number])
-    value, std = fitted.value(parameter)
-    low, high = (_end(fitted, number, side, wide) for side in (-1.0, 1.0))
-    return Estimate(value, std * wide, low, high, parameter.unit)
-
-
-def _end(fitted: Fit, number: int, side: float, wide: float) -> float:
-    """Where chi2, minimised over the other parameters to second order, has grown by 2.706 of its mean."""
-    problem, theta = fitted.problem, fitted.theta
-    lower, upper = problem.bounds
-    covariance = fitted.covariance
-    direction = covariance[:, number] / covariance[number, number]
-    reach = side * wide * np.sqrt(INTERVAL * covariance[number, number])
-    for _ in range(4):
-        at = np.clip(theta + reach * direction, lower, upper)
-        row = problem.discount(problem.white(problem.predict(at[None])) - problem.measured)[0]
-        growth = float(row @ row) - fitted.chi2
-        moved = at[number] - theta[number]
-        if growth <= 0.0 or abs(moved) < 1e-12 or not np.isfinite(growth):
-            break
-        reach = float(np.clip(moved * wide * np.sqrt(INTERVAL / growth), -4.0 * abs(reach), 4.0 * abs(reach)))
-    end = np.clip(theta[number] + reach, lower[number], upper[number])
-    return float(problem.parameters[number].outer(end))

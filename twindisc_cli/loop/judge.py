@@ -74,9 +74,8 @@ class Judged:
         """Root mean square of measured minus predicted; NaN without samples."""
         return rms(self.misses(channel, kind, held_out=held_out))
 
-    @property
-    def rises(self) -> list[str]:
-        """Channels in which the revised model errs more than the base, where samples were seen or where held out.
+    def rises(self, *, held_out: bool) -> list[str]:
+        """Channels in which the revised model errs more than the base, on samples held out or on the others.
 
         Both are fitted without the samples held out. Held-out samples that are far from both models are of another
         state than those fitted, and judge neither.
@@ -84,13 +83,12 @@ class Judged:
         found = []
         for channel in self.before.problem.channels:
             base = self.error(channel, "unseen_before", held_out=False)
-            for held_out in (False, True):
-                before = self.misses(channel, "unseen_before", held_out=held_out)
-                after = self.misses(channel, "unseen_after", held_out=held_out)
-                foreign = held_out and min(rms(before), rms(after)) > THRESHOLDS.foreign * base
-                if not foreign and rises(before, after):
-                    found.append(channel)
-        return list(dict.fromkeys(found))
+            before = self.misses(channel, "unseen_before", held_out=held_out)
+            after = self.misses(channel, "unseen_after", held_out=held_out)
+            foreign = held_out and min(rms(before), rms(after)) > THRESHOLDS.foreign * base
+            if not foreign and rises(before, after):
+                found.append(channel)
+        return found
 
 
 def rises(before: Floats, after: Floats) -> bool:

@@ -11,16 +11,16 @@ Source: K. P. Burnham, D. R. Anderson, Sociological Methods & Research 33 (2004)
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from twindisc_cli.loop.alternatives import Compared
 from twindisc_cli.loop.channels import channels
-from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.judge import Judged, Kind, judge, rises
 from twindisc_cli.loop.noise import Mask
-from twindisc_cli.loop.search import Explanation
+from twindisc_cli.loop.terms import Term
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.loop.validate import rms
 from twindisc_cli.model.experiment import Floats
@@ -50,9 +50,8 @@ class Mixture:
 
 def mixture_of(
     judged: Judged,
-    members: Sequence[Explanation],
-    shares: Floats,
-    refused: Mapping[frozenset[tuple[str, ...]], str],
+    compared: Compared,
+    refused: Container[frozenset[Term]],
     masks: Sequence[Mapping[str, Mask]],
 ) -> Mixture:
     """The answer with the explanations that stand beside it; alone where it is the base model, or where they err more.
@@ -60,12 +59,8 @@ def mixture_of(
     An explanation that was refused, or with a parameter at a bound, predicts nothing.
     """
     answer = judged.explanation
-    if not np.isfinite(shares).all():
-        tempered = np.array([(m.evidence - answer.evidence) / answer.heat for m in members])
-        shares = np.exp(np.minimum(tempered, 0.0))
-        shares = shares / shares.sum()
-    weight = {m.labels: float(share) for m, share in zip(members, shares, strict=True)}
-    beside = [m for m in members if m.terms and m.labels != answer.labels and m.labels not in refused]
+    weight = {m.labels: float(share) for m, share in zip(compared.members, compared.weights, strict=True)}
+    beside = [m for m in compared.members if m.terms and m.labels != answer.labels and m.labels not in refused]
     beside = [m for m in beside if weight[m.labels] > THRESHOLDS.rival_share and not m.fit.at_bound]
     beside = sorted(beside, key=lambda m: -weight[m.labels])[: THRESHOLDS.mixed - 1] if answer.terms else []
     every = [judged, *(judge(m, judged.before, judged.unseen_before, masks) for m in beside)]
@@ -82,8 +77,3 @@ def _errs_more(mixture: Mixture) -> bool:
         for channel in answer.before.problem.channels
     ]
     return any(rises(alone, mixed) for alone, mixed in pairs)
-
-
-def fits(mixture: Mixture) -> list[Fit]:
-    """The revised models of the members on all samples."""
-    return [member.after for member in mixture.members]

@@ -23,6 +23,7 @@ from twindisc_cli.loop.fit import MOST_STEPS, Fit, carried, fit, refit
 from twindisc_cli.loop.learn import Pair, Response, responses
 from twindisc_cli.loop.problem import Problem
 from twindisc_cli.loop.screen import leftover
+from twindisc_cli.loop.terms import EffectTerm, LawTerm, Term
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.loop.validate import Elsewhere
 from twindisc_cli.model.experiment import Floats
@@ -72,15 +73,15 @@ class Explanation:
         """A term as it acts."""
         return self.fit.problem.effect(name)
 
-    def label(self, name: str) -> tuple[str, ...]:
-        """What a term is, whatever its form: an effect's name, or a law's quantity and covariate."""
+    def term(self, name: str) -> Term:
+        """What a term is, whatever its form."""
         effect = self.effect(name)
-        return (effect.quantity, effect.covariate) if isinstance(effect, Trial) else (name,)
+        return LawTerm(effect.quantity, effect.covariate) if isinstance(effect, Trial) else EffectTerm(name)
 
     @property
-    def labels(self) -> frozenset[tuple[str, ...]]:
+    def labels(self) -> frozenset[Term]:
         """What all terms are."""
-        return frozenset(self.label(name) for name in self.terms)
+        return frozenset(self.term(name) for name in self.terms)
 
     @property
     def laws(self) -> dict[str, Trial]:
@@ -110,7 +111,7 @@ def search(problem: Problem, progress: Progress, other: Elsewhere | None = None)
     base = Explanation(first, {}, before, other)
     best, others = base, list[Explanation]()
     rivals: Mapping[str, Sequence[Explanation]] = {}
-    known = set[frozenset[tuple[str, ...]]]()
+    known = set[frozenset[Term]]()
     while (
         best.labels not in known
         and len(best.terms) < THRESHOLDS.most_terms
@@ -377,7 +378,7 @@ def judged_alike(explanation: Explanation, others: Sequence[Explanation]) -> lis
 
 def ranked(explanations: Sequence[Explanation]) -> list[Explanation]:
     """Explanations by falling evidence, the best form of each."""
-    best: dict[frozenset[tuple[str, ...]], Explanation] = {}
+    best: dict[frozenset[Term], Explanation] = {}
     for explanation in by_falling(explanations, evidence_of):
         best.setdefault(explanation.labels, explanation)
     return list(best.values())

@@ -10,6 +10,7 @@ from twindisc_cli.laws.law import Law
 from twindisc_cli.loop.channels import base_named, channels
 from twindisc_cli.loop.diagnose import DIFFERENCE
 from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis, Estimate, FoundEffect, FoundLaw, Tried
+from twindisc_cli.loop.terms import Term
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.report.words import (
     apart,
@@ -21,10 +22,11 @@ from twindisc_cli.report.words import (
     percent,
     plain_name,
     sentence,
+    term_name,
     unit,
 )
 
-Term = FoundEffect | FoundLaw
+FoundTerm = FoundEffect | FoundLaw
 AT_FLOOR = 1.15
 WORN = ("profile", "mass")
 """Channels for which an added term acts on the wear, and so on what K means."""
@@ -40,34 +42,25 @@ def provenance(kinds: Sequence[str]) -> str:
 # ------------------------------------------------------------------------------------------------- what was added
 
 
-def together(diagnosis: Diagnosis) -> dict[str, list[Term]]:
+def together(diagnosis: Diagnosis) -> dict[str, list[FoundTerm]]:
     """The effects and laws that were added, by the channel they were added for."""
-    every: list[Term] = [*diagnosis.effects, *diagnosis.laws]
+    every: list[FoundTerm] = [*diagnosis.effects, *diagnosis.laws]
     return {c: found for c in channels() if (found := [term for term in every if term.channel == c])}
 
 
-def name_of(term: Term) -> str:
+def name_of(term: FoundTerm) -> str:
     """What an effect or a law is called."""
     return plain_name(term.name) if isinstance(term, FoundEffect) else law_name(term.law.quantity, term.law.covariate)
 
 
-def rivals(term: Term) -> list[str]:
-    """Labels of what these data cannot tell from it: an effect's name, or `quantity over covariate`."""
-    if isinstance(term, FoundEffect):
-        return list(term.alternatives)
-    return [f"{q} over {covariate}" if q else covariate for q, covariate, _ in alternatives(term)]
+def rivals(term: FoundTerm) -> list[str]:
+    """Names of what these data cannot tell from it, in words."""
+    return [term_name(alternative.term) for alternative in term.alternatives]
 
 
-def alternatives(law: FoundLaw) -> list[tuple[str, str, float]]:
-    """Quantity (empty: an effect), covariate or name, and probability of what cannot be told from a law."""
-    return [(q, covariate, p) if covariate else ("", q, p) for q, covariate, p in law.alternatives]
-
-
-def weighed(diagnosis: Diagnosis, term: Term) -> list[tuple[str, str]]:
+def weighed(term: FoundTerm) -> list[tuple[Term, str]]:
     """What these data cannot tell from a term, each with its probability, empty where none was computed."""
-    known = {t.label: t.probability for t in diagnosis.tried if t.replaces == term.name}
-    likely = {label: known.get(label, np.nan) for label in rivals(term)}
-    return [(label, percent(p) if np.isfinite(p) else "") for label, p in likely.items()]
+    return [(a.term, percent(a.probability) if np.isfinite(a.probability) else "") for a in term.alternatives]
 
 
 def probability(diagnosis: Diagnosis, tried: Tried) -> float:
@@ -111,18 +104,17 @@ def declared(test: Experiment) -> str:
     return listed([*(plain_name(name) for name in test.effects), *laws])
 
 
-def named(term: Term) -> str:
+def named(term: FoundTerm) -> str:
     """An effect or a law with how sure it is; where the data cannot tell it from others, all of them."""
-    others = [plain_name(label) for label in rivals(term)]
-    return f"{listed([name_of(term), *others], 'or')} ({sureness(term)})"
+    return f"{listed([name_of(term), *rivals(term)], 'or')} ({sureness(term)})"
 
 
-def sureness(term: Term) -> str:
+def sureness(term: FoundTerm) -> str:
     """`established, 97 %`; the word alone where no probability was computed."""
     return f"{term.strength}, {percent(term.probability)}" if np.isfinite(term.probability) else term.strength
 
 
-def taken(term: Term) -> str:
+def taken(term: FoundTerm) -> str:
     """How much of the misfit it takes away, where that is not all of it."""
     return f"takes away {percent(1.0 - term.remains)} of the misfit" if term.remains > TOLD else ""
 
@@ -186,7 +178,7 @@ def further_notes(diagnosis: Diagnosis) -> list[str]:
     return [note for note in diagnosis.notes if not note.startswith(DIFFERENCE)]
 
 
-def _what_was_found(diagnosis: Diagnosis, groups: Mapping[str, Sequence[Term]]) -> str:
+def _what_was_found(diagnosis: Diagnosis, groups: Mapping[str, Sequence[FoundTerm]]) -> str:
     parts = {channel: ", with ".join(named(term) for term in terms) for channel, terms in groups.items()}
     open_ = list(dict.fromkeys(channel_name(u.channel) for u in diagnosis.unexplained))
     rest = f"; something in the {listed(open_)} stays unexplained" if open_ else ""
@@ -200,9 +192,36 @@ def _laws(laws: Sequence[FoundLaw]) -> list[str]:
 
 
 def _what_is_unexplained(diagnosis: Diagnosis) -> list[str]:
-    open_ = list(dict.fromkeys(channel_name(u.channel) for u in diagnosis.unexplained))
-    told = f"Something is missing in the {listed(open_)} that no effect of the catalogue and no learnt law explains"
-    return [f"{told}: {'; '.join(leftovers(diagnosis))}.", *difference(diagnosis)]
+    rest, refused = leftovers(diagnosis), _refused(diagnosis)
+    parts = [f"Something is missing in the {listed(_open(diagnosis))} that no effect and no learnt law explains"]
+    first = f"{parts[0]}: {'; '.join(rest)}." if rest else f"{parts[0]}."
+    return [first, *refused, *scatter(diagnosis), *difference(diagnosis)]
+
+
+def _open(diagnosis: Diagnosis) -> list[str]:
+    """Names of the channels in which something stays unexplained."""
+    open_ = [left.channel for left in diagnosis.unexplained] + [each.channel for each in diagnosis.step_scatter]
+    refused = [tried.channel for tried in diagnosis.tried if tried.refused]
+    return [channel_name(channel) for channel in dict.fromkeys(open_ or refused)]
+
+
+def _refused(diagnosis: Diagnosis) -> list[str]:
+    """What explains the samples that were fitted and does not predict those held out."""
+    names = [term_name(t.term) for t in diagnosis.tried if "does not predict others" in t.refused]
+    return [f"{sentence(listed(names))} explains these samples and does not predict others."] if names else []
+
+
+def scatter(diagnosis: Diagnosis) -> list[str]:
+    """The steps that differ beyond the noise, and what was recorded that differs with them."""
+    sentences = []
+    for each in diagnosis.step_scatter:
+        varied = [f"{name} ({percent(share)})" for name, share in each.varied_with.items()]
+        with_what = f"; squared rank correlation with what was recorded: {listed(varied)}" if varied else ""
+        sentences.append(
+            f"The {each.steps} steps of {each.test} differ in the {channel_name(each.channel)} by {number(each.size)} "
+            f"standard deviations of the noise beyond what the model explains{with_what}."
+        )
+    return sentences
 
 
 def _nothing_missing(diagnosis: Diagnosis) -> list[str]:
@@ -306,9 +325,9 @@ def _seen_of(diagnosis: Diagnosis, channel: str) -> str:
     if not ranking:
         return f"{course} Nothing was tried."
     best = max(ranking, key=lambda tried: tried.gain)
-    chosen = [plain_name(tried.label) for tried in ranking if tried.chosen]
+    chosen = [term_name(tried.term) for tried in ranking if tried.chosen]
     end = f", chosen: {listed(chosen)}" if chosen else ", none chosen"
-    return f"{course} {len(ranking)} explanations as bars, the longest {plain_name(best.label)}{end}."
+    return f"{course} {len(ranking)} explanations as bars, the longest {term_name(best.term)}{end}."
 
 
 def interval(estimate: Estimate) -> str:

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.quantities import QUANTITIES as CHANGED
 from twindisc_cli.loop.channels import channels
+from twindisc_cli.loop.terms import EffectTerm, Term
 from twindisc_cli.quantities import QUANTITIES, for_reading
 
 KIND: Mapping[str, str] = {
@@ -42,11 +43,13 @@ def covariate_name(covariate: str) -> str:
     return QUANTITIES[covariate].label
 
 
+def term_name(term: Term) -> str:
+    """What an effect or a law is called."""
+    return plain_name(term.name) if isinstance(term, EffectTerm) else law_name(term.quantity, term.covariate)
+
+
 def plain_name(label: str) -> str:
-    """What an effect is called, as its explanation begins, or a law: `falling friction`, `mu over time` in words."""
-    quantity_, over, covariate = label.partition(" over ")
-    if over:
-        return law_name(quantity_, covariate)
+    """What an effect is called, as its explanation begins: `falling friction`."""
     title = catalogue()[label].explanation.partition(":")[0] if label in catalogue() else label.replace("_", " ")
     return title[:1].lower() + title[1:]
 

@@ -96,6 +96,7 @@ class Channel:
     generic    generic functions over the samples, for what nobody has catalogued
     withheld   samples in the steps (index from 0) and parts that are held out (sample,)
     covariates what a residual may be drawn over, by name (sample,)
+    steps      the step of each sample (sample,); None where they are not of single steps
     planned    samples that a planned history would bring
     stands_for stages whose effects it shows where the channel they show in first was not measured
     over       quantities of its covariates that `quantities` does not know, by name
@@ -116,6 +117,7 @@ class Channel:
     planned: Callable[[Experiment, Floats, float], Any]
     parameters: tuple[Base, ...] = ()
     file: File | None = None
+    steps: Callable[[Experiment], Ints] | None = None
     together: Callable[[Sequence[Experiment]], Sequence[Noise]] | None = None
     look_at: Mapping[str, str] = field(default_factory=dict)
     stands_for: frozenset[str] = frozenset()

@@ -167,6 +167,7 @@ CHANNEL = Channel(
     together=noises,
     generic=_generic,
     withheld=_withheld,
+    steps=lambda test: np.asarray(_measured(test).step),
     covariates=_covariates,
     planned=_planned,
     parameters=(BASE,),

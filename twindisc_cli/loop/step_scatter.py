@@ -1,0 +1,110 @@
+"""Scatter between the steps of a test beyond the noise, by something that may not have been recorded.
+
+    S = sqrt( (q / k) ),   q = |P W r|^2 ~ chi2[k]
+
+    P W r   whitened residual of an answer along one level for each step, without what its parameters can absorb
+    k       number of these directions
+
+S is one where only noise is left. What was recorded of each step (creepage, load, speed, yaw, order) is compared with
+the mean residual of the step by the squared correlation of their ranks (C. Spearman, Am. J. Psychol. 15 (1904) 72-101).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import chdtrc
+
+from twindisc_cli.loop.channels import channels
+from twindisc_cli.loop.fit import Fit
+from twindisc_cli.loop.generic import levels
+from twindisc_cli.loop.noise import Noise
+from twindisc_cli.loop.span import span_of
+from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.model.experiment import Floats, History, Ints
+
+FEWEST_STEPS = 3
+
+
+@dataclass(frozen=True)
+class StepScatter:
+    """Scatter between the steps of one test in one channel.
+
+    size: in standard deviations of what the noise would leave; p_value of the noise leaving as much; varied_with:
+    squared rank correlation of the steps' mean residuals with each column that was recorded and differs between them,
+    largest first.
+    """
+
+    test: str
+    channel: str
+    steps: int
+    size: float
+    p_value: float
+    varied_with: Mapping[str, float]
+
+
+def step_scatter(fitted: Fit) -> list[StepScatter]:
+    """The scatter between steps that a fit leaves beyond the noise, in every test and channel that has steps."""
+    problem, found = fitted.problem, list[StepScatter]()
+    for (number, channel), where in zip(problem.parts, _places(fitted), strict=True):
+        case, steps = problem.cases[number], channels()[channel].steps
+        step = steps(case.test) if steps is not None else np.zeros(1, dtype=np.int64)
+        count, squared = _length(fitted, where, case.noise[channel], step)
+        p_value = float(chdtrc(count, squared)) if count else 1.0
+        if p_value < THRESHOLDS.alarm:
+            prediction = problem.predict(fitted.theta[None])[number]
+            miss = case.values(channel) - channels()[channel].predicted(case.model, prediction)[0]
+            varied, size = _varied(case.test.history, step, miss), float(np.sqrt(squared / count))
+            found.append(StepScatter(case.test.name, channel, len(np.unique(step)), size, p_value, varied))
+    return found
+
+
+def _length(fitted: Fit, where: slice, noise: Noise, step: Ints) -> tuple[int, float]:
+    """Number of directions of the steps' levels beside the fit, and squared length of the residual along them."""
+    distinct = np.unique(step)
+    if len(distinct) < FEWEST_STEPS:
+        return 0, 0.0
+    rows = np.zeros((len(distinct), len(fitted.residual)))
+    rows[:, where] = noise.whiten(levels(step).T)
+    columns, reached = fitted.problem.discount(rows).T, span_of(fitted.jacobian)
+    directions = span_of(columns - reached @ (reached.T @ columns))
+    return directions.shape[1], float(np.sum((directions.T @ fitted.residual) ** 2))
+
+
+def _places(fitted: Fit) -> list[slice]:
+    """Where each test and channel stands in a row of white samples, in the order of `Problem.parts`."""
+    places, first = [], 0
+    for number, channel in fitted.problem.parts:
+        count = int(fitted.problem.cases[number].noise[channel].kept.sum())
+        places.append(slice(first, first + count))
+        first += count
+    return places
+
+
+def _varied(history: History, step: Ints, miss: Floats) -> dict[str, float]:
+    """Squared rank correlation of the steps' mean residuals with what was recorded of them, largest first."""
+    distinct = np.unique(step)
+    mean = np.array([miss[step == number].mean() for number in distinct])
+    first = np.array([np.flatnonzero(history.step == number)[0] for number in distinct])
+    recorded = {
+        "creepage": history.creepage,
+        "load": history.load_factor,
+        "rolling_speed": history.speed_factor,
+        "yaw": history.yaw,
+        "order": np.arange(len(history.step), dtype=float),
+    }
+    varied = {name: column[first] for name, column in recorded.items() if np.ptp(column[first]) > 0.0}
+    shares = {name: _rank_correlation(column, mean) ** 2 for name, column in varied.items()}
+    return dict(sorted(shares.items(), key=lambda pair: -pair[1]))
+
+
+def _rank_correlation(one: Floats, two: Floats) -> float:
+    """Correlation of the ranks of two columns (row,), equal values at their mean rank."""
+    return float(np.corrcoef(_ranks(one), _ranks(two))[0, 1])
+
+
+def _ranks(column: Floats) -> Floats:
+    """Mean rank of each value (row,)."""
+    return np.array([np.mean(np.flatnonzero(np.sort(column) == value)) for value in column])
