@@ -65,7 +65,7 @@ def weighed(term: FoundTerm) -> list[tuple[Term, str]]:
 
 def probability(diagnosis: Diagnosis, tried: Tried) -> float:
     """The probability of what was tried: of a term of the answer, the one that the answer gives it."""
-    every: list[Term] = [*diagnosis.effects, *diagnosis.laws]
+    every: list[FoundTerm] = [*diagnosis.effects, *diagnosis.laws]
     given = [term.probability for term in every if tried.chosen and tried.replaces == term.name]
     return given[0] if given else tried.probability
 
@@ -76,7 +76,7 @@ def answers(diagnosis: Diagnosis) -> list[tuple[str, list[str]]]:
     rows = [
         ("How sure is it?", [f"{sentence(name_of(term))}: {_how_sure(term)}." for term in terms]),
         ("What changed?", [_fall(c, error) for c, error in diagnosis.errors.items() if terms]),
-        ("What else could it be?", [_what_else(diagnosis, term) for term in terms]),
+        ("What else could it be?", [_what_else(term) for term in terms]),
         ("What is still open?", [f"{sentence(rest)}." for rest in leftovers(diagnosis)]),
     ]
     if diagnosis.next_experiment is not None:
@@ -84,15 +84,15 @@ def answers(diagnosis: Diagnosis) -> list[tuple[str, list[str]]]:
     return [(question, said) for question, said in rows if said]
 
 
-def _how_sure(term: Term) -> str:
+def _how_sure(term: FoundTerm) -> str:
     """The strength with what it means."""
     if not np.isfinite(term.probability):
         return f"{term.strength} (no probability was computed: --quick)"
     return f"{term.strength}; it is chosen in {percent(term.probability)} of the resamples of the data"
 
 
-def _what_else(diagnosis: Diagnosis, term: Term) -> str:
-    others = [f"{plain_name(label)}{f' ({p})' if p else ''}" for label, p in weighed(diagnosis, term)]
+def _what_else(term: FoundTerm) -> str:
+    others = [f"{term_name(other)}{f' ({p})' if p else ''}" for other, p in weighed(term)]
     if not others:
         return f"Nothing that was tried explains the data as well as {name_of(term)}."
     return f"In the place of {name_of(term)}: {listed(others, 'or')}. These data cannot separate them."
