@@ -1,7 +1,7 @@
 # make run     every command on every test definition, and the figures of the paper under results/figures
 # make figures the figures of the paper one by one, and what they need
-# make test    the tests         make lint    style, types, layers
-# make dist    wheel and source distribution in build/dist         make test-minimum   these alone, with the oldest versions
+# make test    style, types, layers and the tests         make lint    without the tests
+# make dist    wheel and source distribution in build/dist, the same bytes each time         make test-minimum   these alone, with the oldest versions
 # make test-python   these alone, on Python 3.12 and 3.13, with the newest versions: PYTHONS="python3.12 /opt/python3.13/bin/python3"
 # make bench   measured numbers beside their targets         make score   the closed loop on synthetic tests
 # make records the closed loop on real records, beside eight standard laws: RECORDS="--record eurosprinter --kind blocks"
@@ -106,12 +106,17 @@ figures: $(FIGURES)
 run: $(RESULTS) $(PAPER) $(FIGURES)
 	@printf '%s\n' $(sort $(FIGURES))
 
-test: $(DEVELOPMENT)
+test: lint
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
+# The same files give the same bytes: dated as SOURCE_DATE_EPOCH says, else as the last commit; packed in order, by nobody.
+dist: export SOURCE_DATE_EPOCH ?= $(shell git log -1 --format=%ct 2>/dev/null || echo 315532800)
 dist: $(DEVELOPMENT)
 	rm -rf build/dist build/lib
-	$(BIN)/python -m build --outdir build/dist .
+	umask 022 && $(BIN)/python -m build --outdir build/dist .
+	cd build/dist && tar -xzf twindisc-*.tar.gz && rm twindisc-*.tar.gz && for folder in twindisc-*/; do \
+	  tar --sort=name --format=gnu --mtime=@$$SOURCE_DATE_EPOCH --owner=0 --group=0 --numeric-owner --mode=u=rwX,go=rX \
+	    -cf - $$folder | gzip -n9 > $${folder%/}.tar.gz && rm -r $$folder; done
 
 # The wheel by itself, through the tests of the unpacked source: with the oldest versions that pyproject.toml allows, and
 # with the newest there are on other versions of Python. Each in a folder of its own under build/alone.

@@ -1,7 +1,8 @@
 """Broken input by the thousand: python -m tests.fuzz [--seed N] [--definitions N] [--tables N] ...
 
 Real definitions, tables and result files are mutated, and extreme but valid tests made; the program must answer each
-within ten seconds by a result or by one of its own failures, and never by a traceback. Runs are killed at random
+within ten seconds by a result or by one of its own failures, never by a traceback, by a warning of Python's, or by a
+number that cannot be. Runs are killed at random
 moments, and must leave a result that is whole, or none. Each case follows from its seed alone: what fails is printed
 with the seed that makes it again (`--only KIND SEED`).
 """
@@ -9,7 +10,9 @@ with the seed that makes it again (`--only KIND SEED`).
 from __future__ import annotations
 
 import argparse
+import contextlib
 import copy
+import io
 import os
 import random
 import re
@@ -23,21 +26,27 @@ import traceback
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import definitions as definitions_of_tests
+import numpy as np
 import tomli_w
 
 from twindisc_cli.campaign.plan import plan
+from twindisc_cli.cli import main as main_of_program
 from twindisc_cli.commands import _runner, campaign, import_file
 from twindisc_cli.commands._campaign_work import Order, Task, Work, prepare
 from twindisc_cli.commands._output import Output
 from twindisc_cli.definition import load_text
+from twindisc_cli.effects import catalogue
 from twindisc_cli.errors import TwindiscError
+from twindisc_cli.laws.covariates import COVARIATES
+from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.physics.half_space import ContactError
 from twindisc_cli.results.recorded import Recorded, recorded
 from twindisc_cli.results.store import images
@@ -107,7 +116,7 @@ class Tally:
         self.tried += 1
         try:
             with limited(self.limit), warnings.catch_warnings():
-                warnings.simplefilter("ignore")
+                warnings.simplefilter("error")
                 self.answers[case(random.Random(f"{self.kind} {seed}"), folder)] += 1
         except (TwindiscError, ContactError) as error:
             self.answers[type(error).__name__] += 1
@@ -231,6 +240,9 @@ covariate = "time_s"
 at = [0.0, 100.0]
 factor = [0.9, 1.1]
 """
+VALID_THAT_WEARS = f"{definitions_of_tests.VALID}wear_coefficient = 7e-5\n".replace(
+    "heat_capacity_J_K = 100.0", "heat_capacity_J_K = 100.0\nconvection_W_K = 2.0"
+)
 SCHEMA = ROOT / "twindisc_cli/definition/test.schema.json"
 ALL_KEYS = sorted(set(re.findall(r'"(\w+)": \{', SCHEMA.read_text("utf-8"))))
 
@@ -439,6 +451,110 @@ def _extreme_document(rng: random.Random) -> dict[str, Any]:
     return document
 
 
+def impossible(rng: random.Random, folder: Path) -> str:
+    """Laws and effects whose parameters are drawn far beyond what can be: refused, or numbers that can be."""
+    document = tomllib.loads(VALID_THAT_WEARS)
+    for name in ("one", "other")[: rng.choice((1, 1, 2))]:
+        quantity, covariate = rng.choice(sorted(QUANTITIES)), rng.choice(sorted(COVARIATES))
+        kind = QUANTITIES[quantity].kind
+        law: dict[str, Any] = {"quantity": quantity, "covariate": covariate}
+        if rng.random() < 0.7:
+            law |= {"at": [0.0, _size(rng)], kind: [_signed(rng), _signed(rng)]}
+        else:
+            size = QUANTITIES[quantity].size_key
+            law |= {"shape": "exponential", "parameters": {size: _signed(rng)}}
+            law["parameters"][COVARIATES[covariate].key("scale")] = _size(rng)
+        document.setdefault("laws", {})[name] = law
+    if rng.random() < 0.5:
+        document["effects"] = _effects(rng, 1)
+    return _possible(rng, document, folder)
+
+
+def combined(rng: random.Random, folder: Path) -> str:
+    """Pauses, yaw, loads and speeds by step, with up to four effects at or inside their bounds."""
+    document = tomllib.loads(VALID_THAT_WEARS)
+    steps: list[dict[str, Any]] = [{"creepage_percent": rng.choice((0.5, 2.0))}]
+    for _ in range(rng.choice((1, 2, 5))):
+        own: dict[str, Any] = {"creepage_percent": rng.choice((0.0, 0.01, 0.5, 3.0, -1.0, 100.0))}
+        own |= {"yaw_mrad": rng.choice((0.0, 1.0, -30.0))} if rng.random() < 0.5 else {}
+        own |= {"normal_load_N": rng.choice((1.0, 500.0))} if rng.random() < 0.3 else {}
+        own |= {"rolling_speed_m_s": rng.choice((0.01, 50.0))} if rng.random() < 0.3 else {}
+        steps.append({"pause_s": rng.choice((1e-3, 60.0, 1e6))} if rng.random() < 0.4 else own)
+    rng.shuffle(steps)
+    document["history"]["steps"] = steps
+    document["effects"] = _effects(rng, rng.choice((1, 2, 4)))
+    return _possible(rng, document, folder)
+
+
+def _size(rng: random.Random) -> float:
+    return float(10.0 ** rng.uniform(-6.0, 6.0))
+
+
+def _signed(rng: random.Random) -> float:
+    return rng.choice((0.0, 1.0, -2.0, 1e6, -_size(rng), _size(rng)))
+
+
+def _effects(rng: random.Random, most: int) -> dict[str, dict[str, float]]:
+    """Effects of the catalogue with parameters at their bounds, where they are off, or between."""
+    chosen = rng.sample(sorted(catalogue()), most)
+    return {
+        name: {p.name: rng.choice((p.lower, p.upper, p.start, rng.uniform(p.lower, p.upper)))
+               for p in catalogue()[name].params}
+        for name in chosen
+    }  # fmt: skip
+
+
+def _possible(rng: random.Random, document: dict[str, Any], folder: Path) -> str:
+    """Run a command on a definition; AssertionError where a number of its outcome cannot be."""
+    command = rng.choice(("friction-chart", "simulate-wear", "thermal", "contact", "check"))
+    test = load_text(tomli_w.dumps(document), folder / "drawn.toml")
+    result, _ = _runner.quiet(command, test, folder)
+    for array in result.dataset.arrays:
+        values = array.values if array.values.dtype.kind == "f" else []
+        low, high = BETWEEN.get(array.name, (-float("inf"), float("inf")))
+        if any(not low <= value <= high for value in np.ravel(values) if value == value):
+            raise AssertionError(f"{array.name} beyond {low:g} ... {high:g} with exit code {result.exit_code}")
+    return f"exit code {result.exit_code}"
+
+
+BETWEEN = {"mu": (0.0, 2.0), "apparent_friction": (-3.0, 3.0), "volume": (0.0, 1.0), "p0": (0.0, 1e12)}
+"""What an array can hold, by its name, in SI units."""
+
+
+def odd_files(rng: random.Random, folder: Path) -> str:
+    """Folders, pipes, devices, links and nothing at all in the place of files, through the command line."""
+    from definitions import VALID
+
+    (folder / "small.toml").write_text(f'{VALID}\n[measured]\ntraction = "odd"\n')
+    (folder / "map.toml").write_text('base = "odd"\n[vary]\nrig.normal_load_N = [1.0, 2.0]\n')
+    odd = folder / "odd"
+    odd.unlink(missing_ok=True) if odd.is_symlink() or not odd.is_dir() else odd.rmdir()
+    kind = rng.choice(("folder", "pipe", "device", "loop", "empty", "nothing"))
+    if kind == "folder":
+        odd.mkdir()
+    elif kind == "pipe":
+        os.mkfifo(odd)
+    elif kind in ("device", "loop"):
+        odd.symlink_to({"device": rng.choice(("/dev/null", "/dev/zero", "/dev/tty")), "loop": "odd"}[kind])
+    elif kind == "empty":
+        odd.touch()
+    own, given = rng.choice(("small.toml", "map.toml", "odd", "od*")), rng.choice(sorted(COMMANDS))
+    call = rng.choice((
+        [given, own], ["campaign", "check", own, "--workers", "1"], ["close-loop", own, "--quick"],
+        ["import", "odd", "-o", "mine", "--force"], ["effects", "--from", "odd"], ["effects", "--test", "odd"],
+        ["check", own, "--effects", "odd"], ["check", own, "--depfile", "odd"], ["check", own, "-o", "odd"],
+    ))  # fmt: skip
+    command = [*call, *(["--force"] if call[0] in COMMANDS else [])]
+    with contextlib.chdir(folder), redirect_stderr(io.StringIO()) as said, redirect_stdout(io.StringIO()):
+        try:
+            main_of_program(command)
+        except SystemExit as left:
+            if left.code == 1 or "a bug in twindisc" in said.getvalue():
+                raise AssertionError(f"{kind} in {command}: {said.getvalue()[:200]}") from None
+            return f"exit code {left.code}"
+    return "no exit"
+
+
 CHECK = (sys.executable, "-m", "twindisc_cli", "check", "small.toml", "--format", "png,svg")
 
 
@@ -479,6 +595,9 @@ CASES: dict[str, tuple[str, Case, int, float]] = {
     "campaigns": ("mutated campaigns", broken_campaign, 10_000, LIMIT),
     "results": ("damaged results, refused", broken_result, 20_000, LIMIT),
     "physics": ("extreme but valid tests, all commands", extreme, 700, LIMIT),
+    "impossible": ("laws and parameters that cannot be", impossible, 2_000, LIMIT),
+    "combined": ("pauses, yaw and effects together", combined, 2_000, LIMIT),
+    "odd": ("folders, pipes and devices as files", odd_files, 3_000, LIMIT),
     "loops": ("close-loop --quick on mutated tables", broken_loop, 300, 6.0 * LIMIT),
     "kills": ("runs killed, none leaving a mixture", killed, 100, 12.0 * LIMIT),
 }

@@ -95,6 +95,7 @@ def check(figure: Figure, provenance: str) -> None:
     assert f"{provenance} data" in [text.get_text() for text in figure.texts]
 
 
+@pytest.mark.filterwarnings("ignore:constrained_layout")
 def test_faults_are_seen() -> None:
     figure, (first, _) = page(1, 2, height=3.0, title="two", provenance="synthetic")
     assert faults(figure) == []

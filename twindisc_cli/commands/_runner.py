@@ -99,8 +99,8 @@ def know(folder: Path | None, *, trusting: bool) -> None:
     """
     forget_trust()
     if folder is not None:
-        trust(folder)
         add_folder(folder)
+        trust(folder)
     if trusting:
         trust()
 

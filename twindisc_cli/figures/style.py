@@ -27,7 +27,7 @@ BLACK = "#222222"
 WIDTH, LINE, FOOT = 7.2, 120, 0.24
 """Width and foot of a page [inch], and characters of a line below its panels."""
 TEXT, SMALL = 8.5, 7.0
-HEADLINE = 84
+HEADLINE, HEADLINES = 84, 4
 """Characters of a line of the title."""
 ROOM = 1.07
 """The end of an axis that begins at zero, over the highest value on it."""
@@ -57,7 +57,7 @@ def sheet(*, height: float, title: str, provenance: str) -> Figure:
     foot = FOOT / height
     layout = ConstrainedLayoutEngine(rect=(0.0, foot, 1.0, 1.0 - foot), w_pad=0.06, h_pad=0.06)
     figure = Figure(figsize=(WIDTH, height), layout=layout)
-    headline = "\n".join(wrap(title, HEADLINE))
+    headline = "\n".join(wrap(title, HEADLINE, max_lines=HEADLINES, placeholder=" …"))
     figure.suptitle(headline, fontsize=TEXT + 1.0, x=0.01, ha="left", fontweight="bold")
     figure.text(
         0.99, 0.06 / height, f"twindisc {__version__}", fontsize=SMALL - 1.0, color=GREY, ha="right", va="bottom"

@@ -93,9 +93,9 @@ def saturation(xi: ArrayLike, theory: Theory) -> Floats:
 
 
 def unsaturation(fraction: ArrayLike, theory: Theory) -> Floats:
-    """The smallest xi [1] at which T/(mu N) is `fraction`, 0 ... 1: the inverse of `saturation`."""
+    """The smallest xi [1] at which T/(mu N) is `fraction`, 0 ... 1, NaN beyond: the inverse of `saturation`."""
     n = ORDER[theory]
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(-n * np.expm1(np.log1p(-np.asarray(fraction, dtype=float)) / n))
 
 
