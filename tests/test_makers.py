@@ -63,3 +63,22 @@ def test_a_file_is_read_right_or_its_block_makes_it_so(
         test, _, err = imported(tmp_path / "one", file, capsys)
     assert test is not None, err
     check(test)
+
+
+@pytest.mark.parametrize(
+    "what", ["LabVIEW, .tdms", "LabVIEW, .lvm", "MATLAB", "Excel, second sheet", "two sheets that fit"]
+)
+def test_three_commands_to_the_first_figure(what: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, more = FILES[what], []
+    (tmp_path / file.name).write_bytes(file.data)
+    if not file.understood:
+        more = [tmp_path / "block.toml"]
+        more[0].write_text('[measured]\nsheet = "Run 2"\n')
+    code, _, err = command("import", tmp_path / file.name, *more, "-o", tmp_path / "mine", capsys=capsys)
+    assert code == 0, err
+    path = tmp_path / "mine" / "rig.toml"
+    path.write_text(path.read_text().replace("23.5", "30.0"))
+    code, out, err = command("identify-mu", path, "-o", tmp_path, "--json", capsys=capsys)
+    assert code == 0, err
+    np.testing.assert_allclose([step["mu"] for step in json.loads(out)["steps"]], makers.MU, rtol=0.01)
+    assert (tmp_path / "rig" / "identify-mu.png").is_file()

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from twindisc_cli.measurement.channels import RATIOS, SLIP
 from twindisc_cli.measurement.content import Content
 from twindisc_cli.measurement.header import Column, Naming
-from twindisc_cli.measurement.sheet import Floats, Ints
+from twindisc_cli.measurement.sheet import Bools, Floats, Ints
 from twindisc_cli.measurement.table import Table, read_table
 from twindisc_cli.measurement.units import COUNT, FORCE, PERCENTAGE, RATIO, SPEED, TIME, TORQUE, rim_speed
 from twindisc_cli.model.experiment import Rig
@@ -42,6 +42,7 @@ _STANDING = 0.02
 _FEWEST_ANEW = 5
 _FEWEST_STUCK = 4
 _CHANGING = 0.8
+_SPREADS = 12.0
 SMALLEST_RATIO = 0.003
 """A T/N below which a unit is more likely wrong than a contact that slippery."""
 _MOST_OUTLIERS = 0.01
@@ -272,4 +273,21 @@ def outliers(log: Log, ratio: Floats, reason: Codes) -> None:
         told = f"T/N of {ratio[row]:.3g} cannot be, and so in {int(wild.sum())} of {len(ratio)} rows"
         log.table.note(f"{told}; check the units and torque_disc", log.kind, int(log.table.lines[row]))
         log.table.check()
-    reason[wild] = REASONS.index("outlier")
+    reason[wild | _spikes(ratio, reason)] = REASONS.index("outlier")
+
+
+def _spikes(ratio: Floats, reason: Codes) -> Bools:
+    """Single rows far off both their neighbours, by half of the usual T/N and many times the usual scatter."""
+    spikes = np.zeros(len(ratio), dtype=bool)
+    driven = reason == 0
+    inner = driven[1:-1] & driven[:-2] & driven[2:]
+    if inner.sum() < _FEWEST_STUCK:
+        return spikes
+    with np.errstate(invalid="ignore"):
+        beside = 0.5 * (ratio[:-2] + ratio[2:])
+        off, apart = np.abs(ratio[1:-1] - beside), np.abs(ratio[2:] - ratio[:-2])
+        usual, scatter = np.median(np.abs(ratio[1:-1][inner])), np.median(off[inner])
+        found = inner & (off > 0.5 * usual) & (off > _SPREADS * scatter) & (off > 4.0 * apart)
+    if found.sum() <= _MOST_OUTLIERS * inner.sum() + 1:
+        spikes[1:-1] = found
+    return spikes

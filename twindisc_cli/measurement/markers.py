@@ -21,8 +21,8 @@ _OPEN = frozenset((850.0, 1200.0, 1370.0, 1371.0, 1372.0, 1372.4, 1768.0, 1820.0
 """Temperatures [degC] where the tables of sensors end: an open thermocouple or resistor."""
 _LARGEST = 1e29
 _APART = 0.01
-_FAR = 20.0
-_MOST = 0.05
+_FAR = 10.0
+_MOST = 0.1
 _PASSES = 8
 _FEWEST = 5
 
