@@ -59,4 +59,4 @@ def test_in_nitrogen_the_twelve_steps_cannot_tell_the_causes_apart() -> None:
     # steady: P / (h S) = 0.07 x 72 N x 9.4248 m/s x 2 % / (3.5 W/K), above -196 degC
     assert before["temperature of the disc"] - 77.15 == pytest.approx(0.07 * 72.0 * 9.4248 * 0.02 / 3.5, rel=0.01)
     assert before["flash temperature"] < 10.0
-    assert any("cannot be told apart by these 12 steps" in line for line in result.summary)
+    assert any("cannot be separated by these 12 steps" in line for line in result.summary)

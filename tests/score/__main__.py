@@ -17,7 +17,11 @@ from .scoring import Line, is_right, is_sized, make, score, score_existing, tabl
 
 
 def main() -> int:
-    """The command line of the score."""
+    """The command line of the score, and of the benchmark behind `make` and `judge`."""
+    if sys.argv[1:2] in (["make"], ["judge"]):
+        from .benchmark import main as benchmark
+
+        return benchmark(sys.argv[1:])
     options = _options()
     cases = plan(options.tests, options.seed, options.cases)
     if options.make:

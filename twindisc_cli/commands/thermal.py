@@ -116,9 +116,7 @@ def _jump_lines(jump: Jump | None, model: ForwardModel, thermal: Thermal) -> tup
     left = [f"{cause.name} {cause.left:.2g}" for cause in jump.causes]
     noise = _noise(model)
     near = [cause.name for cause in jump.causes if cause.left < APART * max(jump.best.left, noise)]
-    apart = (
-        f"{listed(near)} cannot be told apart by these {len(jump.mu)} steps" if near[1:] else f"{near[0]} is nearest"
-    )
+    apart = f"{listed(near)} cannot be separated by these {len(jump.mu)} steps" if near[1:] else f"{near[0]} is nearest"
     above = disc - thermal.environment_temperature
     return (
         f"friction jumps from {jump.before:.2g} to {jump.after:.2g} in step {jump.step + 1}, at "
