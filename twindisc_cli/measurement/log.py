@@ -154,7 +154,8 @@ def check_time(table: Table) -> None:
     time = table.columns["time"]
     again = np.flatnonzero(np.diff(time) <= 0.0) + 1
     label = table.columns.get("step", table.block)
-    if label is not None and len(again) and np.all(label[again] != label[again - 1]):
+    rises = len(again) < len(time) - 1
+    if label is not None and len(again) and rises and np.all(label[again] != label[again - 1]):
         _count_on(table, again)
         table.notes.append("the time begins anew with each step, and is counted on")
         return
@@ -183,8 +184,8 @@ def _begins_anew(time: Floats, again: Ints) -> bool:
 def _count_on(table: Table, again: Ints) -> None:
     """Times that go on where they begin anew."""
     time = table.columns["time"]
-    shift = np.zeros(len(time))
-    shift[again] = time[again - 1] + float(np.median(np.diff(time))) - time[again]
+    shift, apart = np.zeros(len(time)), np.diff(time)
+    shift[again] = time[again - 1] + float(np.median(apart[apart > 0.0])) - time[again]
     table.columns["time"] = time + np.cumsum(shift)
 
 
