@@ -49,5 +49,6 @@ EFFECT = Effect(
         ),
     ),
     apply=apply,
+    needs_yaw=True,
     source="L. Chevalier et al., Tribology International 39 (2006) 1376-1387, Eqs. 2-4",
 )

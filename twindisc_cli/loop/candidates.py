@@ -101,6 +101,7 @@ def searched(problem: Problem) -> list[str]:
     declared = {name for case in problem.cases for name in case.test.effects}
     stops = max((max(len(recorded_stops(case.test)), weighed_stops(case.test)) for case in problem.cases), default=0)
     timed = any(is_timed(case) for case in problem.cases)
+    yawed = any(np.any(case.test.history.yaw != 0.0) for case in problem.cases)
     for channel in ("traction", "profile"):
         seen = [{name for name, _, _ in known_sensors(case.test)} for case in problem.cases if channel in case.noise]
         own = {name for name in set().union(*seen) if catalogue()[name].channel == channel}
@@ -113,6 +114,7 @@ def searched(problem: Problem) -> list[str]:
         and name not in declared
         and (stops > 1 or not effect.needs_stops)
         and (timed or not effect.needs_time)
+        and (yawed or not effect.needs_yaw)
     ]
 
 
