@@ -46,8 +46,8 @@ class Effect:
 
     `channel` is where it shows first; `seen_in` every channel that may change when it is switched on. An effect that
     `needs_stops` cannot be told from the base model by one final profile; one that `needs_temperature` does nothing
-    where the disc's temperature is not known; one that `needs_time` is not tried on samples recorded without time; one that
-    `needs_yaw` not where no step declares a yaw: its longitudinal force alone is that of a softer contact.
+    where the disc's temperature is not known; one that `needs_time` is not tried on samples recorded without time;
+    one that `needs_yaw` not where no step declares a yaw: its longitudinal force alone is that of a softer contact.
     A `local` effect of the stage `wear` is asked strip by strip: it gets the wear index of strips across the track, and
     may use nothing else that changes along the test.
     `over` is the covariate of a learnt law that the effect changes over; "" where it is no law of a single one.
