@@ -39,9 +39,9 @@ def test_k_goes_with_the_hardness_and_against_the_energy() -> None:
     assert changes()["last two steps 2 iterations longer"] == pytest.approx(energy[0] / energy[1] - 1.0, abs=5e-3)
 
 
-def test_two_discs_that_wear_alike_need_more_than_twice_the_k() -> None:
+def test_two_discs_that_wear_equally_need_more_than_twice_the_k() -> None:
     # each bears half of the wear; the facet is wider besides, as disc 1 hollows
-    assert changes()["both discs wear alike"] > 1.0
+    assert changes()["both discs wear equally"] > 1.0
 
 
 def test_a_little_wear_takes_off_the_patchs_own_share() -> None:

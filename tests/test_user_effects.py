@@ -75,8 +75,8 @@ def test_a_definition_is_no_program(folder: Path, capsys: pytest.CaptureFixture[
         ("import", "import sys; sys.exit(0)", "leaves the program by sys.exit"),
         ("import", "raise OSError('no')", "OSError: no"),
         ("apply", "import sys; sys.exit(0)", "leaves the program by sys.exit"),
-        ("apply", "return 1 / 0", "ZeroDivisionError: division by zero"),
-        ("apply", "return s.replace(nu=0.3)", "TypeError: a state has no nu"),
+        ("apply", "s = 1 / 0", "ZeroDivisionError: division by zero"),
+        ("apply", "s = s.replace(nu=0.3)", "TypeError: a state has no nu"),
     ],
 )
 def test_a_file_that_fails_or_leaves_is_named(
