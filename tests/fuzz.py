@@ -375,7 +375,7 @@ def broken_loop(rng: random.Random, folder: Path) -> str:
     document["measured"] = {key: "table", **own}
     (folder / "test.toml").write_text(tomli_w.dumps(document))
     output = Output(folder / "results", quiet=True, force=True)
-    code = _runner.run_close_loop([folder / "test.toml"], False, {}, output, quick=True)
+    code = _runner.run_close_loop([folder / "test.toml"], {"validate": False, "fitted": 1, "quick": True}, output)
     return f"exit code {code}"
 
 

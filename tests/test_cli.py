@@ -196,12 +196,13 @@ def test_a_revised_definition_finds_its_data_and_its_path_is_told(
 
 
 def test_close_loop_fits_some_and_predicts_one(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    seen: list[tuple[list[str], str | None]] = []
+    seen: list[tuple[list[str], str | None, list[str]]] = []
     command = Stub(extra=VALID)
 
-    def run(tests, validate, progress, *, quick):  # type: ignore[no-untyped-def]
+    def run(tests, validate, progress, *, quick, predict):  # type: ignore[no-untyped-def]
         progress("half", 0.5)
-        seen.append(([t.experiment.name for t in tests], validate and validate.experiment.name))
+        only = [t.experiment.name for t in predict]
+        seen.append(([t.experiment.name for t in tests], validate and validate.experiment.name, only))
         return command.run(tests)
 
     monkeypatch.setattr(_runner, "_module", lambda _: SimpleNamespace(run=run))
@@ -210,7 +211,12 @@ def test_close_loop_fits_some_and_predicts_one(folder: Path, monkeypatch: pytest
     assert exit_code("close-loop", "a.toml") == 0
     assert exit_code("close-loop", "a.toml", "b.toml", "--validate", "c.toml") == 0
     assert exit_code("close-loop", "a.toml", "b.toml", "c.toml") == 0
-    assert seen == [(["a"], None), (["a", "b"], "c"), (["a", "b", "c"], None)]
+    assert exit_code("close-loop", "a.toml", "--validate", "b.toml", "--predict", "c.toml") == 0
+    assert exit_code("close-loop", "a.toml", "--predict", "b.toml", "--predict", "c.toml") == 0
+    assert seen == [
+        (["a"], None, []), (["a", "b"], "c", []), (["a", "b", "c"], None, []),
+        (["a"], "b", ["c"]), (["a"], None, ["b", "c"]),
+    ]  # fmt: skip
     assert exit_code("close-loop", "a.toml", "a.toml") == 2
 
 
@@ -259,7 +265,9 @@ def test_a_wrong_definition_leaves_with_2_and_wrong_data_with_3(
     write(folder, traction=TRACTION.replace("0.55", "nan"))
     assert exit_code("check", "small.toml") == 3
     told = capsys.readouterr().err.splitlines()
-    assert told == ["traction.csv:3: traction ratio [1]: is nan; leave the row out where nothing was measured"]
+    (line,) = told
+    assert line.startswith("traction.csv:3: traction ratio [1]: is nan; leave the row out where nothing was measured")
+    assert 'skip = "nan"' in line
     assert not (folder / "results").exists()
 
 
