@@ -112,7 +112,8 @@ def test_the_error_falls_to_the_noise_where_nothing_was_fitted() -> None:
     assert error.before > 8.0 * error.noise
     assert error.held_out_before > 8.0 * error.noise
     assert error.after == pytest.approx(error.noise, rel=0.25)
-    assert error.held_out_after == pytest.approx(error.noise, rel=0.25)
+    held_out = next(curve.held_out.sum() for curve in of("falling").curves if curve.channel == "traction")
+    assert error.held_out_after == pytest.approx(error.noise, rel=3.0 / np.sqrt(2.0 * held_out)), "three sigma"
 
 
 @pytest.mark.parametrize(
@@ -261,7 +262,9 @@ def test_validation_moves_no_parameter() -> None:
     assert {key: e.value for key, e in alone.base.items()} == {key: e.value for key, e in beside.base.items()}
     parameters = [{e.name: e.parameters for e in found.effects} for found in (alone, beside)]
     assert parameters[0] == parameters[1]
-    assert alone.errors == beside.errors
+    one, two = alone.errors["traction"], beside.errors["traction"]
+    assert replace(one, held_out_after=0.0) == replace(two, held_out_after=0.0)
+    assert one.held_out_after == pytest.approx(two.held_out_after, rel=1e-3), "the average's weights may move"
     assert alone.validation is None
 
 

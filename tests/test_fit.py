@@ -25,9 +25,9 @@ from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.trial import curve, formula
 from twindisc_cli.loop.explain import as_estimated
 from twindisc_cli.loop.fit import TYPICAL, Fit, at, fit, refit, remembered
-from twindisc_cli.loop.intervals import _estimate
 from twindisc_cli.loop.judge import revised_case
 from twindisc_cli.loop.problem import Case, Problem, case_of, parameters_of
+from twindisc_cli.loop.term_intervals import estimate_of
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.energy import measured_energy
 from twindisc_cli.model.experiment import Measured, Options
@@ -110,7 +110,7 @@ def test_a_linear_fit_is_the_normal_equations() -> None:
 def test_a_linear_interval_is_one_and_two_thirds_standard_deviations(seed: int) -> None:
     """Widened where more is left than the noise, and not narrowed where less is."""
     found = fit(linear_problem(seed, ("torque_offset",)))
-    estimate = _estimate(found, 0)
+    estimate = estimate_of(found, 0)
     wide = max(found.chi2 / (len(TIME) - 1), 1.0)
     std = SIGMA / np.sqrt(len(TIME)) * np.sqrt(wide)
     assert estimate.std == pytest.approx(std, rel=1e-3)
@@ -147,7 +147,7 @@ def test_ninety_percent_intervals_cover() -> None:
         ratio = level + SIGMA * np.random.default_rng(seed).standard_normal(len(TIME))
         problem = Problem([traction_case(ratio, uncertainty=np.nan)], ("traction",), ("falling_friction",))
         found = as_estimated(refit(problem))
-        intervals = {p.name: _estimate(found, i) for i, p in enumerate(problem.parameters)}
+        intervals = {p.name: estimate_of(found, i) for i, p in enumerate(problem.parameters)}
         hits.append([intervals[name].low <= value <= intervals[name].high for name, value in truth.items()])
     covered = np.mean(hits, axis=0)
     assert np.all(covered >= 0.85), covered

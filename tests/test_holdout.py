@@ -31,15 +31,15 @@ def masks_of(test: Experiment) -> dict[str, np.ndarray]:
 
 @pytest.mark.parametrize("count", [8, 9, 12, 20, 24, 50])
 def test_the_lowest_and_the_highest_creepages_are_held_out(count: int) -> None:
-    """Both ends, where a model extrapolates, and from twelve steps on the middle: about a twelfth of the steps each."""
+    """Both ends, where a model extrapolates, and from 24 steps on the middle: a 24th of the steps each."""
     creepage = np.random.default_rng(count).permutation(np.geomspace(0.002, 0.09, count))
     chosen = held_out_steps(history(creepage, 2))
     rank = np.sort(np.argsort(np.argsort(creepage))[list(chosen)])
-    size = max(count // 12, 1)
+    size = max(count // 24, 1)
     assert list(rank[:size]) == list(range(size))
     assert list(rank[-size:]) == list(range(count - size, count))
     middle = rank[size:-size]
-    assert len(middle) == (size if count >= 12 else 0)
+    assert len(middle) == (size if count >= 24 else 0)
     assert all(0.4 * count < place < 0.6 * count for place in middle)
 
 

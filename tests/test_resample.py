@@ -9,10 +9,10 @@ import pytest
 from rigs import Floats, autoregressive, experiment, history, spread, traction_samples
 
 from twindisc_cli.loop.fit import fit, precision
-from twindisc_cli.loop.intervals import _estimate
 from twindisc_cli.loop.problem import Problem, case_of
 from twindisc_cli.loop.resample import blocks, scatter, softened, weights
 from twindisc_cli.loop.search import Explanation
+from twindisc_cli.loop.term_intervals import estimate_of
 from twindisc_cli.model.experiment import Measured, Options
 
 COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 2)
@@ -112,7 +112,7 @@ def test_intervals_hold_where_what_is_missed_is_alike_over_blocks() -> None:
     for seed in range(40):
         slow = 3.0 * SIGMA * autoregressive(np.random.default_rng(100 + seed), len(TIME), 0.8)
         found = fit(problem_of(slow, seed).with_terms("torque_offset"))
-        interval = _estimate(found, 0)
+        interval = estimate_of(found, 0)
         held.append(interval.low <= 0.0 <= interval.high)
         even = np.sqrt(found.chi2 / len(TIME) * found.covariance[0, 0])
         alone.append(abs(found.theta[0]) < 1.645 * even)

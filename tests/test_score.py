@@ -535,7 +535,7 @@ def test_plan_has_every_group_and_at_least_two_hundred_tests():
     cases = plan(220, 2)
     assert len(cases) >= 200
     assert {case.group for case in cases} == set(GROUPS)
-    assert {case.effects[0] for case in cases if case.group == "single"} == set(CATALOGUE)
+    assert {case.effects[0] for case in cases if case.group == "single"} == set(CATALOGUE) - {"misalignment"}
     assert {parts(case.effects[0])[0] for case in cases if case.group == "unknown"} == set(STAGES)
     assert len({case.seed for case in cases}) == len(cases)
     assert cases == plan(220, 2)
@@ -563,7 +563,7 @@ def test_figure_has_a_point_for_every_size():
     named_first = next(c for c in left.containers if c.get_label() == "true effect named first")
     assert named_first.lines[0].get_xdata().tolist() == [6.0, 12.0]
     assert named_first.lines[0].get_ydata().tolist() == [1.0, 1.0]
-    assert told.get_xlabel() == "probability told"
+    assert told.get_xlabel() == "reported probability"
     falsely = next(c for c in right.containers if c.get_label() == "a wrong name")
     assert falsely.lines[0].get_ydata().tolist() == [1.0, 1.0]
 

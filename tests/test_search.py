@@ -18,6 +18,7 @@ from twindisc_cli.loop.fit import at, fit
 from twindisc_cli.loop.problem import Case, Problem, case_of
 from twindisc_cli.loop.screen import leftover
 from twindisc_cli.loop.search import Explanation, Search, chosen, extended, ranked, search, without_older_laws
+from twindisc_cli.loop.terms import EffectTerm, LawTerm, Term
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.experiment import Measured, Thermal
 
@@ -25,7 +26,6 @@ COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 2)
 TIME = spread(COURSE, 6)
 AT = COURSE.creepage[np.searchsorted(COURSE.end_time, TIME)]
 SIGMA = 0.004
-Label = tuple[str, ...]
 
 
 def traction_case(ratio: Floats, seed: int = 0) -> Case:
@@ -51,7 +51,7 @@ def found_in(name: str) -> Search:
     return search(Problem([traction_case(TRACTIONS[name])], ("traction",)), lambda stage: None)
 
 
-def told(found: Search) -> set[Label]:
+def told(found: Search) -> set[Term]:
     """What stands in the answer, and what cannot be told from it."""
     near = [
         e
@@ -165,7 +165,7 @@ def test_a_term_at_its_bound_is_not_chosen() -> None:
 def test_of_several_forms_the_best_stands_for_all() -> None:
     law = made(9.0, "mu_over_time")
     other = replace(made(7.0, "mu_over_time"), fit=fit(PLAIN.with_terms("x", trial={"x": LINE})))
-    assert law.labels == other.labels == {("mu", "time")}
+    assert law.labels == other.labels == {LawTerm("mu", "time")}
     assert [e.evidence for e in ranked([other, made(8.0, "sensor_drift"), law])] == [9.0, 8.0]
 
 
@@ -176,17 +176,17 @@ def test_of_several_forms_the_best_stands_for_all() -> None:
 def test_an_effect_of_the_catalogue_is_named_and_not_learnt(name: str) -> None:
     found = found_in(name)
     (term,) = found.answer.terms
-    assert name in {label[0] for label in told(found)}
+    assert EffectTerm(name) in told(found)
     assert not found.answer.laws
-    assert term == name or (name,) in told(found)
+    assert term == name or EffectTerm(name) in told(found)
     assert not found.answer.fit.at_bound
     assert not leftover(found.answer.fit, "traction").significant(THRESHOLDS.refusal)
 
 
-LEARNT: dict[str, set[Label]] = {
-    "a burst between two times": {("mu", "time"), ("traction_ratio", "time")},
-    "a dip about one creepage": {("mu", "creepage"), ("traction_ratio", "creepage")},
-    "a swing": {("mu", "time"), ("traction_ratio", "time")},
+LEARNT: dict[str, set[Term]] = {
+    "a burst between two times": {LawTerm("mu", "time"), LawTerm("traction_ratio", "time")},
+    "a dip about one creepage": {LawTerm("mu", "creepage"), LawTerm("traction_ratio", "creepage")},
+    "a swing": {LawTerm("mu", "time"), LawTerm("traction_ratio", "time")},
 }
 
 
@@ -230,7 +230,7 @@ def test_a_stray_sample_is_no_finding() -> None:
 # ------------------------------------------------------------------------------------------------ what is offered
 
 
-def tried(explanations: Iterable[Explanation]) -> set[Label]:
+def tried(explanations: Iterable[Explanation]) -> set[Term]:
     return {label for e in explanations for label in e.labels}
 
 
@@ -255,7 +255,8 @@ def test_every_effect_that_the_channels_can_show_is_searched_and_no_other() -> N
     assert set(one) <= {name for name, effect in catalogue().items() if effect.channel == "traction"}
     assert {"falling_friction", "torque_offset", "sensor_drift"} <= set(one)
     both = searched(Problem([recorded("traction", "temperature")], ("traction", "temperature")))
-    assert set(both) == {n for n, effect in catalogue().items() if effect.channel in ("traction", "temperature")}
+    shown = {n for n, effect in catalogue().items() if effect.channel in ("traction", "temperature")}
+    assert set(both) == shown - {"misalignment"}, "no step declares a yaw"
 
 
 def test_effects_that_need_stops_wait_for_stops() -> None:
@@ -301,7 +302,7 @@ def test_what_is_left_is_as_long_as_the_residual() -> None:
 # ------------------------------------------------------------------------------------------------ which temperature
 
 
-def over_temperature(capacity: float) -> dict[Label, Explanation]:
+def over_temperature(capacity: float) -> dict[Term, Explanation]:
     """What one more term explains where mu falls by 1 % a kelvin of a disc of this heat capacity [J/K]."""
     convection, step = 8.0, 0.25
     course = history((0.02, 0.04, 0.025, 0.06, 0.03, 0.05), 2)
@@ -320,7 +321,7 @@ def over_temperature(capacity: float) -> dict[Label, Explanation]:
     return {next(iter(e.labels)): e for e in extended(Explanation(fitted, {}, fitted.chi2))}
 
 
-DISC, FLASH = ("temperature_dependent_friction",), ("mu", "flash_temperature")
+DISC, FLASH = EffectTerm("temperature_dependent_friction"), LawTerm("mu", "flash_temperature")
 
 
 def test_disc_and_flash_stand_together_where_the_disc_follows_at_once() -> None:

@@ -28,11 +28,12 @@ def silent(_what: str, _share: float) -> None:
 class Said:
     """What is named with its probability, and with it all that these data cannot tell from it.
 
-    parameters of the terms, base parameters and curves of the laws, each with its interval, by name.
+    forms: the effects of which a law that is named does nine tenths, by its name. parameters of the terms, base parameters and curves of the laws, each with its interval, by name.
     """
 
     named: dict[str, float]
     near: set[str]
+    forms: dict[str, set[str]]
     parameters: dict[str, Estimate]
     base: dict[str, Estimate]
     curves: dict[str, LawCurve]
@@ -42,11 +43,15 @@ def said(answer: Diagnosis) -> Said:
     """The names in an answer."""
     named = {e.name: e.probability for e in answer.effects}
     named |= {f"{law.law.quantity} over {law.law.covariate}": law.probability for law in answer.laws}
-    beside = {f"{q} over {c}" if c else q for law in answer.laws for q, c, _ in law.alternatives}
-    beside |= {other for effect in answer.effects for other in effect.alternatives}
+    beside = {str(other.term) for found in (*answer.effects, *answer.laws) for other in found.alternatives}
     parameters = {f"{t.name}.{key}": e for t in (*answer.effects, *answer.laws) for key, e in t.parameters.items()}
     curves = {law.name: law.curve for law in answer.laws}
-    return Said(named, {*named, *beside}, parameters, dict(answer.base), curves)
+    forms = {
+        f"{law.law.quantity} over {law.law.covariate}": {effect for effect, share in law.resembles if share > 0.9}
+        for law in answer.laws
+    }
+    near = {*named, *beside}.union(*forms.values())
+    return Said(named, near, forms, parameters, dict(answer.base), curves)
 
 
 def of_parts(test: Experiment, parts: int, seed: int) -> list[Said]:
@@ -64,9 +69,13 @@ def of_halves(name: str, seed: int) -> tuple[Said, Said]:
 
 
 def come_back(splits: Iterable[Sequence[Said]]) -> list[tuple[float, bool]]:
-    """Of every name in a part its probability, and whether it is in the set of another part."""
+    """Of every name in a part its probability, and whether it, or the effect it is a form of, is in another's set."""
     both = [(own, other) for parts in splits for own in parts for other in parts if own is not other]
-    return [(probability, name in other.near) for own, other in both for name, probability in own.named.items()]
+    return [
+        (probability, bool({name, *own.forms.get(name, ())} & other.near))
+        for own, other in both
+        for name, probability in own.named.items()
+    ]
 
 
 def holds(interval: Said, found: Said) -> list[bool]:

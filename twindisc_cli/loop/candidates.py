@@ -51,11 +51,12 @@ def proposals(fitted: Fit, known: Sequence[Response] | None = None) -> list[Prop
 def effects(fitted: Fit) -> list[Proposal]:
     """The effects of the catalogue that these tests can show and that are not in the model yet."""
     problem = fitted.problem
-    target = _target(fitted)
     samples = np.log(len(fitted.residual))
     found = []
     for name in searched(problem):
-        sets, score = _scored(problem.with_terms(*problem.terms, name), fitted, target, name)
+        sets, moved = responses_of(fitted, name)
+        along = (moved @ fitted.residual) / np.sqrt(np.sum(moved**2, axis=1) + 1e-12)
+        score = np.maximum(along, 0.0) ** 2
         order = np.argsort(-score)[:2]
         promise = 0.5 * float(score[order[0]]) - 0.5 * samples * sets.shape[1]
         starts = [sets[i] for i in order if score[i] >= 0.5 * score[order[0]]]
@@ -118,24 +119,26 @@ def searched(problem: Problem) -> list[str]:
     ]
 
 
+def responses_of(fitted: Fit, name: str) -> tuple[Floats, Floats]:
+    """Inner parameters of an effect on a grid (set, parameter), and what each does to the white samples (set, sample).
+
+    Without what the fitted parameters can absorb.
+    """
+    problem = fitted.problem.with_terms(*fitted.terms, name)
+    plain, span = _target(fitted)
+    sets = _grid(problem, name)
+    theta = np.concatenate([np.tile(fitted.theta, (len(sets), 1)), sets], axis=1)
+    lower, upper = problem.bounds
+    rows = problem.discount(problem.white(problem.predict(np.clip(theta, lower, upper), marched="none")))
+    moved = np.nan_to_num(rows - plain)
+    return sets, np.asarray(moved - (moved @ span) @ span.T)
+
+
 def _target(fitted: Fit) -> tuple[Floats, Floats]:
     """White prediction of a fit (sample,), and the directions that its parameters reach."""
     problem = fitted.problem
     plain = problem.white(problem.predict(fitted.theta[None], marched="none"))[0]
     return problem.discount(plain), span_of(fitted.jacobian)
-
-
-def _scored(problem: Problem, fitted: Fit, target: tuple[Floats, Floats], name: str) -> tuple[Floats, Floats]:
-    """Inner parameters on a grid (set, parameter), and the fall of chi2 that each promises to first order (set,)."""
-    sets = _grid(problem, name)
-    theta = np.concatenate([np.tile(fitted.theta, (len(sets), 1)), sets], axis=1)
-    lower, upper = problem.bounds
-    rows = problem.discount(problem.white(problem.predict(np.clip(theta, lower, upper), marched="none")))
-    plain, span = target
-    moved = np.nan_to_num(rows - plain)
-    moved = moved - (moved @ span) @ span.T
-    along = (moved @ fitted.residual) / np.sqrt(np.sum(moved**2, axis=1) + 1e-12)
-    return sets, np.maximum(along, 0.0) ** 2
 
 
 def _grid(problem: Problem, name: str) -> Floats:

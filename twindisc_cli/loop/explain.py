@@ -136,12 +136,22 @@ def _more_probable(compared: Compared, name: str) -> Explanation | None:
     likely = [
         alternative
         for alternative in found.alternatives
-        if alternative.term in places and not places[alternative.term].fit.at_bound
+        if alternative.term in places
+        and not places[alternative.term].fit.at_bound
+        and not _is_the_record_of(compared, name, places[alternative.term])
     ]
     best = max(likely, key=lambda alternative: alternative.probability, default=None)
     if best is None or not best.probability > found.probability + THRESHOLDS.share_error:
         return None
     return places[best.term]
+
+
+def _is_the_record_of(compared: Compared, name: str, other: Explanation) -> bool:
+    """Whether another explanation says of a sensor what a term says of the rig: then the rig's is given."""
+    answer = compared.answer
+    stages = {other.effect(n).stage for n in other.terms} - {answer.effect(n).stage for n in answer.terms}
+    same = compared.similarity(name, answer, other) > THRESHOLDS.alike
+    return same and "sensor" in stages and answer.effect(name).stage != "sensor"
 
 
 def _given(
@@ -198,9 +208,15 @@ def _is_rare(compared: Compared, name: str) -> bool:
 
 
 def _is_loose(answer: Explanation, name: str) -> bool:
-    """Whether a parameter of an effect stands at a bound, or can be anything within its bounds."""
+    """Whether a size of an effect stands at a bound, or can be anything within its bounds.
+
+    Parameters that only shape it may be loose: they are named in a note, and the effect is then possible at most.
+    """
     effect = answer.effect(name)
-    return not isinstance(effect, Trial) and bool(unfixed(effect, term_parameters(answer.fit, name)))
+    if isinstance(effect, Trial):
+        return False
+    sizes = {p.name for p in effect.params if p.off is not None}
+    return bool(sizes & set(unfixed(effect, term_parameters(answer.fit, name))))
 
 
 def _raised_elsewhere(judged: Judged, test: Experiment) -> list[str]:

@@ -16,7 +16,7 @@ from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.noise import Mask
 from twindisc_cli.model.experiment import Experiment, History
 
-FEW_STEPS, SOME_STEPS, MANY_STEPS = 5, 8, 12
+FEW_STEPS, SOME_STEPS, MANY_STEPS = 5, 8, 24
 """Steps from which on one, two and three blocks of them are held out."""
 FEWEST_LEFT = 8
 """Nothing is held out of a channel where fewer samples would stay to be fitted."""
@@ -25,8 +25,8 @@ FEWEST_LEFT = 8
 def held_out_steps(history: History) -> tuple[int, ...]:
     """Steps held out whole (index from 0): the lowest, the highest and the middle creepages, and no pause.
 
-    A twelfth of the steps each, one at least; of fewer than twelve steps both ends, of fewer than eight the middle
-    one, of fewer than five none.
+    A 24th of the steps each, one at least; of fewer than 24 steps both ends, of fewer than eight the middle one, of
+    fewer than five none.
     """
     driven = np.flatnonzero(history.step_driven)
     count = len(driven)

@@ -25,7 +25,7 @@ SURE = 2.0
 
 def term_parameters(fitted: Fit, name: str) -> dict[str, Estimate]:
     """The parameters of a term by key, each with its interval."""
-    return {p.key: _estimate(fitted, i) for i, p in enumerate(fitted.problem.parameters) if p.term == name}
+    return {p.key: estimate_of(fitted, i) for i, p in enumerate(fitted.problem.parameters) if p.term == name}
 
 
 def unfixed(effect: Effect, parameters: Mapping[str, Estimate]) -> list[str]:
@@ -62,7 +62,7 @@ def widening(fitted: Fit) -> Floats:
     return np.asarray(np.where(ratio > even * (1.0 + SURE * error), ratio, even))
 
 
-def _estimate(fitted: Fit, number: int) -> Estimate:
+def estimate_of(fitted: Fit, number: int) -> Estimate:
     """Value, standard deviation and interval of a parameter by its profile likelihood, widened by what remains."""
     parameter, wide = fitted.problem.parameters[number], float(widening(fitted)[number])
     value, std = fitted.value(parameter)
