@@ -28,7 +28,8 @@ def silent(_what: str, _share: float) -> None:
 class Said:
     """What is named with its probability, and with it all that these data cannot tell from it.
 
-    forms: the effects of which a law that is named does nine tenths, by its name. parameters of the terms, base parameters and curves of the laws, each with its interval, by name.
+    forms: the effects of which a law that is named does nine tenths, by its name. parameters of the terms, base
+    parameters and curves of the laws, each with its interval, by name.
     """
 
     named: dict[str, float]
