@@ -50,6 +50,16 @@ def test_pressure_carries_the_load_however_slender():
     assert np.all(np.diff(np.log(patch.b / patch.a)) > 0.0)
 
 
+@pytest.mark.parametrize("power", [-300, -200, 200, 300])
+def test_no_patch_is_too_slender(power):
+    # K. L. Johnson, eq. 4.35: A/B = (b/a)^2 (ln(4 a/b) - 1) for b << a, the smaller curvature along a
+    q = hertz._squared_axis_ratio(np.array(10.0**power))
+    logarithm = -abs(np.log(q))
+    assert logarithm + np.log(np.log(4.0) - logarithm / 2.0 - 1.0) == pytest.approx(
+        -abs(power) * np.log(10.0), rel=1e-12
+    )
+
+
 def test_slender_patch_tends_to_the_line_contact():
     long = hertz.contact_ellipse(curvature_x=66.0, curvature_y=np.array([1e-6, 1e-12]), **RIG)
     line = line_contact(

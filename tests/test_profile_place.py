@@ -124,6 +124,13 @@ def test_several_traces_are_averaged(tmp_path: Path) -> None:
     assert "3 traces: their mean is taken, they scatter by 0.1" in told or "they scatter by 0.09" in told
 
 
+def test_traces_that_share_no_place_have_no_mean(tmp_path: Path) -> None:
+    swapped = Y.copy()
+    swapped[[60, 240]] = Y[[240, 60]]
+    with pytest.raises(MeasurementError, match=r"3 traces share 0 points of the first, at least 8 are needed"):
+        read(tmp_path, track(swapped), y=swapped)
+
+
 def test_gaps_are_left_out(tmp_path: Path) -> None:
     test = read(tmp_path, track(Y), gap="-2.9000,0.00000")
     assert test.rows[0].left_out == {"no number": 1}

@@ -364,6 +364,10 @@ def _mean_of(table: Table, curves: Sequence[tuple[Floats, Floats]]) -> tuple[Flo
         return curves[0]
     low, high = max(y[0] for y, _ in curves), min(y[-1] for y, _ in curves)
     grid = curves[0][0][(curves[0][0] >= low) & (curves[0][0] <= high)]
+    if len(grid) < _FEWEST:
+        what = f"{len(curves)} traces share {len(grid)} points of the first, at least {_FEWEST} are needed for a mean"
+        table.note(f"{what}: check the order of the rows, or give each trace its number in a column trace", "y")
+        return curves[0]
     heights = np.array([np.interp(grid, y, height) for y, height in curves])
     scatter = float(np.sqrt(np.mean(np.var(heights, axis=0, ddof=1))))
     table.notes.append(f"{len(curves)} traces: their mean is taken, they scatter by {scatter * 1e6:.2g} um")

@@ -24,6 +24,8 @@ from twindisc_cli.physics._arrays import Floats, together
 
 _SECANT_STEPS = 12  # the logarithm of the curvature ratio is nearly linear: six steps reach 1e-15, twelve the extremes
 
+_FARTHEST = 708.0  # the largest logarithm of which a number and its reciprocal exist
+
 
 @dataclass(frozen=True)
 class Ellipse:
@@ -66,7 +68,7 @@ def contact_ellipse(
 def _squared_axis_ratio(curvature_ratio: Floats) -> Floats:
     """(b/a)^2 that makes the curvature ratio curvature_x/curvature_y, by secant steps in the logarithms."""
     target = np.log(curvature_ratio)
-    old, new = 0.9 * target, target * 4.0 / 3.0
+    old, new = 0.9 * target, np.clip(target * 4.0 / 3.0, -_FARTHEST, _FARTHEST)
     old_miss = _log_curvature_ratio(old) - target
     for _ in range(_SECANT_STEPS):
         miss = _log_curvature_ratio(new) - target
@@ -74,7 +76,7 @@ def _squared_axis_ratio(curvature_ratio: Floats) -> Floats:
         settled = np.abs(change) <= 1e-300
         step = -miss * (new - old) / np.where(settled, 1.0, change)
         old, old_miss = new, miss
-        new = np.where(settled | (miss == 0.0), new, new + step)
+        new = np.where(settled | (miss == 0.0), new, np.clip(new + step, -_FARTHEST, _FARTHEST))
         if np.all(np.abs(step) <= 4e-16 * np.maximum(1.0, np.abs(new))):
             break
     return np.exp(new)
