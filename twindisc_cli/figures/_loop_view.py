@@ -123,7 +123,7 @@ class View:
         """Whether a covariate is drawn on a logarithmic axis."""
         if covariate != "creepage":
             return False
-        creepages = [np.abs(curve.covariates["creepage"]) for curve, _ in self.curves]
+        creepages = [np.asarray(curve.covariates["creepage"], dtype=float) for curve, _ in self.curves]
         every = np.concatenate([*creepages, np.empty(0)])
         return bool(len(every) and every.min() > 0.0 and every.max() > DECADES * every.min())
 
