@@ -51,10 +51,10 @@ def proposals(fitted: Fit, known: Sequence[Response] | None = None) -> list[Prop
 def effects(fitted: Fit) -> list[Proposal]:
     """The effects of the catalogue that these tests can show and that are not in the model yet."""
     problem = fitted.problem
-    samples = np.log(len(fitted.residual))
+    samples, target = np.log(len(fitted.residual)), _target(fitted)
     found = []
     for name in searched(problem):
-        sets, moved = responses_of(fitted, name)
+        sets, moved = _responses_of(fitted, target, name)
         along = (moved @ fitted.residual) / np.sqrt(np.sum(moved**2, axis=1) + 1e-12)
         score = np.maximum(along, 0.0) ** 2
         order = np.argsort(-score)[:2]
@@ -119,13 +119,13 @@ def searched(problem: Problem) -> list[str]:
     ]
 
 
-def responses_of(fitted: Fit, name: str) -> tuple[Floats, Floats]:
+def _responses_of(fitted: Fit, target: tuple[Floats, Floats], name: str) -> tuple[Floats, Floats]:
     """Inner parameters of an effect on a grid (set, parameter), and what each does to the white samples (set, sample).
 
     Without what the fitted parameters can absorb.
     """
     problem = fitted.problem.with_terms(*fitted.terms, name)
-    plain, span = _target(fitted)
+    plain, span = target
     sets = _grid(problem, name)
     theta = np.concatenate([np.tile(fitted.theta, (len(sets), 1)), sets], axis=1)
     lower, upper = problem.bounds

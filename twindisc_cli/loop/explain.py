@@ -107,7 +107,7 @@ def chosen_on_all(judged: Judged, members: Sequence[Explanation]) -> frozenset[T
     near = [m for m in members if m.labels != answer.labels and not m.fit.at_bound]
     near = [m for m in near if (answer.evidence - m.evidence) / answer.heat < 2.0 * THRESHOLDS.within]
     for member in near[: THRESHOLDS.rivals]:
-        problem = replace(whole.problem.with_terms(*member.terms, trial=member.fit.problem.trial))
+        problem = whole.problem.with_terms(*member.terms, trial=member.fit.problem.trial)
         again.append(replace(member, fit=fit(problem, carried(problem, whole, member.fit)), before=base.chi2))
     return preferred(again).labels
 
