@@ -1,12 +1,12 @@
 """Make paths_hertz.npz and paths_half_space.npz of twindisc_cli/model: `python -m table_makers.paths`.
 
-Rigs of all curvature ratios of `path_table` are marched through all of its sections and wanders, on four times the
-strips of `grid` or more and with half the steps, in several marches whose strips suit their sections. What strips and
-steps leave of noise is smoothed by a spline over t. Loads and wear indices across the patch are given by principal
+Rigs of all curvature ratios of `path_table` are integrated over all of its sections and wanders, on four times the
+strips of `grid` or more and with half the steps, in several integrations whose strips suit their sections. What strips
+and steps leave of noise is smoothed by a spline over t. Loads and wear indices across the patch are given by principal
 components. Eight minutes on one core; made again from nothing, the numbers are the same to the last bit.
 
-Against the march on four times the strips with half the steps, at 40 places drawn between the nodes (`make bench`),
-from S1, the shortest path that is asked for, to 1000 S1:
+Against the integration on four times the strips with half the steps, at 40 places drawn between the nodes (`make
+bench`), from S1, the shortest path that is asked for, to 1000 S1:
 
                           hertz      half_space
     greatest depth        0.01 %     0.04 %
@@ -26,17 +26,17 @@ import numpy as np
 
 from twindisc_cli.model import path_table
 from twindisc_cli.model.experiment import Contact, Disc, Floats, Rig
-from twindisc_cli.model.march import Pressed, march
+from twindisc_cli.model.integration import Pressed, integrate
 from twindisc_cli.model.points import Mask
 from twindisc_cli.model.wear_path import grid, path
 from twindisc_cli.physics.half_space.strips import StripContact
 
 ENDS = (0.0, 2.0, 16.0, 128.0, 512.0, path_table.MOST)
-"""Sections over S1 at which a march with wider strips takes over."""
+"""Sections over S1 at which an integration with wider strips takes over."""
 FINER = {"hertz": (4, 0.02), "half_space": (4, 0.03)}
 """How many times the strips of `grid`, at least, and the growth of the section in a step."""
 WIDEST = 0.025
-"""Width of a strip over half of the width of the patch where a march takes over, at most."""
+"""Width of a strip over half of the width of the patch where an integration takes over, at most."""
 LOADS = 20
 """Principal components of the loads."""
 PLACES = {"hertz": 4, "half_space": 12}
@@ -46,8 +46,9 @@ COARSE = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, 65))
 
 
 @dataclass(frozen=True)
-class Marched:
-    """All marches of one rig: numbers as in the table at t (node, number), loads in the middle of steps (step, place).
+class Integrations:
+    """All integrations of one rig: numbers as in the table at t (node, number), loads in the middle of steps (step,
+    place).
 
     loads: C at the COARSE places less that of a parabola; spread: wear index over the mean (node, creepage,
     place).
@@ -66,14 +67,14 @@ def rig_of(ratio: float) -> Rig:
     return Rig(Disc(0.03, np.inf, **steel), Disc(0.03, 0.015 / ratio, **steel), normal_load=72.0, rolling_speed=9.42)
 
 
-def marched(contact: Contact, ratio: float, wander: float) -> Marched:
+def integrated(contact: Contact, ratio: float, wander: float) -> Integrations:
     """March through the sections of the table; wander over b."""
     rig = rig_of(ratio)
     b, unit = float(rig.patch.b), grid.first_section(rig)
     parts, strips = [], []
     for begin, end in pairwise(ENDS):
         y, nodes = _grids(rig, contact, begin, end, wander)
-        found = march(rig, contact, y, nodes, wander=wander * b)
+        found = integrate(rig, contact, y, nodes, wander=wander * b)
         kept = (nodes >= begin * unit) & ((nodes < 0.999 * end * unit) | (end == ENDS[-1]))
         parts.append((_t(nodes[kept] / unit), *_read(rig, found.contact, y, kept)))
         middle = 0.5 * (nodes[1:] + nodes[:-1])
@@ -86,7 +87,7 @@ def marched(contact: Contact, ratio: float, wander: float) -> Marched:
     middle = np.append(0.0, np.concatenate([at for at, _, _ in strips]))
     across, carried = np.exp(width(middle[1:])), [(y, row) for _, y, load in strips for row in load]
     loads = [_within(y, row, float(w)) for w, (y, row) in zip(across, carried, strict=True)]
-    return Marched(t, numbers, spread, middle, np.concatenate([np.zeros((1, len(COARSE))), loads]))
+    return Integrations(t, numbers, spread, middle, np.concatenate([np.zeros((1, len(COARSE))), loads]))
 
 
 def _grids(rig: Rig, contact: Contact, begin: float, end: float, wander: float) -> tuple[Floats, Floats]:
@@ -143,7 +144,7 @@ def smooth(t: Floats, values: Floats) -> Callable[[Floats], Floats]:
 
 def make(contact: Contact) -> None:
     """Write the table of a contact."""
-    rows = [[marched(contact, float(np.exp(x)), float(w)) for x in path_table.RATIOS] for w in path_table.WANDERS]
+    rows = [[integrated(contact, float(np.exp(x)), float(w)) for x in path_table.RATIOS] for w in path_table.WANDERS]
     numbers, spread, load = (
         np.array([[smooth(getattr(row, at), getattr(row, of))(path_table.NODES) for row in own] for own in rows])
         for at, of in (("t", "numbers"), ("t", "spread"), ("middle", "loads"))

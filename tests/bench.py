@@ -148,8 +148,8 @@ def fastsim_accuracy() -> Iterator[Row]:
     mu, creepage, ratio = table("creep_curves_fastsim.csv")
     closed = mu * fastsim.saturation(G * A * B * 3.9388 * creepage / (mu * LOAD))
     yield at_most(f"FASTSIM T/N, closed form, {len(mu)} points", np.abs(closed - ratio).max(), 0.003)
-    marched = fastsim.solve(rig_patch(mu), creepage_x=creepage, speed=SPEED).force_x / LOAD
-    yield at_most(f"FASTSIM T/N, marched on 50x50, {len(mu)} points", np.abs(marched - ratio).max(), 0.003)
+    integrated = fastsim.solve(rig_patch(mu), creepage_x=creepage, speed=SPEED).force_x / LOAD
+    yield at_most(f"FASTSIM T/N, integrated on 50x50, {len(mu)} points", np.abs(integrated - ratio).max(), 0.003)
     off = []
     for rates, widths, expected in test_fastsim.test_kalkers_published_check_values.pytestmark[0].args[1]:
         widths = np.asarray(widths if np.ndim(widths) else [widths], dtype=float)
@@ -180,8 +180,8 @@ def fastsim_energy() -> Iterator[Row]:
     exact = SPEED * creepage * MU * LOAD * fastsim.saturation(G * A * B * 3.9388 * creepage / (MU * LOAD))
     errors = []
     for n in (25, 50, 100, 200):
-        marched = fastsim.solve(rig_patch(), creepage_x=creepage, speed=SPEED, nx=n, ny=n)
-        errors.append(np.abs(marched.power_per_length.sum(axis=-1) * 2.0 * B / n / exact - 1.0).max() * 100.0)
+        integrated = fastsim.solve(rig_patch(), creepage_x=creepage, speed=SPEED, nx=n, ny=n)
+        errors.append(np.abs(integrated.power_per_length.sum(axis=-1) * 2.0 * B / n / exact - 1.0).max() * 100.0)
     yield at_most("power over the strips against the closed form, 50x50", errors[1], 0.5, "%")
     order = np.log2(errors[0] / errors[-1]) / 3.0
     yield Row("  its order of convergence, 25x25 to 200x200", f"{order:.2f}", ">= 1", bool(order >= 1.0))
@@ -310,10 +310,11 @@ def wear_speed() -> Iterator[Row]:
 
 
 def wear_paths() -> Iterator[Row]:
-    """Paths read off the table, against the march on four times the strips with half the steps, at places between."""
+    """Paths read off the table, against the integration on four times the strips with half the steps, at places
+    between."""
     from table_makers.paths import refined, rig_of
     from twindisc_cli.model import path_table
-    from twindisc_cli.model.march import march
+    from twindisc_cli.model.integration import integrate
     from twindisc_cli.model.wear_path import grid
     from twindisc_cli.model.wear_path.tabulated import tabulated_path
 
@@ -324,22 +325,24 @@ def wear_paths() -> Iterator[Row]:
             section = float(np.exp(rng.uniform(0.0, np.log(1000.0)))) * grid.first_section(rig)
             wander = float(path_table.WANDERS[draw % len(path_table.WANDERS)] * rig.patch.b)
             nodes, y = grid.nodes_to(rig, section, 0.5 * grid.GROWTH), refined(grid.strips_of(rig, section, wander), 4)
-            marched = march(rig, contact, y, nodes, wander=wander)
+            integrated = integrate(rig, contact, y, nodes, wander=wander)
             path = tabulated_path(rig, contact, section, wander)
             seconds.append(best(lambda s=section, w=wander, r=rig, c=contact: tabulated_path(r, c, s, w)))
             middle = len(y) // 2
-            strip = marched.depth[0, -1, middle - 2 : middle + 3] @ np.array([0.125, 0.25, 0.25, 0.25, 0.125])
+            strip = integrated.depth[0, -1, middle - 2 : middle + 3] @ np.array([0.125, 0.25, 0.25, 0.25, 0.125])
             depths.append(100.0 * abs(path.depth[-1, len(path.y) // 2] / strip - 1.0))
-            areas.append(100.0 * np.abs(path.area / np.interp(path.section, nodes, marched.contact.area[0]) - 1.0))
-            off = 100.0 * np.abs(path.p0 / np.interp(path.section, nodes, marched.contact.p0[0]) - 1.0)
+            areas.append(100.0 * np.abs(path.area / np.interp(path.section, nodes, integrated.contact.area[0]) - 1.0))
+            off = 100.0 * np.abs(path.p0 / np.interp(path.section, nodes, integrated.contact.p0[0]) - 1.0)
             pressures.append((rig.patch.a / rig.patch.b, off))
         at_nodes = np.concatenate(areas)
-        yield at_most(f"{contact}, path from the table against the march, 40 drawn: depth", max(depths), 0.05, "%")
+        yield at_most(
+            f"{contact}, path from the table against the integration, 40 drawn: depth", max(depths), 0.05, "%"
+        )
         for name, chosen in (("a/b > 0.3", True), ("slender patches", False)):
             off = np.concatenate([of for ratio, of in pressures if (ratio > 0.3) == chosen])
             yield Row(f"  p0, 95 % of the nodes within, {name}", f"{np.quantile(off, 0.95):.3g} %")
         yield at_most("  area, 95 % of the nodes within", float(np.quantile(at_nodes, 0.95)), 0.5, "%")
-        yield Row("  area, the largest (strips at the edge of the march jump)", f"{at_nodes.max():.3g} %")
+        yield Row("  area, the largest (strips at the edge of the integration jump)", f"{at_nodes.max():.3g} %")
         yield at_most("  a path, median", float(np.median(seconds)) * 1e3, 2.0, "ms")
 
 
@@ -348,7 +351,7 @@ def worn_peak_pressure() -> Iterator[Row]:
     import rigs
 
     from twindisc_cli.model.wear_path import grid
-    from twindisc_cli.model.wear_path.marched import marched_path
+    from twindisc_cli.model.wear_path.integrated import integrated_path
     from twindisc_cli.physics.half_space.normal import solve_profile
 
     rig, sections = rigs.rig(), np.array([3e-10, 1e-9, 1.8e-9])
@@ -358,13 +361,13 @@ def worn_peak_pressure() -> Iterator[Row]:
     strips = [(count, 0.06) for count in (61, 121, 241, 481)]
     try:
         for grid.STRIPS, grid.GROWTH in {*steps, *strips}:
-            marched_path.cache_clear()
-            path = marched_path(rig, "half_space", grid.tier(rig, 1e-9), 0.0, None)
+            integrated_path.cache_clear()
+            path = integrated_path(rig, "half_space", grid.tier(rig, 1e-9), 0.0, None)
             found[grid.STRIPS, grid.GROWTH] = path
             peaks[grid.STRIPS, grid.GROWTH] = np.interp(sections, path.section, path.p0)
     finally:
         grid.STRIPS, grid.GROWTH = usual
-        marched_path.cache_clear()
+        integrated_path.cache_clear()
     path = found[121, 0.06]
     node = int(np.searchsorted(path.section, 1e-9))
     near = [found[key] for key in ((61, 0.06), (241, 0.06), (121, 0.03))]

@@ -51,8 +51,9 @@ def shaft_with_pauses(rng: Generator, at_most: AtMost) -> Iterator[object]:
 
 
 def loads_up_and_down(rng: Generator, at_most: AtMost) -> Iterator[object]:
-    """Histories of loads between a quarter and four times the rig's, against a march of the profile of its own."""
-    import load_march
+    """Histories of loads between a quarter and four times the rig's, against an integration of the profile of its
+    own."""
+    import load_integration
     import rigs
 
     from twindisc_cli.model.experiment import Options
@@ -74,14 +75,14 @@ def loads_up_and_down(rng: Generator, at_most: AtMost) -> Iterator[object]:
             facet = 0.5 * np.cbrt(12.0 * found.section[0, -1] / rig.curvature_y)
             half = max(1.1 * facet + 1.3 * float(rig.patch.b) * np.cbrt(ratio.max()), 1.25 * facet)
             per_piece = wear / model.circumference_hardness * rigs.SPEED * 168.0
-            own = load_march.marched(
+            own = load_integration.integrated(
                 rig, contact, half * np.linspace(-1.0, 1.0, 141), loads=rigs.LOAD * ratio, creepage=creepage, mu=mu,
                 wear=per_piece, steps=steps,
             )  # fmt: skip
             deepest.append(100.0 * np.abs(depth[at].max(axis=1) / own[0] - 1.0).max())
             traction.append(np.abs(found.state.traction_ratio[0, at] - own[1]).max())
             fallen.append(-np.diff(depth, axis=0).min() / depth.max())
-        yield at_most(f"10 drawn histories of loads, {contact}: depth against a march", max(deepest), 0.5, "%")
+        yield at_most(f"10 drawn histories of loads, {contact}: depth against an integration", max(deepest), 0.5, "%")
         yield at_most("  T/N", max(traction), 0.004)
         yield at_most("  depth that came back, over the greatest", max(fallen), 1e-9)
 

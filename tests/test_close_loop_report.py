@@ -36,6 +36,7 @@ from twindisc_cli.figures._loop_view import strongest, views_of
 from twindisc_cli.figures.close_loop import figure
 from twindisc_cli.laws.law import Law, formula_text
 from twindisc_cli.loop.diagnosis import (
+    CandidateResult,
     ChannelError,
     Curve,
     Diagnosis,
@@ -45,11 +46,10 @@ from twindisc_cli.loop.diagnosis import (
     LawCurve,
     NextExperiment,
     PredictedErrors,
-    Tried,
     Unexplained,
 )
 from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm
-from twindisc_cli.report import told, words
+from twindisc_cli.report import sentences, words
 from twindisc_cli.results import Result
 from twindisc_cli.results.store import plain
 
@@ -123,11 +123,11 @@ def error(channel: str, before: float, after: float) -> ChannelError:
     return ChannelError(unit, noise, 0.0, before * noise, after * noise, 1.1 * before * noise, 1.02 * after * noise)
 
 
-def tried(channel: str, label: str, gain: float, *, of: str = "", **more: Any) -> Tried:
+def tried(channel: str, label: str, gain: float, *, of: str = "", **more: Any) -> CandidateResult:
     values = {"probability": 0.01, "at_bound": (), "refused": "", "chosen": label == of, **more}
     quantity, over, covariate = label.partition(" over ")
     term = LawTerm(quantity, covariate) if over else EffectTerm(label)
-    return Tried(channel, of, term, gain, 0.4 * gain, **values)
+    return CandidateResult(channel, of, term, gain, 0.4 * gain, **values)
 
 
 def found(test: Test) -> Diagnosis:
@@ -296,24 +296,24 @@ def test_effects_are_named_as_in_their_explanation(name: str) -> None:
 
 
 def test_where_data_cannot_tell_no_single_name_is_told(test: Test) -> None:
-    first = told.sentences(found(test))[0]
+    first = sentences.sentences(found(test))[0]
     assert first == (
         "The model lacks in the traction falling friction or film breakdown (probable, 71 %); "
         "in the worn profile lateral wander (established, > 99 %)."
     )
-    assert "cannot separate" in told.sentences(found(test))[1]
+    assert "cannot separate" in sentences.sentences(found(test))[1]
     sure = replace(found(test), effects=found(test).effects[1:])
-    assert told.sentences(sure)[0] == "The model lacks lateral wander (established, > 99 %)."
-    assert "Lateral wander takes away 83 % of the misfit." in told.sentences(sure)
-    assert not any("cannot separate" in sentence for sentence in told.sentences(sure))
+    assert sentences.sentences(sure)[0] == "The model lacks lateral wander (established, > 99 %)."
+    assert "Lateral wander takes away 83 % of the misfit." in sentences.sentences(sure)
+    assert not any("cannot separate" in sentence for sentence in sentences.sentences(sure))
 
 
 def test_the_headline_error_is_on_data_held_out(test: Test) -> None:
     # 15 times the noise of 0.004, 1.1 times that where it is held out: 0.066; after 1.02 times the noise: 0.00408.
-    assert "falls from 0.0660 to 0.00408 on data held out" in " ".join(told.sentences(found(test)))
+    assert "falls from 0.0660 to 0.00408 on data held out" in " ".join(sentences.sentences(found(test)))
     held = replace(error("traction", 15.0, 1.0), held_out_before=math.nan, held_out_after=math.nan)
     diagnosis = replace(found(test), errors={**found(test).errors, "traction": held})
-    assert "falls from 0.0600 to 0.00400 on the data fitted, for none" in " ".join(told.sentences(diagnosis))
+    assert "falls from 0.0600 to 0.00400 on the data fitted, for none" in " ".join(sentences.sentences(diagnosis))
 
 
 @pytest.mark.parametrize("kind", [found, nothing, unknown, learnt])
@@ -387,7 +387,8 @@ def test_panels_show_the_samples_in_the_units_of_their_labels(test: Test) -> Non
 
 
 def test_the_course_of_the_leftover_is_its_mean_at_each_level(test: Test) -> None:
-    # Before, the model is 5 (creepage - 1 %) too high; without noise the mean leftover at 0.5, 1 and 2 % follows.
+    # Before, the model is 5 (creepage - 1 %) too high; without noise the mean unexplained residual at 0.5, 1 and 2 %
+    # follows.
     clean = [replace(c, measured=c.after) for c in found(test).curves]
     drawn = figure(replace(found(test), curves=clean), [test.experiment], title="", provenance="synthetic")
     panel = next(axes for axes in drawn.axes if axes.get_ylabel().endswith("− model [1]"))
@@ -546,11 +547,11 @@ def test_a_term_has_one_probability_wherever_it_stands(test: Test) -> None:
 
 
 def test_the_page_answers_what_a_reader_asks(test: Test) -> None:
-    asked = dict(told.answers(found(test)))
+    asked = dict(sentences.answers(found(test)))
     assert asked["How sure is it?"][0].startswith("Falling friction: probable; it is chosen in 71 %")
     assert "film breakdown" in asked["What else could it be?"][0]
     assert any("from 0.0660 to 0.00408" in line for line in asked["What changed?"])
-    assert "How sure is it?" not in dict(told.answers(nothing(test)))
+    assert "How sure is it?" not in dict(sentences.answers(nothing(test)))
 
 
 class Structure(HTMLParser):
@@ -612,9 +613,9 @@ def test_page_says_what_is_seen_in_its_figure(test: Test) -> None:
 
 
 def test_the_k_of_a_model_with_other_wear_is_not_to_be_used_alone(test: Test) -> None:
-    assert "lateral wander" in told.base_note(found(test))
+    assert "lateral wander" in sentences.base_note(found(test))
     assert "use it with revised.toml" in " ".join(Reader(page(result(found, test))).text("p").split())
-    assert told.base_note(nothing(test)) == ""
+    assert sentences.base_note(nothing(test)) == ""
     (line,) = [line for line in summary(found(test)) if line.startswith("base")]
     assert "use them with revised.toml" in line
     assert "± one standard deviation" in line
@@ -624,7 +625,7 @@ def test_page_begins_with_the_verdict(test: Test) -> None:
     for kind in (found, nothing, unknown, learnt):
         diagnosis = kind(test)
         text = Reader(page(result(kind, test))).text("h1", "h2", "p", "td", "th")
-        assert text.index(told.sentences(diagnosis)[0]) < text.index("Error before and after")
+        assert text.index(sentences.sentences(diagnosis)[0]) < text.index("Error before and after")
 
 
 def test_page_tells_effects_with_formula_source_and_interval(test: Test) -> None:
@@ -728,7 +729,7 @@ def test_exit_code_5_only_where_the_cause_is_in_no_catalogue(test: Test) -> None
     partly = replace(found(test), unexplained=unknown(test).unexplained)
     outcome = result_of(partly, [test], None)
     assert outcome.exit_code == 0
-    assert any("stays unexplained" in sentence for sentence in told.sentences(partly))
+    assert any("stays unexplained" in sentence for sentence in sentences.sentences(partly))
     assert any(text.startswith("unexplained: ") for text in outcome.summary)
 
 

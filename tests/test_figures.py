@@ -26,7 +26,7 @@ from twindisc_cli.definition import load
 from twindisc_cli.figures.campaign import figure_of, map_of
 from twindisc_cli.figures.close_loop import figure as loop_figure
 from twindisc_cli.figures.style import WIDTH, from_zero, house_style, logarithmic, page
-from twindisc_cli.report import told
+from twindisc_cli.report import sentences
 
 SLACK = 0.8
 """Pixels by which boxes may touch: the boxes of texts hold empty room above and below the letters."""
@@ -77,11 +77,11 @@ def faults(figure: Figure) -> list[str]:
     told = [f"leaves the page: {name!r}" for name, box in boxes if not inside(box, page_box)]
     for (one, first), (other, second) in combinations(boxes, 2):
         if first.padded(-SLACK).overlaps(second.padded(-SLACK)):
-            told.append(f"{one!r} lies on {other!r}")
+            sentences.append(f"{one!r} lies on {other!r}")
     for axes in figure.axes:
         legend = axes.get_legend()
         if legend is not None and legend.get_window_extent().overlaps(axes.get_window_extent()):
-            told.append(f"a legend lies on {axes.get_title(loc='left')!r}")
+            sentences.append(f"a legend lies on {axes.get_title(loc='left')!r}")
     return told
 
 
@@ -120,7 +120,7 @@ def test_figures_of_the_shipped_tests(name: str, command: str) -> None:
 def test_figure_of_the_loop(tmp_path: Path, kind: Callable) -> None:
     test = made(tmp_path, "small")
     diagnosis = kind(test)
-    verdict = told.sentences(diagnosis)[0]
+    verdict = sentences.sentences(diagnosis)[0]
     check(loop_figure(diagnosis, [test.experiment], title="small", provenance="reconstructed", verdict=verdict),
           "reconstructed")  # fmt: skip
 

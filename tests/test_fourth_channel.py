@@ -21,7 +21,7 @@ from twindisc_cli.loop.diagnose import diagnose
 from twindisc_cli.loop.diagnosis import Diagnosis
 from twindisc_cli.loop.fit import plain_fit
 from twindisc_cli.loop.problem import problem_of
-from twindisc_cli.loop.screen import leftover
+from twindisc_cli.loop.screen import unexplained_residual
 from twindisc_cli.model.experiment import Experiment
 
 METER = '''"""Energy meter: what was dissipated up to each time; it fixes no base parameter."""
@@ -129,7 +129,7 @@ def test_what_it_measures_is_predicted() -> None:
 @pytest.mark.parametrize(("fault", "seen"), [(0.0, False), (0.05, True)])
 def test_it_is_screened(fault: float, seen: bool) -> None:
     fitted = plain_fit(problem_of([recorded(Plant(COURSE), fault)]))
-    assert leftover(fitted, "meter").significant(0.002) == seen
+    assert unexplained_residual(fitted, "meter").significant(0.002) == seen
 
 
 def test_it_is_fitted_judged_and_reported(found: Diagnosis) -> None:

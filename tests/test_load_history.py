@@ -1,10 +1,10 @@
-"""Loads that change act on one profile: against a march of its own, conservation, and what may never happen."""
+"""Loads that change act on one profile: against an integration of its own, conservation, and what may never happen."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-import load_march
+import load_integration
 import numpy as np
 import pytest
 import rigs
@@ -47,7 +47,7 @@ def test_loads_up_and_down_are_those_of_a_march_of_the_profile(contact: Contact,
     widest = 1.1 * 0.5 * np.cbrt(12.0 * found.section[0, -1] / of.experiment.rig.curvature_y)
     y = (widest + 1.3 * float(of.experiment.rig.patch.b) * np.cbrt(ratios.max())) * np.linspace(-1.0, 1.0, 141)
     wear = K / of.circumference_hardness * rigs.SPEED * 168.0
-    depth, ratio = load_march.marched(
+    depth, ratio = load_integration.integrated(
         rigs.rig(), contact, y, loads=rigs.LOAD * ratios, creepage=creepage, mu=MU, wear=wear, steps=steps
     )
     assert depths(found, at).max(axis=1) == pytest.approx(depth, rel=5e-3)
@@ -66,7 +66,7 @@ def test_no_wear_comes_back_when_the_load_changes(contact: Contact) -> None:
 
 @both
 def test_a_history_of_one_load_is_the_path(contact: Contact) -> None:
-    """Marched as a history, under the rig's load or twice that, the path is that of the table, scaled."""
+    """Integrated as a history, under the rig's load or twice that, the path is that of the table, scaled."""
     rig, section = rigs.rig(), 12.0 * first_section(rigs.rig())
     path = wear_path(rig, contact=contact, section=section)
     for ratio in (1.0, 2.0):
@@ -99,12 +99,12 @@ def test_local_wear_and_loads_conserve_what_is_worn() -> None:
 
 
 def test_paths_of_a_prediction_nearby_serve_others() -> None:
-    """A K a tenth larger, read off the path of the first, against its own march."""
+    """A K a tenth larger, read off the path of the first, against its own integration."""
     of = model(np.full(3, 0.01), np.array([1.0, 3.0, 0.5]), "hertz")
     first = predicted(of)
-    near, own = predicted(of, 1.1 * K, marched=first.paths), predicted(of, 1.1 * K)
+    near, own = predicted(of, 1.1 * K, integrated=first.paths), predicted(of, 1.1 * K)
     assert depths(near)[-1].max() == pytest.approx(depths(own)[-1].max(), rel=5e-3)
-    again = predicted(of, marched=first.paths)
+    again = predicted(of, integrated=first.paths)
     assert depths(again)[-1] == pytest.approx(depths(first)[-1], rel=1e-6, abs=1e-12)
 
 

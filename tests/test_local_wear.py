@@ -123,7 +123,7 @@ def test_pressure_that_follows_the_shape_wears_local_differences_away() -> None:
     off = {}
     for contact in ("hertz", "half_space"):
         found = predict(severe(4.0, 1.5e6), USUAL, contact)
-        counted = predict(severe(4.0, 1.5e6), USUAL, contact, marched="none")
+        counted = predict(severe(4.0, 1.5e6), USUAL, contact, integrated="none")
         _, depth = profile(found)
         even = counted.paths.at(lambda path: path.depth, found.section[:, -1:])[0, 0]
         off[contact] = np.abs(depth - even).max() / even.max()
@@ -136,14 +136,14 @@ def test_each_set_marches_for_itself_or_all_after_the_first(contact: Contact) ->
     test = experiment(history([0.01, 0.02], 3), options=Options(contact=contact, wear_coefficient=USUAL))
     base = {"mu": np.full(2, 0.3), "K": np.full(2, USUAL), "convection_W_K": np.full(2, 1.6)}
     effects = {"wear_threshold": {"threshold_N_mm2": np.array([0.5, 0.505])}}
-    each, first = (ForwardModel(test).predict(base, effects, marched=marched) for marched in ("each", "first"))
+    each, first = (ForwardModel(test).predict(base, effects, integrated=integrated) for integrated in ("each", "first"))
     shared, own = first.section[:, -1] / each.section[:, -1], each.section[1, -1] / each.section[0, -1]
     assert shared == pytest.approx([1.0, 1.0], rel=1e-3)
     assert shared[0] == pytest.approx(1.0, rel=1e-6)
     assert own < 0.999
     alone = {"wear_threshold": {"threshold_N_mm2": np.array([0.505])}}
     single = ForwardModel(test).predict({key: value[:1] for key, value in base.items()}, alone)
-    assert each.section[1, -1] / single.section[0, -1] == pytest.approx(1.0, rel=2e-5), "it may march a pass later"
+    assert each.section[1, -1] / single.section[0, -1] == pytest.approx(1.0, rel=2e-5), "it may begin a pass later"
 
 
 def test_without_heat_a_local_law_acts_as_well() -> None:
@@ -161,7 +161,7 @@ def test_the_track_of_a_prediction_serves_any_number_of_sets_nearby(contact: Con
     given = {name: {key: np.array([value]) for key, value in own.items()} for name, own in effects.items()}
     once = ForwardModel(test).predict(base, given)
     three = {key: np.repeat(value, 3) for key, value in base.items()}
-    again = ForwardModel(test).predict(three, given, marched=once.paths.first)
+    again = ForwardModel(test).predict(three, given, integrated=once.paths.first)
     np.testing.assert_allclose(again.section, np.tile(once.section, (3, 1)), rtol=1e-6)
     np.testing.assert_allclose(again.traction, np.tile(once.traction, (3, 1)), rtol=1e-6)
 

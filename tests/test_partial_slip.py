@@ -9,7 +9,7 @@ from rigs import experiment, history
 from table_makers import worn as making
 from twindisc_cli.model.experiment import Contact, Floats, Options
 from twindisc_cli.model.forward import ForwardModel, Prediction
-from twindisc_cli.model.march import Loaded
+from twindisc_cli.model.integration import Loaded
 from twindisc_cli.model.partial_slip import power_over_load
 from twindisc_cli.model.wear_path import grid
 from twindisc_cli.model.wear_path.local import _Favoured

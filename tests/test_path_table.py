@@ -1,4 +1,4 @@
-"""Wear paths read off the table: dimensional analysis, and the march on finer strips and steps."""
+"""Wear paths read off the table: dimensional analysis, and the integration on finer strips and steps."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from rigs import rig
 from table_makers.paths import refined, rig_of
 from twindisc_cli.model import path_table
 from twindisc_cli.model.experiment import Contact, Disc, Rig, Start
-from twindisc_cli.model.march import March, march
+from twindisc_cli.model.integration import WearIntegration, integrate
 from twindisc_cli.model.wear_path import grid, wear_path
-from twindisc_cli.model.wear_path.marched import marched_path
+from twindisc_cli.model.wear_path.integrated import integrated_path
 from twindisc_cli.model.wear_path.provider import remembered
 from twindisc_cli.model.wear_path.tabulated import tabulated_path
 
 both = pytest.mark.parametrize("contact", ["hertz", "half_space"])
 
 
-def fine(of: Rig, contact: Contact, section: float, wander: float) -> tuple[March, np.ndarray]:
-    """The march on twice the strips with half the steps, and its nodes."""
+def fine(of: Rig, contact: Contact, section: float, wander: float) -> tuple[WearIntegration, np.ndarray]:
+    """The integration on twice the strips with half the steps, and its nodes."""
     nodes = grid.nodes_to(of, section, 0.5 * grid.GROWTH)
     y = refined(grid.strips_of(of, section, wander), 2)
-    return march(of, contact, y, nodes, wander=wander), nodes
+    return integrate(of, contact, y, nodes, wander=wander), nodes
 
 
 @both
@@ -35,9 +35,9 @@ def test_rigs_of_one_curvature_ratio_and_wander_have_one_path(contact: Contact) 
     for of in (one, other):
         b, section = float(of.patch.b), 5.0 * grid.first_section(of)
         y = b * np.arange(-60, 61) / 18.0
-        marched = march(of, contact, y, grid.nodes_to(of, section, 0.2), wander=0.3 * b)
-        patch = [marched.contact.a / of.patch.a, marched.contact.b / b, marched.contact.p0 / of.patch.p0]
-        found.append([marched.depth * b / section, *patch, marched.contact.line_load * b / of.normal_load])
+        integrated = integrate(of, contact, y, grid.nodes_to(of, section, 0.2), wander=0.3 * b)
+        patch = [integrated.contact.a / of.patch.a, integrated.contact.b / b, integrated.contact.p0 / of.patch.p0]
+        found.append([integrated.depth * b / section, *patch, integrated.contact.line_load * b / of.normal_load])
     for values, expected in zip(*found, strict=True):
         assert values == pytest.approx(expected, rel=2e-5, abs=2e-5)
 
@@ -50,13 +50,13 @@ def test_a_path_of_the_table_is_that_of_the_march(contact: Contact) -> None:
         of = rig_of(float(np.exp(rng.uniform(-4.0, 2.0))))
         section = float(np.exp(rng.uniform(np.log(0.3), np.log(100.0)))) * grid.first_section(of)
         wander = float(rng.choice(path_table.WANDERS[:6])) * float(of.patch.b)
-        marched, nodes = fine(of, contact, section, wander)
+        integrated, nodes = fine(of, contact, section, wander)
         path = tabulated_path(of, contact, section, wander)
-        assert path.depth[-1].max() == pytest.approx(marched.depth[0, -1].max(), rel=5e-4)
+        assert path.depth[-1].max() == pytest.approx(integrated.depth[0, -1].max(), rel=5e-4)
         for name, off in (("area", 5e-3), ("a", 5e-3), ("b", 5e-3)):
-            expected = np.interp(path.section, nodes, getattr(marched.contact, name)[0])
+            expected = np.interp(path.section, nodes, getattr(integrated.contact, name)[0])
             misses = getattr(path, name) / expected - 1.0
-            assert np.sqrt(np.mean(misses**2)) < off, "strips and steps make single nodes of the march jump"
+            assert np.sqrt(np.mean(misses**2)) < off, "strips and steps make single nodes of the integration jump"
         assert path.section == pytest.approx(path.depth.sum(axis=1) * (path.y[1] - path.y[0]), rel=1e-12)
 
 
@@ -64,9 +64,9 @@ def test_a_patch_that_falls_apart_is_that_of_the_march() -> None:
     """Under a wide wander the middle comes free, touches again and comes free: 95 % of the areas within 0.8 %."""
     of = rig_of(float(np.exp(-4.5)))
     section, wander = 230.0 * grid.first_section(of), 2.2 * float(of.patch.b)
-    marched, nodes = fine(of, "half_space", section, wander)
+    integrated, nodes = fine(of, "half_space", section, wander)
     path = tabulated_path(of, "half_space", section, wander)
-    off = np.abs(path.area / np.interp(path.section, nodes, marched.contact.area[0]) - 1.0)
+    off = np.abs(path.area / np.interp(path.section, nodes, integrated.contact.area[0]) - 1.0)
     assert np.quantile(off, 0.95) < 0.008
     assert path.line_load[:, len(path.y) // 2].min() < 0.02 * path.line_load.max()
     assert path.line_load.min() >= 0.0, "no wear comes back"
@@ -89,7 +89,7 @@ def test_beyond_the_table_the_path_is_marched(crown: float, sections: float, wan
     size, spread = sections * grid.first_section(of), wander * float(of.patch.b)
     remembered.cache_clear()
     path = wear_path(of, contact="hertz", section=size, wander=spread)
-    assert path is marched_path(of, "hertz", grid.tier(of, size), spread, None)
+    assert path is integrated_path(of, "hertz", grid.tier(of, size), spread, None)
     plain = wear_path(rig(), contact="hertz", section=1e-9)
     assert plain.error == path_table.ERRORS["hertz"]
 

@@ -10,7 +10,6 @@ import pytest
 from score.cases import GROUPS, plan
 from score.contact import HalfSpace, hertz_ellipse
 from score.effects import CATALOGUE
-from score.heat import Plant, thermocouple
 from score.hidden import NOTHING, Hidden, Moment
 from score.hiding import channel_of, draw
 from score.histories import GEOMETRIES, draw_rig, off_by_tolerance
@@ -20,6 +19,7 @@ from score.rig import VICKERS, March, Rig
 from score.scoring import calibration_error, is_right, reliability, table
 from score.sensors import CHANNELS, covariates, draw_plan, noise, read, whiten
 from score.sizing import Bench, Ruler
+from score.temperature import Plant, thermocouple
 from score.traction import equivalent_ellipse, linear_force, saturation
 from score.unknowns import STAGES, equivalent, imitations, is_separable, parts
 from score.worn_patch import XI, beyond_ellipse
@@ -371,11 +371,11 @@ def test_a_fault_of_a_sensor_is_nothing_hidden_and_has_no_size(bench, nothing_hi
 # ---------------------------------------------------------------------------------------------- judging
 
 
-def answer(*effects, laws=(), leftover=(), after=0.0041, elsewhere=None, notes=()):
+def answer(*effects, laws=(), unexplained=(), after=0.0041, elsewhere=None, notes=()):
     given = {
         "effects": [{"effect": e[0], "alternatives": list(e[1:])} for e in effects],
         "laws": [_law(*law) for law in laws],
-        "unexplained": [dict(zip(("channel", "covariate"), u.split(":"), strict=True)) for u in leftover],
+        "unexplained": [dict(zip(("channel", "covariate"), u.split(":"), strict=True)) for u in unexplained],
         "error": {"traction": {"unit": "1", "noise": 0.004, "held_out_after": after}, "profile": {}},
         "base": {},
         "notes": list(notes),
@@ -417,7 +417,7 @@ OLD_BURST = {"truth": "unexplained:traction:time"}
         ("null", NOTHING_HIDDEN, answer(), True),
         ("null", NOTHING_HIDDEN, answer(("load_error",)), False),
         ("null", NOTHING_HIDDEN, answer(laws=[("mu_over_time",)]), False),
-        ("null", NOTHING_HIDDEN, answer(leftover=["traction:time"]), False),
+        ("null", NOTHING_HIDDEN, answer(unexplained=["traction:time"]), False),
         ("null", {"truth": [], "tolerated": ["exact_elasticity"]}, answer(("exact_elasticity",)), True),
         ("null", {"truth": [], "tolerated": ["torque_offset"]}, answer(("creepage_offset", "torque_offset")), True),
         ("null", {"truth": [], "tolerated": ["torque_offset"]}, answer(("creepage_offset", "load_error")), False),
@@ -445,7 +445,7 @@ OLD_BURST = {"truth": "unexplained:traction:time"}
         ("unknown", BURST, answer(("running_in_friction", "mu over cycles")), True),
         ("unknown", BURST, answer(("running_in_friction",)), False),
         ("unknown", BURST, answer(("lateral_offset",), laws=[("mu_over_time",)]), False),
-        ("unknown", BURST, answer(leftover=["traction:time"]), False),
+        ("unknown", BURST, answer(unexplained=["traction:time"]), False),
         ("unknown", OLD_BURST, answer(laws=[("mu_over_time",)]), True),
         ("unknown", OLD_BURST, answer(laws=[("heat_over_time",)]), False),
         ("null", NOTHING_HIDDEN, {"failed": "exit code 1"}, False),

@@ -12,7 +12,7 @@ from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.fit import Fit, fit, refit
 from twindisc_cli.loop.generic import levels, smooth, waves
 from twindisc_cli.loop.problem import Problem, case_of
-from twindisc_cli.loop.screen import groups, leftover
+from twindisc_cli.loop.screen import groups, unexplained_residual
 from twindisc_cli.model.experiment import Experiment, Measured
 from twindisc_cli.report.words import KIND
 
@@ -43,7 +43,7 @@ def unit(seed: int) -> Floats:
 def null_p_values() -> np.ndarray:
     """Family-wise p of white noise about one constant mu, the noise known."""
     fits = (base_fit(of_traction(0.6 + SIGMA * unit(seed)), "traction") for seed in range(DRAWS))
-    return np.array([leftover(found, "traction", np.random.default_rng(7)).p_value for found in fits])
+    return np.array([unexplained_residual(found, "traction", np.random.default_rng(7)).p_value for found in fits])
 
 
 @pytest.mark.parametrize("level", [0.01, 0.05, 0.2, 0.5, 0.8])
@@ -57,7 +57,7 @@ def test_unpaid_p_values_would_not_be() -> None:
     """The smallest p of all groups is below 5 % in most draws: that the search is paid for is what keeps it honest."""
     least = []
     for seed in range(60):
-        found = leftover(base_fit(of_traction(0.6 + SIGMA * unit(seed)), "traction"), "traction")
+        found = unexplained_residual(base_fit(of_traction(0.6 + SIGMA * unit(seed)), "traction"), "traction")
         least.append(min(score.p_value for score in found.scores))
     assert np.mean(np.array(least) < 0.05) > 0.4
 
@@ -68,13 +68,16 @@ def test_correlated_noise_that_is_estimated_alarms_rarely() -> None:
     for seed in range(60):
         noise = SIGMA * autoregressive(np.random.default_rng(seed), len(TIME), 0.5)
         test = of_traction(0.6 + noise, np.nan)
-        alarms.append(leftover(refit(Problem([case_of(test)], ("traction",))), "traction").p_value < 0.05)
+        alarms.append(unexplained_residual(refit(Problem([case_of(test)], ("traction",))), "traction").p_value < 0.05)
     assert np.mean(alarms) <= 0.10 + 2.0 * np.sqrt(0.1 * 0.9 / 60)
 
 
 def test_a_score_is_chi_squared_of_its_own_count() -> None:
     """q of every group has mean k and variance 2 k over draws of the noise."""
-    draws = [leftover(base_fit(of_traction(0.6 + SIGMA * unit(seed)), "traction"), "traction") for seed in range(80)]
+    draws = [
+        unexplained_residual(base_fit(of_traction(0.6 + SIGMA * unit(seed)), "traction"), "traction")
+        for seed in range(80)
+    ]
     squared: dict[tuple[str, str, int], list[float]] = {}
     for found in draws:
         for score in found.scores:
@@ -90,7 +93,10 @@ def test_a_score_is_chi_squared_of_its_own_count() -> None:
 
 def test_a_span_of_iterations_is_paid_for() -> None:
     """The p-value of the best sum of neighbouring iterations is no smaller than it says."""
-    found = [leftover(base_fit(of_traction(0.6 + SIGMA * unit(seed)), "traction"), "traction") for seed in range(100)]
+    found = [
+        unexplained_residual(base_fit(of_traction(0.6 + SIGMA * unit(seed)), "traction"), "traction")
+        for seed in range(100)
+    ]
     least = [s.p_value for rest in found for s in rest.scores if s.group.kind == "iterations, a span"]
     assert len(least) == len(found)
     assert np.mean(np.array(least) < 0.1) < 0.1 + 2.0 * np.sqrt(0.1 * 0.9 / len(least))
@@ -98,7 +104,7 @@ def test_a_span_of_iterations_is_paid_for() -> None:
 
 def test_a_burst_is_one_span() -> None:
     burst = 0.02 * ((TIME > 250.0) & (TIME < 420.0))
-    found = leftover(base_fit(of_traction(0.6 + burst + SIGMA * unit(1)), "traction"), "traction")
+    found = unexplained_residual(base_fit(of_traction(0.6 + burst + SIGMA * unit(1)), "traction"), "traction")
     assert found.scores[0].group.kind == "iterations, a span"
 
 
@@ -117,7 +123,7 @@ MISSING: dict[str, tuple[Floats, str]] = {
 def test_the_covariate_is_among_the_first_two(name: str) -> None:
     change, covariate = MISSING[name]
     for seed in range(3):
-        found = leftover(base_fit(of_traction(0.6 + change + SIGMA * unit(seed)), "traction"), "traction")
+        found = unexplained_residual(base_fit(of_traction(0.6 + change + SIGMA * unit(seed)), "traction"), "traction")
         assert found.significant(0.002)
         assert covariate in [score.group.covariate for score in found.covariates[:2]]
 
@@ -127,7 +133,7 @@ def test_the_length_left_is_the_length_put_in() -> None:
     change, _ = MISSING["friction rises about one creepage"]
     put_in = np.linalg.norm((change - change.mean()) / SIGMA)
     lengths = [
-        leftover(base_fit(of_traction(0.6 + change + SIGMA * unit(seed)), "traction"), "traction").length
+        unexplained_residual(base_fit(of_traction(0.6 + change + SIGMA * unit(seed)), "traction"), "traction").length
         for seed in range(10)
     ]
     assert np.mean(lengths) == pytest.approx(put_in, rel=0.1)
@@ -135,7 +141,7 @@ def test_the_length_left_is_the_length_put_in() -> None:
 
 def test_what_the_fitted_parameters_imitate_is_not_left() -> None:
     """A level of mu explains itself: without noise nothing is left of a test that the base model fits."""
-    found = leftover(base_fit(of_traction(np.full(len(TIME), 0.43)), "traction"), "traction")
+    found = unexplained_residual(base_fit(of_traction(np.full(len(TIME), 0.43)), "traction"), "traction")
     assert found.length == 0.0
     assert found.p_value == 1.0
     assert found.covariates == []
@@ -153,12 +159,12 @@ def test_profiles_depend_on_y(name: str) -> None:
     test = Instruments(profile=2e-7, channels=("profile", "traction")).record(Plant(COURSE), np.random.default_rng(1))
     profile = test.measured.profile
     assert profile is not None
-    before = leftover(base_fit(test, "traction", "profile"), "profile")
+    before = unexplained_residual(base_fit(test, "traction", "profile"), "profile")
     spoiled = Measured(
         traction=test.measured.traction,
         profile=type(profile)(profile.y, profile.height + change(profile.y), profile.disc, profile.iteration),
     )
-    after = leftover(
+    after = unexplained_residual(
         base_fit(experiment(COURSE, measured=spoiled, options=test.options), "traction", "profile"), "profile"
     )
     assert after.p_value < 0.002 < before.p_value
@@ -193,7 +199,7 @@ def test_a_swing_from_one_iteration_to_the_next_but_one_is_seen() -> None:
     swing = 0.006 * np.sin(2.0 * np.pi * 28.0 * time / course.end_time[-1])
     noisy = 0.6 + swing + SIGMA * np.random.default_rng(5).standard_normal(len(time))
     test = experiment(course, thermal=None, measured=Measured(traction=traction_samples(course, time, noisy, SIGMA)))
-    found = leftover(base_fit(test, "traction"), "traction")
+    found = unexplained_residual(base_fit(test, "traction"), "traction")
     assert found.p_value < 1e-6
     assert (found.scores[0].group.covariate, found.scores[0].group.kind) == ("time", "wave")
 
@@ -221,7 +227,7 @@ def test_samples_without_times_are_asked_for_creepage_only() -> None:
             np.full_like(TIME, np.nan), samples.step, samples.creepage, samples.ratio, samples.uncertainty
         )
     )
-    found = leftover(base_fit(experiment(COURSE, thermal=None, measured=untimed), "traction"), "traction")
+    found = unexplained_residual(base_fit(experiment(COURSE, thermal=None, measured=untimed), "traction"), "traction")
     assert {score.group.covariate for score in found.scores} == {"creepage"}
 
 
@@ -232,7 +238,9 @@ def test_a_drifting_room_is_seen_over_time() -> None:
     test = Instruments(temperature=0.1).record(plant, np.random.default_rng(3))
     assert test.measured.temperature is not None
     spoiled = Measured(traction=test.measured.traction, temperature=type(test.measured.temperature)(TIME, noisy))
-    found = leftover(base_fit(experiment(COURSE, measured=spoiled), "traction", "temperature"), "temperature")
+    found = unexplained_residual(
+        base_fit(experiment(COURSE, measured=spoiled), "traction", "temperature"), "temperature"
+    )
     assert found.significant(0.002)
     assert "time" in [score.group.covariate for score in found.covariates[:2]]
     assert noisy.min() > ROOM - 3.0
@@ -241,5 +249,5 @@ def test_a_drifting_room_is_seen_over_time() -> None:
 @pytest.mark.parametrize("channel", channels())
 def test_every_kind_of_leftover_has_words(channel: str) -> None:
     test = Instruments().record(Plant(COURSE), np.random.default_rng(0))
-    found = leftover(base_fit(test, "traction", "profile", "temperature"), channel)
+    found = unexplained_residual(base_fit(test, "traction", "profile", "temperature"), channel)
     assert {score.group.kind for score in found.scores} <= set(KIND)

@@ -16,7 +16,7 @@ from twindisc_cli.loop import search as module
 from twindisc_cli.loop.candidates import searched
 from twindisc_cli.loop.fit import at, fit
 from twindisc_cli.loop.problem import Case, Problem, case_of
-from twindisc_cli.loop.screen import leftover
+from twindisc_cli.loop.screen import unexplained_residual
 from twindisc_cli.loop.search import Explanation, Search, chosen, extended, ranked, search, without_older_laws
 from twindisc_cli.loop.terms import EffectTerm, LawTerm, Term
 from twindisc_cli.loop.thresholds import THRESHOLDS
@@ -42,7 +42,7 @@ TRACTIONS: dict[str, Floats] = {
     "a burst between two times": 0.6 + 0.06 * ((TIME > 250.0) & (TIME < 480.0)),
     "a dip about one creepage": 0.6 - 0.06 * (AT == 0.03),
     "a swing": 0.6 * (1.0 + 0.05 * np.sin(TIME / 60.0)),
-    "a stray sample": 0.6 + 0.03 * (TIME[0] == TIME),
+    "a outlier sample": 0.6 + 0.03 * (TIME[0] == TIME),
 }
 
 
@@ -57,7 +57,7 @@ def told(found: Search) -> set[Term]:
         e
         for rivals in found.rivals.values()
         for e in rivals
-        if (found.answer.evidence - e.evidence) / found.answer.heat < THRESHOLDS.within
+        if (found.answer.evidence - e.evidence) / found.answer.temperature < THRESHOLDS.within
     ]
     return {label for e in [found.answer, *near] for label in e.labels}
 
@@ -121,9 +121,9 @@ def test_evidence_pays_for_the_choice_of_forms() -> None:
 def test_what_is_explained_cools_the_odds() -> None:
     """1 + c sqrt(fall of chi2), and no less than one."""
     cold, warm = made(0.0), made(0.0, before=made(0.0).fit.chi2 + 2500.0)
-    assert cold.heat == 1.0
-    assert warm.heat == pytest.approx(1.0 + 50.0 * THRESHOLDS.cooling)
-    assert made(0.0, before=0.0).heat == 1.0
+    assert cold.temperature == 1.0
+    assert warm.temperature == pytest.approx(1.0 + 50.0 * THRESHOLDS.tempering)
+    assert made(0.0, before=0.0).temperature == 1.0
 
 
 def test_what_says_too_little_is_not_chosen() -> None:
@@ -180,7 +180,7 @@ def test_an_effect_of_the_catalogue_is_named_and_not_learnt(name: str) -> None:
     assert not found.answer.laws
     assert term == name or EffectTerm(name) in told(found)
     assert not found.answer.fit.at_bound
-    assert not leftover(found.answer.fit, "traction").significant(THRESHOLDS.refusal)
+    assert not unexplained_residual(found.answer.fit, "traction").significant(THRESHOLDS.refusal)
 
 
 LEARNT: dict[str, set[Term]] = {
@@ -224,7 +224,7 @@ def test_noise_alone_is_missing_nothing() -> None:
 
 def test_a_stray_sample_is_no_finding() -> None:
     """The first sample of all is far off: friction that settles at once would explain it, and only it."""
-    assert found_in("a stray sample").answer.terms == ()
+    assert found_in("a outlier sample").answer.terms == ()
 
 
 # ------------------------------------------------------------------------------------------------ what is offered
@@ -296,7 +296,7 @@ def test_what_is_left_is_as_long_as_the_residual() -> None:
     steep |= {"film_breakdown.width_percent": 0.065, "mu": 0.602}
     there = at(problem, np.array([p.inner(steep[p.name]) for p in problem.parameters]))
     assert there.chi2 > 5.0 * len(TIME)
-    assert leftover(there, "traction").length > 0.5 * np.sqrt(there.chi2)
+    assert unexplained_residual(there, "traction").length > 0.5 * np.sqrt(there.chi2)
 
 
 # ------------------------------------------------------------------------------------------------ which temperature
@@ -326,11 +326,11 @@ DISC, FLASH = EffectTerm("temperature_dependent_friction"), LawTerm("mu", "flash
 
 def test_disc_and_flash_stand_together_where_the_disc_follows_at_once() -> None:
     found = over_temperature(capacity=0.5)
-    assert (found[DISC].evidence - found[FLASH].evidence) / found[DISC].heat < THRESHOLDS.within
+    assert (found[DISC].evidence - found[FLASH].evidence) / found[DISC].temperature < THRESHOLDS.within
     assert np.all(np.diag(found[FLASH].fit.covariance) > 0.0)  # its size is not held where it starts
 
 
 def test_a_disc_that_lags_is_told_from_the_flash() -> None:
     found = over_temperature(capacity=800.0)
     assert found[DISC].evidence == max(e.evidence for e in found.values())
-    assert (found[DISC].evidence - found[FLASH].evidence) / found[DISC].heat > 3.0 * THRESHOLDS.within
+    assert (found[DISC].evidence - found[FLASH].evidence) / found[DISC].temperature > 3.0 * THRESHOLDS.within

@@ -1,4 +1,5 @@
-"""How far K moves with what a test does not say: against closed forms, and against the forward model's own march."""
+"""How far K moves with what a test does not say: against closed forms, and against the forward model's own
+integration."""
 
 from __future__ import annotations
 

@@ -23,4 +23,4 @@ def test_every_number_says_what_it_means(name: str) -> None:
 def test_a_term_is_not_left_out_for_what_it_was_added_for() -> None:
     assert THRESHOLDS.law_seen < THRESHOLDS.enough <= THRESHOLDS.law_enough
     assert 0.0 < THRESHOLDS.probable < THRESHOLDS.established < 1.0
-    assert 0.0 < THRESHOLDS.resembles < THRESHOLDS.alike < 1.0
+    assert 0.0 < THRESHOLDS.resembles < THRESHOLDS.same_response < 1.0

@@ -7,10 +7,10 @@ import pytest
 from rigs import RADIUS, rig
 
 from twindisc_cli.model.experiment import Contact
-from twindisc_cli.model.march import march
+from twindisc_cli.model.integration import integrate
 from twindisc_cli.model.patch import weighted_paths
 from twindisc_cli.model.wear_path import WearPath, first_section, grid, wear_path
-from twindisc_cli.model.wear_path.marched import marched_path
+from twindisc_cli.model.wear_path.integrated import integrated_path
 from twindisc_cli.model.wear_path.path import edges_of
 from twindisc_cli.physics.half_space import OutOfRangeError
 from twindisc_cli.physics.half_space.normal import solve_profile
@@ -152,18 +152,18 @@ def test_wander_spreads_the_first_wear_by_its_variance(contact: Contact, wander:
     assert path.depth[early].max() < plain.depth[early].max()
 
 
-def marched(monkeypatch: pytest.MonkeyPatch, contact: Contact, growth: float) -> WearPath:
+def integrated(monkeypatch: pytest.MonkeyPatch, contact: Contact, growth: float) -> WearPath:
     monkeypatch.setattr(grid, "GROWTH", growth)
-    marched_path.cache_clear()
-    path = marched_path(rig(), contact, grid.tier(rig(), 1e-9), 0.0, None)
-    marched_path.cache_clear()
+    integrated_path.cache_clear()
+    path = integrated_path(rig(), contact, grid.tier(rig(), 1e-9), 0.0, None)
+    integrated_path.cache_clear()
     return path
 
 
 @both
 def test_half_the_step_agrees_as_the_path_says(contact: Contact, monkeypatch: pytest.MonkeyPatch) -> None:
     step = grid.GROWTH
-    paths = {part: marched(monkeypatch, contact, part * step) for part in (2.0, 1.0, 0.25)}
+    paths = {part: integrated(monkeypatch, contact, part * step) for part in (2.0, 1.0, 0.25)}
     deepest = {part: path.depth[-1].max() for part, path in paths.items()}
     true = abs(deepest[1.0] / deepest[0.25] - 1.0)
     assert true < 1e-3
@@ -198,7 +198,7 @@ def test_a_strip_that_has_just_touched_bears_no_peak_pressure() -> None:
     usual = grid.strips_of(of, section, wander)
     y = np.linspace(usual[0], usual[-1], 2 * len(usual) - 1)
     nodes = grid.nodes_to(of, section, 0.5 * grid.GROWTH)
-    p0 = march(of, "half_space", y, nodes, wander=wander).contact.p0[0]
+    p0 = integrate(of, "half_space", y, nodes, wander=wander).contact.p0[0]
     assert np.abs(np.diff(np.log(p0))).max() < 0.1
 
 

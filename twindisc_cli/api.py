@@ -73,8 +73,8 @@ def creep_curve(rig: Rig, creepage: ArrayLike, *, mu: ArrayLike, traction: Tract
     (2, 2)
     """
     test = _bare(rig, Options(traction=traction))
-    found = friction_chart(test, mu=np.atleast_1d(np.asarray(mu, dtype=float)), creepage=_floats(creepage)).apparent
-    return found if np.ndim(mu) else np.asarray(found[0])
+    result = friction_chart(test, mu=np.atleast_1d(np.asarray(mu, dtype=float)), creepage=_floats(creepage)).apparent
+    return result if np.ndim(mu) else np.asarray(result[0])
 
 
 def identify_friction(

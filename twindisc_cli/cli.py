@@ -113,12 +113,12 @@ def _output(
 
 
 def _run(command: str, test: Path, output: Output, **options: float | None) -> int:
-    from twindisc_cli.commands._told import tell_unchanged
+    from twindisc_cli.commands._message import tell_unchanged
 
     given = {name: value for name, value in options.items() if value is not None}
-    told = tell_unchanged(command, [test], given, output)
-    if told is not None:
-        return told
+    message = tell_unchanged(command, [test], given, output)
+    if message is not None:
+        return message
     from twindisc_cli.commands import _runner
 
     return _runner.run_command(command, test, output, **given)
@@ -219,15 +219,15 @@ def close_loop(
     quick: Annotated[bool, typer.Option("--quick", help="No resampling, and so no probabilities.")] = False,
 ) -> int:
     """Find what the model lacks, add it, and report the error before and after on held-out data."""
-    from twindisc_cli.commands._told import tell_unchanged
+    from twindisc_cli.commands._message import tell_unchanged
 
     only = [*([validate] if validate else []), *(predict or [])]
     paths = [*tests, *only]
     options = {"validate": validate is not None, "fitted": len(tests), **({"quick": True} if quick else {})}
     options |= {"predict": len(predict)} if predict else {}
-    told = tell_unchanged("close-loop", paths, options, output)
-    if told is not None:
-        return told
+    message = tell_unchanged("close-loop", paths, options, output)
+    if message is not None:
+        return message
     from twindisc_cli.commands import _runner
 
     return _runner.run_close_loop(paths, options, output)
@@ -368,10 +368,10 @@ def import_files(
     from twindisc_cli.commands import _runner
     from twindisc_cli.commands.import_file import run
 
-    found = run(files, folder, force=force)
-    terminal.say(found.summary, error=as_json)
+    result = run(files, folder, force=force)
+    terminal.say(result.summary, error=as_json)
     if as_json:
-        _runner.tell_json(found.json)
+        _runner.tell_json(result.json)
 
 
 @app.command("schema", context_settings=_HELP)

@@ -30,12 +30,12 @@ _KEPT = 1000
 @cache
 def program_digest() -> str:
     """sha256 of the program: of the names and contents of all files of the package but those that Python makes."""
-    found = sha256()
+    result = sha256()
     for path in sorted(PROGRAM.rglob("*")):
         if path.suffix != ".pyc" and path.is_file():
-            found.update(f"{path.relative_to(PROGRAM).as_posix()} {path.stat().st_size}\n".encode())
-            found.update(path.read_bytes())
-    return found.hexdigest()
+            result.update(f"{path.relative_to(PROGRAM).as_posix()} {path.stat().st_size}\n".encode())
+            result.update(path.read_bytes())
+    return result.hexdigest()
 
 
 def digest_of_text(path: Path) -> str:
@@ -62,8 +62,8 @@ def digest_of(path: Path) -> str:
 
 def _seen(path: Path) -> tuple[str, list[int]]:
     """The place of a file on the disk; its length, and the times of the last change of its content and its entry."""
-    found = path.stat()
-    return f"{found.st_dev}:{found.st_ino}", [found.st_size, found.st_mtime_ns, found.st_ctime_ns]
+    result = path.stat()
+    return f"{result.st_dev}:{result.st_ino}", [result.st_size, result.st_mtime_ns, result.st_ctime_ns]
 
 
 def _cache() -> Path:

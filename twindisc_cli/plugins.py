@@ -101,14 +101,14 @@ class Folders:
             self.paths.clear()
             self.changed()
 
-    def join(self, found: dict[str, Any], of: type) -> None:
+    def join(self, result: dict[str, Any], of: type) -> None:
         """Add what every file declares to what was found, by the name of the file, which must be a new one."""
         for folder in self.paths:
             for path in sorted(folder.glob("[!_]*.py")):
-                if path.stem in found:
+                if path.stem in result:
                     what = f"there is {self._one} called {path.stem} already; rename the file"
                     raise DefinitionError(Problem(what, path))
-                found[path.stem] = self.read(path, of)
+                result[path.stem] = self.read(path, of)
 
     def read(self, path: Path, of: type) -> Any:
         """What a file declares under the name of its kind, an object of type `of`."""
@@ -127,10 +127,10 @@ class Folders:
             own = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(path)]
             line = (own[-1] if own else getattr(error, "lineno", None)) or 0
             raise DefinitionError(Problem(_what(error), path, line)) from None
-        found = getattr(module, self.kind.upper(), None)
-        if not isinstance(found, of):
+        result = getattr(module, self.kind.upper(), None)
+        if not isinstance(result, of):
             what = f"{self.kind.upper()} = {of.__name__}(...)"
             raise DefinitionError(Problem(f"declares no {self.kind}: {what} is missing", path))
-        if wrong := self.wrong(found):
+        if wrong := self.wrong(result):
             raise DefinitionError(Problem(wrong, path))
-        return found
+        return result

@@ -30,14 +30,16 @@ _KINDS = (
 def read_regular(path: Path, *, largest: int = LARGEST) -> bytes:
     """The bytes of a file; OSError, with what is wrong as its strerror, where it cannot be read as a whole."""
     try:
-        found = path.stat()
+        result = path.stat()
     except ValueError as error:  # a NUL in the name
         raise OSError(errno.EINVAL, "no file can have such a name") from error
     for is_kind, code, what in _KINDS:
-        if is_kind(found.st_mode):
+        if is_kind(result.st_mode):
             raise IsADirectoryError(code, what) if code == errno.EISDIR else OSError(code, what)
-    if found.st_size > largest:
-        raise OSError(errno.EFBIG, f"is {found.st_size / 2**20:.0f} MB long; at most {largest / 2**20:.0f} MB are read")
+    if result.st_size > largest:
+        raise OSError(
+            errno.EFBIG, f"is {result.st_size / 2**20:.0f} MB long; at most {largest / 2**20:.0f} MB are read"
+        )
     return path.read_bytes()
 
 

@@ -68,21 +68,21 @@ class Quantity:
 
 def read(paths: Sequence[Path]) -> list[Shown]:
     """The results that paths name: folders of a test, or result files of it."""
-    found: dict[Path, dict[str, Recorded]] = {}
+    results: dict[Path, dict[str, Recorded]] = {}
     problems = []
     for path in paths:
         files = [path] if path.suffix == ".h5" else [path / f"{command}.h5" for command in COMMANDS]
         whole = {file: recorded(file) for file in files}
         for file, what in whole.items():
             if isinstance(what, Recorded) and file.stem in COMMANDS:
-                found.setdefault(file.parent.resolve(), {})[file.stem] = what
+                results.setdefault(file.parent.resolve(), {})[file.stem] = what
         if not any(isinstance(what, Recorded) for what in whole.values()):
             problems.append(_missing(path, whole))
     if problems:
         raise DefinitionError(problems)
-    tests = [_shown(folder, of_commands) for folder, of_commands in found.items()]
+    tests = [_shown(folder, of_commands) for folder, of_commands in results.items()]
     if len({test.name for test in tests}) < len(tests):
-        tests = [_renamed(test, folder) for test, folder in zip(tests, found, strict=True)]
+        tests = [_renamed(test, folder) for test, folder in zip(tests, results, strict=True)]
     return tests
 
 
@@ -108,7 +108,7 @@ def _shown(folder: Path, results: Mapping[str, Recorded]) -> Shown:
     return Shown(
         name=str(config["test"]["name"]),
         definition=config,
-        json={command: found.stored.json for command, found in results.items()},
+        json={command: result.stored.json for command, result in results.items()},
         arrays=arrays,
         provenance=provenance,
     )
@@ -126,8 +126,8 @@ def differing(tests: Sequence[Shown]) -> dict[str, list[str]]:
     """The keys at which the definitions differ, with the value of each test ("–" where it has none)."""
     flat = [dict(_flat(test.definition, "")) for test in tests]
     keys = dict.fromkeys(key for values in flat for key in values)
-    found = {key: [values.get(key, "–") for values in flat] for key in keys}
-    return {key: values for key, values in found.items() if len(set(values)) > 1}
+    results = {key: [values.get(key, "–") for values in flat] for key in keys}
+    return {key: values for key, values in results.items() if len(set(values)) > 1}
 
 
 def labels(tests: Sequence[Shown]) -> list[str]:
@@ -223,9 +223,9 @@ def _of(test: Shown, command: str, *names: str) -> list[Floats] | None:
 
 def _creep_curve(tests: Sequence[Shown], _: Over) -> Quantity:
     def made(test: Shown) -> Iterator[Series]:
-        found = _of(test, "identify-mu", "creepage", "traction_ratio", "traction_ratio_half_interval")
-        if found:
-            v, ratio, half = found
+        result = _of(test, "identify-mu", "creepage", "traction_ratio", "traction_ratio_half_interval")
+        if result:
+            v, ratio, half = result
             yield from _series(test, 100.0 * v, ratio, ratio - half, ratio + half)
 
     return _quantity("creep_curve", "T/N over creepage", "creepage [%]", "traction ratio [1]", tests, made, True)
@@ -233,9 +233,9 @@ def _creep_curve(tests: Sequence[Shown], _: Over) -> Quantity:
 
 def _friction(tests: Sequence[Shown], _: Over) -> Quantity:
     def made(test: Shown) -> Iterator[Series]:
-        found = _of(test, "identify-mu", "creepage", "mu", "mu_low", "mu_high")
-        if found:
-            v, mu, low, high = found
+        result = _of(test, "identify-mu", "creepage", "mu", "mu_low", "mu_high")
+        if result:
+            v, mu, low, high = result
             yield from _series(test, 100.0 * v, mu, low, high)
 
     title, y = "identified coefficient of friction", "coefficient of friction [1]"
@@ -244,9 +244,9 @@ def _friction(tests: Sequence[Shown], _: Over) -> Quantity:
 
 def _traction(tests: Sequence[Shown], over: Over) -> Quantity:
     def made(test: Shown) -> Iterator[Series]:
-        found = _of(test, "close-loop", "traction_at_time", "traction_at_cycles", "traction_measured")
-        if found:
-            time, cycles, ratio = found
+        result = _of(test, "close-loop", "traction_at_time", "traction_at_cycles", "traction_measured")
+        if result:
+            time, cycles, ratio = result
             yield from _series(test, _along(test, over, time, cycles), ratio)
 
     return _quantity("traction", f"measured T/N over {over}", OVER[over], "traction ratio [1]", tests, made)
@@ -269,9 +269,9 @@ def _profile(tests: Sequence[Shown], _: Over) -> Quantity:
 
 def _depth(tests: Sequence[Shown], over: Over) -> Quantity:
     def made(test: Shown) -> Iterator[Series]:
-        found = _of(test, "simulate-wear", "time", "depth")
-        if found:
-            time, depth = found
+        result = _of(test, "simulate-wear", "time", "depth")
+        if result:
+            time, depth = result
             yield from _series(test, _along(test, over, time, _cycles(test, time)), 1e6 * depth, is_line=True)
 
     return _quantity("depth", f"simulated depth of the track over {over}", OVER[over], "depth [um]", tests, made)
@@ -305,9 +305,9 @@ def _volume(tests: Sequence[Shown], _: Over) -> Quantity:
 
 def _temperature(tests: Sequence[Shown], over: Over) -> Quantity:
     def made(test: Shown) -> Iterator[Series]:
-        found = _of(test, "thermal", "time", "temperature")
-        if found:
-            time, kelvin = found
+        result = _of(test, "thermal", "time", "temperature")
+        if result:
+            time, kelvin = result
             along = _along(test, over, time, _cycles(test, time))
             yield from _series(test, along, UNITS["degC"].of_si(kelvin), is_line=True)
 
@@ -321,12 +321,12 @@ def _parameter(name: str, title: str, unit: str, key: str) -> Callable[[Sequence
         place = {test.name: number + 1.0 for number, test in enumerate(tests)}
 
         def made(test: Shown) -> Iterator[Series]:
-            found = test.json.get("close-loop", {}).get("base", {}).get(key)
-            if not found:
+            results = test.json.get("close-loop", {}).get("base", {}).get(key)
+            if not results:
                 command = {"K": "fit-k", "convection_W_K": "thermal"}.get(key, "")
                 own = test.json.get(command, {})
-                found = {"value": own.get(key), "low": own.get(f"{key}_low"), "high": own.get(f"{key}_high")}
-            numbers = [np.nan if found.get(part) is None else found[part] for part in ("value", "low", "high")]
+                results = {"value": own.get(key), "low": own.get(f"{key}_low"), "high": own.get(f"{key}_high")}
+            numbers = [np.nan if results.get(part) is None else results[part] for part in ("value", "low", "high")]
             yield from _series(test, place[test.name], *numbers)
 
         return _quantity(name, title, "test [1]", f"{name} [{unit}]", tests, made)
@@ -382,10 +382,10 @@ _MAKERS: tuple[Callable[[Sequence[Shown], Over], Quantity], ...] = (
 )
 
 
-def outcome(tests: Sequence[Shown], found: Sequence[Quantity]) -> dict[str, Any]:
+def outcome(tests: Sequence[Shown], quantities: Sequence[Quantity]) -> dict[str, Any]:
     """What --json says: the tests, where their definitions differ, and what was drawn."""
     return {
         "tests": [test.name for test in tests],
         "differs": json.loads(json.dumps(differing(tests))),
-        "quantities": [{"name": q.name, "x": q.x, "y": q.y, "tests": [s.test for s in q.series]} for q in found],
+        "quantities": [{"name": q.name, "x": q.x, "y": q.y, "tests": [s.test for s in q.series]} for q in quantities],
     }

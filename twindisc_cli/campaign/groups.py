@@ -169,25 +169,25 @@ def points_of(table: Table) -> Points:
 def groups_of(table: Table) -> list[Group]:
     """Every group of at least two tests, for each quantity that its tests have."""
     points = points_of(table)
-    found = []
+    results = []
     for name, rows in _members(table):
-        found += [group for group in (_friction(table, name, rows, points), *_estimates(table, name, rows)) if group]
-    return found
+        results += [group for group in (_friction(table, name, rows, points), *_estimates(table, name, rows)) if group]
+    return results
 
 
 def effects_of(table: Table) -> list[Effect]:
     """The effects that close-loop named, over each group and over the tests of none."""
     verdict, effects = table.texts("verdict"), [set(text.split("; ")) - {""} for text in table.texts("effects")]
     groups = table.texts("group")
-    found = []
+    results = []
     for group in dict.fromkeys(groups):
         rows = [i for i, name in enumerate(groups) if name == group and verdict[i]]
         for effect in sorted(set().union(*(effects[i] for i in rows))):
             inside = [i for i in rows if effect in effects[i]]
             probability = table.numbers(f"{effect} probability [1]")[inside]
             tests = tuple(str(table.columns["test"][i]) for i in inside)
-            found.append(Effect(group, effect, tests, len(rows), tuple(float(p) for p in probability)))
-    return found
+            results.append(Effect(group, effect, tests, len(rows), tuple(float(p) for p in probability)))
+    return results
 
 
 def _members(table: Table) -> Iterator[tuple[str, Ints]]:

@@ -28,11 +28,11 @@ class Outcome:
     @property
     def summary(self) -> tuple[str, ...]:
         """The outcome in lines."""
-        found = sorted(self.effects, key=lambda effect: -len(effect.tests) / effect.of)
+        result = sorted(self.effects, key=lambda effect: -len(effect.tests) / effect.of)
         return (
             *(group.summary for group in self.groups),
             *(_told(name, breaks) for name, breaks in (("K", self.k), ("wear rate", self.rate)) if len(breaks) > 1),
-            *(effect.summary for effect in found[:_MOST_EFFECTS]),
+            *(effect.summary for effect in result[:_MOST_EFFECTS]),
         )
 
     @property
@@ -65,9 +65,9 @@ def _regimes(table: Table, values: np.ndarray[Any, np.dtype[np.float64]]) -> tup
     return tuple(regimes(np.log(energy[known]), np.log(values[known]), np.random.default_rng(SEED)))
 
 
-def _told(name: str, found: tuple[Regime, ...]) -> str:
-    breaks = ", ".join(f"{np.exp(r.low):.3g} N/mm² (p = {r.p_value:.2g})" for r in found[1:])
-    return f"{name} has {len(found)} regimes over T gamma / A, from {breaks}"
+def _told(name: str, result: tuple[Regime, ...]) -> str:
+    breaks = ", ".join(f"{np.exp(r.low):.3g} N/mm² (p = {r.p_value:.2g})" for r in result[1:])
+    return f"{name} has {len(result)} regimes over T gamma / A, from {breaks}"
 
 
 def _json(regime: Regime) -> dict[str, Any]:

@@ -76,17 +76,17 @@ def _files(given: Sequence[str], problems: list[Problem]) -> list[Path]:
     files: dict[Path, None] = {}
     for pattern in given:
         path = Path(pattern)
-        found = _matches(path)
-        regular = [file for file in found if file.is_file()]
+        result = _matches(path)
+        regular = [file for file in result if file.is_file()]
         files.update((file, None) for file in regular)
-        if not found:
+        if not result:
             problems.append(Problem("no such file", pattern))
-        elif found == [path] and path.is_dir():
+        elif result == [path] and path.is_dir():
             problems.append(Problem(f"is a folder; write {path.as_posix()}/*.toml", pattern))
-        elif found == [path] and not regular:
+        elif result == [path] and not regular:
             problems.append(Problem("is a pipe or a device; name a file", pattern))
         elif not regular:
-            problems.append(Problem(f"fits {found[0].as_posix()}, but no file; write {pattern}/*.toml", pattern))
+            problems.append(Problem(f"fits {result[0].as_posix()}, but no file; write {pattern}/*.toml", pattern))
     return list(files)
 
 

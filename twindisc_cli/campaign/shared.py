@@ -70,14 +70,14 @@ def common_of(jobs: Sequence[Job], rows: Sequence[Row], folder: Path, progress: 
     for job, row in zip(jobs, rows, strict=True):
         if row.group and not row.failed:
             groups.setdefault(row.group, []).append((job, row))
-    found = []
+    results = []
     for group, members in groups.items():
         if len(members) > 1:
             tests = [read(job).experiment for job, _ in members]
             laws = _laws([row for _, row in members], folder)
             names = [name for name in _named([row for _, row in members]) if name in catalogue()]
-            found.append(Common(group, diagnose_group(tests, names, laws, progress)))
-    return found
+            results.append(Common(group, diagnose_group(tests, names, laws, progress)))
+    return results
 
 
 def _named(rows: Sequence[Row]) -> list[str]:

@@ -117,13 +117,13 @@ class Table:
 
     def numbers(self, name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
         """A column of numbers; NaN where there is no such column."""
-        found = self.columns.get(name)
-        return np.full(self.rows, np.nan) if found is None or found.dtype == object else found
+        result = self.columns.get(name)
+        return np.full(self.rows, np.nan) if result is None or result.dtype == object else result
 
     def texts(self, name: str) -> list[str]:
         """A column of texts; empty where there is no such column."""
-        found = self.columns.get(name)
-        return [""] * self.rows if found is None else [str(text) for text in found]
+        result = self.columns.get(name)
+        return [""] * self.rows if result is None else [str(text) for text in result]
 
 
 def table_of(rows: Sequence[Row]) -> Table:

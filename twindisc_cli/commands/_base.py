@@ -53,8 +53,8 @@ def wear_coefficient(model: ForwardModel, mu: Floats) -> tuple[float, str]:
         return np.nan, "unknown"
     if measured.profile is None:
         return identify_from_mass(model, mu).wear_coefficient, "from the weighed mass"
-    found = identify_wear(model, mu)
-    return found.wear_coefficient, f"from the measured profile by {found.method}"
+    wear_fit = identify_wear(model, mu)
+    return wear_fit.wear_coefficient, f"from the measured profile by {wear_fit.method}"
 
 
 def with_data(result: Result, tests: Sequence[Test]) -> Result:

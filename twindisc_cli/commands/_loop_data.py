@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from twindisc_cli.loop.channels import channels
-from twindisc_cli.loop.diagnosis import ChannelError, Curve, Diagnosis, Estimate, FoundEffect, FoundLaw, Tried
+from twindisc_cli.loop.diagnosis import CandidateResult, ChannelError, Curve, Diagnosis, Estimate, FoundEffect, FoundLaw
 from twindisc_cli.quantities import unit_named
 from twindisc_cli.results import Array, Axis, Dataset
 
@@ -32,10 +32,10 @@ def dataset_of(diagnosis: Diagnosis) -> Dataset:
     for term in terms:
         for key, estimate in term.parameters.items():
             arrays.append(_estimate(f"{term.name}_{key}", estimate, f"parameter {key} of {term.name}"))
-    for found in diagnosis.laws:
-        over = found.law.over.quantity
-        axes.append(Axis(f"{found.name}_place", over.shown.to_si(found.curve.at), over.si, over.label))
-        arrays += _law(found)
+    for result in diagnosis.laws:
+        over = result.law.over.quantity
+        axes.append(Axis(f"{result.name}_place", over.shown.to_si(result.curve.at), over.si, over.label))
+        arrays += _law(result)
     arrays += _candidates(diagnosis.tried)
     numbers: dict[str, int] = {}
     for curve in diagnosis.curves:
@@ -58,18 +58,18 @@ def _estimate(name: str, estimate: Estimate, what: str) -> Array:
     return Array(re.sub(r"\W+", "_", name).strip("_"), ("estimate_kind",), values, estimate.unit, what, True)
 
 
-def _law(found: FoundLaw) -> list[Array]:
+def _law(law: FoundLaw) -> list[Array]:
     """A law over its covariate with its 90 % band."""
-    act = "factor on" if found.law.of.kind == "factor" else "shift of"
-    unit = unit_named(found.law.of.unit)
+    act = "factor on" if law.law.of.kind == "factor" else "shift of"
+    unit = unit_named(law.law.of.unit)
     return [
-        Array(f"{found.name}_{key}", (f"{found.name}_place",), unit.to_si(getattr(found.curve, key)), unit.si,
-              f"{act} {found.law.of.label}, {what}")
+        Array(f"{law.name}_{key}", (f"{law.name}_place",), unit.to_si(getattr(law.curve, key)), unit.si,
+              f"{act} {law.law.of.label}, {what}")
         for key, what in (("value", "learnt"), ("low", "5 % quantile"), ("high", "95 % quantile"))
     ]  # fmt: skip
 
 
-def _candidates(tried: Sequence[Tried]) -> list[Array]:
+def _candidates(tried: Sequence[CandidateResult]) -> list[Array]:
     """One entry for each term tried in the place of another."""
     texts = {
         "channel": ("channel it shows in first", [t.channel for t in tried]),

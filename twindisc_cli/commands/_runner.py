@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from twindisc_cli import terminal
+from twindisc_cli.commands._message import tell, write_depfile
 from twindisc_cli.commands._output import Output
-from twindisc_cli.commands._told import tell, write_depfile
 from twindisc_cli.definition import Test, dump, load, relocate
 from twindisc_cli.effects import add_folder
 from twindisc_cli.errors import DefinitionError, MeasurementError, OutputError, Problem, TwindiscError, ValidityError

@@ -79,8 +79,8 @@ class Field:
 
 def hertz_patch(rig: Rig, normal_load: float) -> Patch:
     """The ellipse, or the strip, of the unworn discs."""
-    found = replace(rig, normal_load=normal_load).patch
-    a, b, p0 = float(found.a), float(found.b), float(found.p0)
+    result = replace(rig, normal_load=normal_load).patch
+    a, b, p0 = float(result.a), float(result.b), float(result.p0)
     across = 0.0 if rig.is_line else 1.0
 
     def on(elements: int) -> Grid:
@@ -95,19 +95,21 @@ def profile_patch(rig: Rig, normal_load: float, *, y: Floats, height: Floats, or
     """The half-space patch where one disc has changed by `height` [m] at y [m], both (point,)."""
     within = np.abs(y) <= 0.5 * rig.width
     y, gap = y[within], (0.5 * rig.curvature_y * y**2 - height)[within]
-    found = solve_profile(
+    normal_contact = solve_profile(
         y=y,
         gap=gap,
         curvature_x=rig.curvature_x,
         normal_load=normal_load,
         effective_modulus=rig.effective_modulus,
     )
-    fine = Grid(found.x, found.y, found.pressure)
-    rows = np.flatnonzero((found.pressure > 0.0).any(axis=1))
-    dx, dy = float(found.x[1] - found.x[0]), float(found.y[1] - found.y[0])
+    fine = Grid(normal_contact.x, normal_contact.y, normal_contact.pressure)
+    rows = np.flatnonzero((normal_contact.pressure > 0.0).any(axis=1))
+    dx, dy = float(normal_contact.x[1] - normal_contact.x[0]), float(normal_contact.y[1] - normal_contact.y[0])
     b = 0.5 * dy * (rows[-1] - rows[0] + 1)
-    a = float((found.pressure > 0.0).sum()) * dx * dy / (np.pi * b)
-    across, along = (points[: points.size // 2 * 2].reshape(-1, 2).mean(axis=1) for points in (found.y, found.x))
+    a = float((normal_contact.pressure > 0.0).sum()) * dx * dy / (np.pi * b)
+    across, along = (
+        points[: points.size // 2 * 2].reshape(-1, 2).mean(axis=1) for points in (normal_contact.y, normal_contact.x)
+    )
     half = solve_gap(
         x=along,
         y=across,

@@ -398,13 +398,13 @@ def findings(test: Experiment) -> list[Finding]:
 
 def measured(test: Experiment) -> dict[str, dict[str, Any]]:
     """What was measured, by channel: how many samples, and from where to where they reach in the unit shown."""
-    found = {}
+    results = {}
     for name in measured_channels(test):
         channel = channels()[name]
         values = channel.quantity.shown.of_si(channel.values(channel.samples(test)))
         low, high = (float(end) for end in (values.min(), values.max()))
-        found[name] = {"samples": len(values), "range": {"low": low, "high": high, "unit": channel.quantity.unit}}
-    return found
+        results[name] = {"samples": len(values), "range": {"low": low, "high": high, "unit": channel.quantity.unit}}
+    return results
 
 
 def _range(name: str, ends: dict[str, Any]) -> str:
@@ -413,43 +413,43 @@ def _range(name: str, ends: dict[str, Any]) -> str:
 
 def run(test: Test) -> Result:
     """Check a test; exit code 5 where anything contradicts."""
-    found = findings(test.experiment)
-    problems = [finding for finding in found if not finding.ok]
+    result = findings(test.experiment)
+    problems = [finding for finding in result if not finding.ok]
     seen = measured(test.experiment)
-    summary = [f"{len(found)} checks, {len(problems)} contradictions"]
+    summary = [f"{len(result)} checks, {len(problems)} contradictions"]
     summary += [f"measured: {', '.join(_range(name, its['range']) for name, its in seen.items())}"] if seen else []
     summary += [f"  contradiction: {finding.message}" for finding in problems]
-    summary += [f"  ok: {finding.message}" for finding in found if finding.ok]
+    summary += [f"  ok: {finding.message}" for finding in result if finding.ok]
     return Result(
         command="check",
         summary=tuple(summary),
         json={
             "problems": [finding.json() for finding in problems],
-            "findings": [finding.json() for finding in found if finding.ok],
+            "findings": [finding.json() for finding in result if finding.ok],
             "measured": seen,
         },
-        dataset=_dataset(found),
-        figure=lambda: _figure(test.experiment, found),
+        dataset=_dataset(result),
+        figure=lambda: _figure(test.experiment, result),
         exit_code=NEGATIVE_FINDING if problems else 0,
     )
 
 
-def _figure(test: Experiment, found: list[Finding]) -> Figure:
+def _figure(test: Experiment, result: list[Finding]) -> Figure:
     from twindisc_cli.figures.consistency import consistency
 
-    several = Counter(finding.subject for finding in found)
-    labels = [f"{f.subject}, {f.why.split()[0]}" if several[f.subject] > 1 else f.subject for f in found]
-    strains = [finding.strain for finding in found]
+    several = Counter(finding.subject for finding in result)
+    labels = [f"{f.subject}, {f.why.split()[0]}" if several[f.subject] > 1 else f.subject for f in result]
+    strains = [finding.strain for finding in result]
     return consistency(labels, strains, title=f"{test.name}: consistency", note=test.measured.provenance)
 
 
-def _dataset(found: list[Finding]) -> Dataset:
-    strain = np.array([finding.strain for finding in found])
+def _dataset(result: list[Finding]) -> Dataset:
+    strain = np.array([finding.strain for finding in result])
     return Dataset(
-        axes=(Axis("finding", np.arange(1, len(found) + 1), "1", "number of the check"),),
+        axes=(Axis("finding", np.arange(1, len(result) + 1), "1", "number of the check"),),
         arrays=(
-            Array("rule", ("finding",), np.array([f.rule for f in found], dtype=object), "1", "rule applied"),
-            Array("message", ("finding",), np.array([f.message for f in found], dtype=object), "1", "what was found"),
+            Array("rule", ("finding",), np.array([f.rule for f in result], dtype=object), "1", "rule applied"),
+            Array("message", ("finding",), np.array([f.message for f in result], dtype=object), "1", "what was found"),
             Array(
                 "strain",
                 ("finding",),

@@ -29,7 +29,7 @@ from twindisc_cli.loop.diagnosis import (
     PredictedErrors,
 )
 from twindisc_cli.loop.terms import Alternative, EffectTerm
-from twindisc_cli.report import told
+from twindisc_cli.report import sentences
 from twindisc_cli.report.close_loop import render
 from twindisc_cli.report.words import channel_name, listed, number, p_value, plain_name, unit, with_error
 from twindisc_cli.results import Result, or_null
@@ -55,9 +55,9 @@ def run(
     experiments = [test.experiment for test in tests]
     unseen = validate.experiment if validate else None
     others = [test.experiment for test in predict]
-    found = diagnose(experiments, validate=unseen, progress=progress, quick=quick, predict=others)
+    diagnosis = diagnose(experiments, validate=unseen, progress=progress, quick=quick, predict=others)
     used = [note for test in experiments for note in laws_beyond(test)]
-    return result_of(replace(found, notes=[*used, *found.notes]), tests, validate)
+    return result_of(replace(diagnosis, notes=[*used, *diagnosis.notes]), tests, validate)
 
 
 def result_of(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None) -> Result:
@@ -69,8 +69,8 @@ def result_of(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None
     title = f"{listed([t.experiment.name for t in tests])}: closed loop"
     kinds = [test.experiment.measured.provenance for test in tests]
     experiments = [test.experiment for test in tests]
-    verdict = told.sentences(diagnosis)[0]
-    draw = partial(figure, diagnosis, experiments, title=title, provenance=told.provenance(kinds), verdict=verdict)
+    verdict = sentences.sentences(diagnosis)[0]
+    draw = partial(figure, diagnosis, experiments, title=title, provenance=sentences.provenance(kinds), verdict=verdict)
     drawn, several = draw(), len(diagnosis.errors) > 1
     return Result(
         command="close-loop",
@@ -110,14 +110,15 @@ def _refuse_nothing_measured(tests: Sequence[Test]) -> None:
 
 
 def summary(diagnosis: Diagnosis) -> list[str]:
-    """At most ten lines: verdict, errors, what was added, leftovers, base parameters, the next experiment, notes."""
-    lines = [f"{diagnosis.verdict}: {told.sentences(diagnosis)[0]}", *told.difference(diagnosis)]
+    """At most ten lines: verdict, errors, what was added, open questions, base parameters, the next experiment,
+    notes."""
+    lines = [f"{diagnosis.verdict}: {sentences.sentences(diagnosis)[0]}", *sentences.difference(diagnosis)]
     lines += [_error_line(channel_name(channel), error) for channel, error in diagnosis.errors.items()]
-    lines += [_term_line(term) for terms in told.together(diagnosis).values() for term in terms]
+    lines += [_term_line(term) for terms in sentences.together(diagnosis).values() for term in terms]
     if diagnosis.unexplained and diagnosis.verdict != "unexplained":
-        lines.append(f"unexplained: {listed(told.leftovers(diagnosis))} ({_significance(diagnosis)})")
+        lines.append(f"unexplained: {listed(sentences.open_questions(diagnosis))} ({_significance(diagnosis)})")
     base = [f"{name} = {with_error(e.value, e.std, e.unit)}" for name, e in diagnosis.base.items()]
-    with_what = ", with what was added (use them with revised.toml)" if told.together(diagnosis) else ""
+    with_what = ", with what was added (use them with revised.toml)" if sentences.together(diagnosis) else ""
     lines += [f"base{with_what}: {', '.join(base)} (± one standard deviation)"] if base else []
     if diagnosis.validation is not None:
         lines.append(f"predicted, not fitted, used in the choice: {_predicted_line(diagnosis.validation)}")
@@ -125,7 +126,7 @@ def summary(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.next_experiment is not None:
         lines.append(f"next: {diagnosis.next_experiment.why}")
     room = LINES - len(lines)
-    notes = [f"note: {note}" for note in told.further_notes(diagnosis)]
+    notes = [f"note: {note}" for note in sentences.further_notes(diagnosis)]
     if len(notes) > room:
         kept = notes[: max(room - 1, 0)]
         notes = [*kept, f"{len(notes) - len(kept)} {'more ' if kept else ''}notes in close-loop.html"]
@@ -154,15 +155,18 @@ def _error_line(channel: str, error: ChannelError) -> str:
     return f"{channel}: {fitted}, held out {_before_after(error)}, noise {number(error.noise)}"
 
 
-def _term_line(term: told.FoundTerm) -> str:
+def _term_line(term: sentences.FoundTerm) -> str:
     """An effect with its parameters, or a law with its formula; how sure, how much, and what else it may be."""
     if isinstance(term, FoundEffect):
         values = [f"{key} = {with_error(e.value, e.std, e.unit)}" for key, e in term.parameters.items()]
-        parts = [f"{term.name} ({', '.join(values)}): {told.sureness(term)}"]
+        parts = [f"{term.name} ({', '.join(values)}): {sentences.sureness(term)}"]
     else:
-        parts = [f"{term.name}: {told.law_text(term)}: {told.sureness(term)}", told.transfer_text(term.law)]
-        parts += [f"resembles {told.resembles_text(term)}"] if term.resembles else []
-    parts += [told.taken(term)] if told.taken(term) else []
+        parts = [
+            f"{term.name}: {sentences.law_text(term)}: {sentences.sureness(term)}",
+            sentences.transfer_text(term.law),
+        ]
+        parts += [f"resembles {sentences.resembles_text(term)}"] if term.resembles else []
+    parts += [sentences.taken(term)] if sentences.taken(term) else []
     others = [str(alternative.term) for alternative in term.alternatives]
     return "; ".join(parts + ([f"cannot be separated from {listed(others, 'or')}"] if others else []))
 
@@ -175,7 +179,7 @@ def _json(diagnosis: Diagnosis) -> dict[str, Any]:
     return {
         "verdict": diagnosis.verdict,
         "effects": [_effect(effect) for effect in diagnosis.effects],
-        "laws": [_law(found) for found in diagnosis.laws],
+        "laws": [_law(result) for result in diagnosis.laws],
         "unexplained": [
             {key: getattr(left, key) for key in ("channel", "covariate", "kind", "share_of_variance", "p_value")}
             for left in diagnosis.unexplained
@@ -196,30 +200,30 @@ def _json(diagnosis: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _effect(found: FoundEffect) -> dict[str, Any]:
+def _effect(effect: FoundEffect) -> dict[str, Any]:
     return {
-        "effect": found.name,
-        "channel": found.channel,
-        "parameters": {key: _estimate(e) for key, e in found.parameters.items()},
-        "alternatives": [str(alternative.term) for alternative in found.alternatives],
-        **_sure(found),
+        "effect": effect.name,
+        "channel": effect.channel,
+        "parameters": {key: _estimate(e) for key, e in effect.parameters.items()},
+        "alternatives": [str(alternative.term) for alternative in effect.alternatives],
+        **_sure(effect),
     }
 
 
-def _law(found: FoundLaw) -> dict[str, Any]:
-    law, curve = found.law, found.curve
+def _law(result: FoundLaw) -> dict[str, Any]:
+    law, curve = result.law, result.curve
     return {
-        "law": found.name,
-        "channel": found.channel,
+        "law": result.name,
+        "channel": result.channel,
         "quantity": law.quantity,
         "covariate": law.covariate,
         "form": law.shape or "curve",
-        "formula": found.formula,
+        "formula": result.formula,
         "curve": {key: getattr(curve, key).tolist() for key in ("at", "value", "low", "high")},
-        "parameters": {key: _estimate(e) for key, e in found.parameters.items()},
-        "resembles": [{"effect": name, "share": share} for name, share in found.resembles],
-        "alternatives": [_alternative(alternative) for alternative in found.alternatives],
-        **_sure(found),
+        "parameters": {key: _estimate(e) for key, e in result.parameters.items()},
+        "resembles": [{"effect": name, "share": share} for name, share in result.resembles],
+        "alternatives": [_alternative(alternative) for alternative in result.alternatives],
+        **_sure(result),
         "transfer": law.transfer,
         "valid": list(law.valid) if law.valid else None,
     }
@@ -232,9 +236,9 @@ def _alternative(alternative: Alternative) -> dict[str, Any]:
     return {**what, **_probability(alternative.probability)}
 
 
-def _sure(found: told.FoundTerm) -> dict[str, Any]:
+def _sure(term: sentences.FoundTerm) -> dict[str, Any]:
     """How sure, and what is left of the misfit it takes away."""
-    return {**_probability(found.probability), "strength": found.strength, "remains": found.remains}
+    return {**_probability(term.probability), "strength": term.strength, "remains": term.remains}
 
 
 def _probability(value: float) -> dict[str, float]:
@@ -250,12 +254,12 @@ def _explanations(diagnosis: Diagnosis, channel: str) -> list[dict[str, Any]]:
             "in_place_of": tried.replaces,
             "gain": float(tried.gain),
             "evidence": float(tried.evidence),
-            **_probability(told.probability(diagnosis, tried)),
+            **_probability(sentences.probability(diagnosis, tried)),
             "at_bound": list(tried.at_bound),
             "refused": tried.refused,
             "chosen": tried.chosen,
         }
-        for tried in told.ranked(diagnosis, channel)
+        for tried in sentences.ranked(diagnosis, channel)
     ]
 
 
@@ -311,14 +315,14 @@ def revised(diagnosis: Diagnosis, test: Test) -> str:
         effect.name: {key: _inside(params[effect.name][key], e.value) for key, e in effect.parameters.items()}
         for effect in diagnosis.effects
     }
-    laws = {found.name: law_table(found.law, digits=DIGITS) for found in diagnosis.laws}
+    laws = {result.name: law_table(result.law, digits=DIGITS) for result in diagnosis.laws}
     return f"{_heading(diagnosis, test)}\n{dump(document, effects, laws)}"
 
 
 def _heading(diagnosis: Diagnosis, test: Test) -> str:
     names = [plain_name(effect.name) for effect in diagnosis.effects]
-    found = listed([*names, *(told.name_of(law) for law in diagnosis.laws)])
-    what = f"with {found} added" if found else "with no effect added"
+    result = listed([*names, *(sentences.name_of(law) for law in diagnosis.laws)])
+    what = f"with {result} added" if result else "with no effect added"
     return f"# {test.experiment.name}, {what} by twindisc close-loop {__version__} ({diagnosis.verdict})"
 
 

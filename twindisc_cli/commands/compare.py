@@ -18,8 +18,8 @@ from twindisc_cli.campaign.comparison import (
     table,
 )
 from twindisc_cli.campaign.table import csv_text, parquet_bytes
+from twindisc_cli.commands._message import tell
 from twindisc_cli.commands._output import Output
-from twindisc_cli.commands._told import tell
 from twindisc_cli.errors import DefinitionError, Problem
 from twindisc_cli.results.files import write_all
 from twindisc_cli.results.store import drawn_as, plain
@@ -32,25 +32,25 @@ def run(paths: Sequence[Path], over: Over, xlsx: bool, output: Output) -> int:
     tests = read(paths)
     if len(tests) < 2:
         raise DefinitionError(Problem("one test alone cannot be compared; name the results of two or more", paths[0]))
-    found = quantities(tests, over)
-    files = _files(tests, found, xlsx, output)
+    compared = quantities(tests, over)
+    files = _files(tests, compared, xlsx, output)
     folder = output.folder / FOLDER
     write_all({folder / name: data for name, data in files.items()})
-    said = outcome(tests, found)
+    said = outcome(tests, compared)
     tell(_summary(said), plain(said), [folder / name for name in files], output, "written")
     return 0
 
 
-def _files(tests: Sequence[Shown], found: Sequence[Quantity], xlsx: bool, output: Output) -> dict[str, bytes]:
+def _files(tests: Sequence[Shown], quantities: Sequence[Quantity], xlsx: bool, output: Output) -> dict[str, bytes]:
     from twindisc_cli.figures.comparison import overlaid
     from twindisc_cli.figures.style import house_style
 
     said, names = labels(tests), [test.name for test in tests]
     provenance = ", ".join(sorted({test.provenance for test in tests} - {""}))
     files: dict[str, bytes] = {}
-    tables = {quantity.name: table(quantity, tests, said) for quantity in found}
+    tables = {quantity.name: table(quantity, tests, said) for quantity in quantities}
     with house_style():
-        for quantity in found:
+        for quantity in quantities:
             figure = overlaid(quantity, names, said, provenance)
             files |= {f"{quantity.name}.{form}": drawn_as(figure, form, output.dpi) for form in output.formats}
             files[f"{quantity.name}.csv"] = csv_text(tables[quantity.name]).encode()

@@ -83,7 +83,7 @@ class Subsurface:
 
     def summary(self) -> tuple[str, ...]:
         """One line, and a warning where the surface flows on."""
-        told = (
+        message = (
             f"{self.state}: p0 / k = {self.pressed:.2f} at T/N = {self.traction_ratio:.3f}, yields from "
             f"{self.yields:.2f}, shakes down to {self.shakes_down:.2f}; greatest shear without traction "
             f"{self.depth * 1e3:.3g} mm deep",
@@ -91,7 +91,7 @@ class Subsurface:
         beyond = (
             "warning: beyond shakedown every pass leaves plastic strain: Archard's law alone does not read this wear"
         )
-        return (*told, beyond) if self.state == "beyond shakedown" else told
+        return (*message, beyond) if self.state == "beyond shakedown" else message
 
     def json(self) -> dict[str, Any]:
         """For scripts."""
@@ -153,9 +153,9 @@ def _operating_point(model: ForwardModel, *, step: int | None, creepage: float |
     steps = len(test.history.step_creepage)
     if step is not None and not 1 <= step <= steps:
         raise DefinitionError(f"--step {step}: the history has the steps 1 to {steps}")
-    found, source = friction_in_use(model)
-    known = np.isfinite(found) & (test.history.step_creepage != 0.0)
-    state = model.predict(BaseParameters.declared(test, np.where(known, found, 1.0)[None])).state
+    result, source = friction_in_use(model)
+    known = np.isfinite(result) & (test.history.step_creepage != 0.0)
+    state = model.predict(BaseParameters.declared(test, np.where(known, result, 1.0)[None])).state
     first = model.points.of_iteration[np.unique(test.history.step, return_index=True)[1]]
     shape = (1, len(model.points.time))
 

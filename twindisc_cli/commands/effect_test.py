@@ -65,18 +65,18 @@ class Check:
 def run(path: Path, progress: Callable[[str, float], None]) -> Result:
     """Test the effect of a file; exit code 5 where a claim does not hold."""
     name, effect = path.stem, _joined(path)
-    found: list[Check] = []
+    result: list[Check] = []
     for part, checks in enumerate((declared, acting, sound, found_again)):
         progress(f"{name}: {checks.__name__.replace('_', ' ')}", part / 4)
-        found += checks(name, effect)
-        if part == 0 and not all(check.ok for check in found):
+        result += checks(name, effect)
+        if part == 0 and not all(check.ok for check in result):
             break
-    failed = sum(not check.ok for check in found)
-    outcome = f"{name}: {len(found)} checks, {failed} failed" if failed else f"{name}: all {len(found)} checks hold"
+    failed = sum(not check.ok for check in result)
+    outcome = f"{name}: {len(result)} checks, {failed} failed" if failed else f"{name}: all {len(result)} checks hold"
     return Result(
         command="effects",
-        summary=(outcome, *(str(check) for check in found)),
-        json={"effect": name, "checks": [{"what": c.what, "ok": c.ok, "seen": c.seen} for c in found]},
+        summary=(outcome, *(str(check) for check in result)),
+        json={"effect": name, "checks": [{"what": c.what, "ok": c.ok, "seen": c.seen} for c in result]},
         dataset=Dataset((), ()),
         figure=None,
         exit_code=NEGATIVE_FINDING if failed else 0,
@@ -159,20 +159,20 @@ def sound(name: str, effect: Effect) -> Iterator[Check]:
 
 def found_again(name: str, effect: Effect) -> Iterator[Check]:
     """The loop names it on a synthetic test, alone or among what it cannot be told from."""
-    told = diagnose([_synthetic(name, effect)], validate=None, progress=lambda _what, _part: None, quick=True)
+    diagnosis = diagnose([_synthetic(name, effect)], validate=None, progress=lambda _what, _part: None, quick=True)
     sets = {
-        found.name: (found.name, *(str(alternative.term) for alternative in found.alternatives))
-        for found in told.effects
+        result.name: (result.name, *(str(alternative.term) for alternative in result.alternatives))
+        for result in diagnosis.effects
     }
     mine = next((head for head, members in sets.items() if name in members), None)
     if mine is None:
-        names = ", ".join([*sets, *(law.name for law in told.laws)]) or "nothing"
+        names = ", ".join([*sets, *(law.name for law in diagnosis.laws)]) or "nothing"
         yield Check("the loop finds it on a synthetic test", False, f"it names {names}")
         return
     others = ", ".join(other for other in sets[mine] if other != name)
     yield Check("the loop finds it on a synthetic test", True, f"not separated from {others}" if others else "alone")
     if mine == name:
-        estimates = next(found.parameters for found in told.effects if found.name == name)
+        estimates = next(result.parameters for result in diagnosis.effects if result.name == name)
         truth = {p.name: p.start for p in effect.params}
         seen = ", ".join(
             f"{key} {e.value:.3g} ± {e.std:.1g} (made with {truth[key]:g})" for key, e in estimates.items()

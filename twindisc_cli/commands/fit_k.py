@@ -180,10 +180,10 @@ def _mass_lines(mass: MassFit | None) -> tuple[str, ...]:
     if mass is None:
         return ()
     lines = [f"by weight {mass.volume[-1] * 1e9:.3g} mm³ were worn off"]
-    found = _regimes(mass)
-    if len(found) > 1:
-        breaks = ", ".join(f"{np.exp(r.low):.3g} N/mm² (p = {r.p_value:.2g})" for r in found[1:])
-        lines.append(f"the wear rate has {len(found)} regimes over T gamma / A, from {breaks}")
+    result = _regimes(mass)
+    if len(result) > 1:
+        breaks = ", ".join(f"{np.exp(r.low):.3g} N/mm² (p = {r.p_value:.2g})" for r in result[1:])
+        lines.append(f"the wear rate has {len(result)} regimes over T gamma / A, from {breaks}")
     return tuple(lines)
 
 
@@ -217,12 +217,12 @@ def _findings(fit: WearFit, stated: dict[str, float], mass: MassFit | None) -> t
     apart = weighed / (fit.allowed * fit.part)
     error = float(np.nan_to_num(mass.std)) / fit.allowed if mass else 0.0
     contradicts = not 1.0 / APART < apart < APART and abs(apart - 1.0) > 3.0 * error
-    told = (
+    message = (
         (f"contradiction: K by weight is {apart:.2g} times what the volume of the profile allows",)
         if contradicts
         else ()
     )
-    return told + tuple(
+    return message + tuple(
         f"impossible: the {what} K = {k:.3g} is {k / fit.allowed:.2g} times the {fit.allowed:.2g} that worn volume and "
         "dissipated energy allow"
         for what, k in stated.items()

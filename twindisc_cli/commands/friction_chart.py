@@ -53,11 +53,11 @@ def _creepages(test: Experiment) -> Floats:
 
 def _typical_mu(test: Experiment, measured: StepFriction | None) -> tuple[float, str]:
     """The declared constant mu; else the median identified one; else the paper's 0.6; and which of them it is."""
-    found = np.empty(0) if measured is None else measured.mu[np.isfinite(measured.mu)]
+    result = np.empty(0) if measured is None else measured.mu[np.isfinite(measured.mu)]
     constant = test.options.friction_coefficient
     if np.isfinite(constant):
         return constant, "declared"
-    return (float(np.median(found)), "median of the steps") if len(found) else (0.6, "as in the paper")
+    return (float(np.median(result)), "median of the steps") if len(result) else (0.6, "as in the paper")
 
 
 def _summary(one: Chart, many: Chart, measured: StepFriction | None) -> tuple[str, ...]:

@@ -23,19 +23,19 @@ SOFT = 0.9
 def run(test: Test) -> Result:
     """Invert the measured traction of a test, step by step."""
     experiment = test.experiment
-    found = identify_friction(ForwardModel(experiment))
+    result = identify_friction(ForwardModel(experiment))
     return Result(
         command="identify-mu",
-        summary=(*_summary(found), *_wide(found), *_note(experiment), *_softer(experiment, found)),
-        json={"interval_percent": 100.0 * CONFIDENCE, "steps": [_step(found, i) for i in range(len(found.mu))]},
-        dataset=_dataset(found),
-        figure=lambda: _figure(experiment, found),
+        summary=(*_summary(result), *_wide(result), *_note(experiment), *_softer(experiment, result)),
+        json={"interval_percent": 100.0 * CONFIDENCE, "steps": [_step(result, i) for i in range(len(result.mu))]},
+        dataset=_dataset(result),
+        figure=lambda: _figure(experiment, result),
     )
 
 
-def _wide(found: StepFriction) -> tuple[str, ...]:
+def _wide(friction: StepFriction) -> tuple[str, ...]:
     """The steps whose interval is as wide as their mu."""
-    wide = [str(i + 1) for i in np.flatnonzero(np.isfinite(found.mu) & (found.high - found.low > found.mu))]
+    wide = [str(i + 1) for i in np.flatnonzero(np.isfinite(friction.mu) & (friction.high - friction.low > friction.mu))]
     steps = f"step {', '.join(wide)}"
     return (f"warning: at {steps} the 90 % interval is as wide as mu itself: these data hardly fix it",) if wide else ()
 
@@ -46,9 +46,9 @@ def _note(test: Experiment) -> tuple[str, ...]:
     return (f"mu is the base coefficient on which the declared effects and laws act: {acting}",) if acting else ()
 
 
-def _softer(test: Experiment, found: StepFriction) -> tuple[str, ...]:
+def _softer(test: Experiment, friction: StepFriction) -> tuple[str, ...]:
     """What steps in partial slip say of the contact, where all of them say it."""
-    slope = softness(test, found)
+    slope = softness(test, friction)
     if len(slope) < 2 or slope.max() > SOFT:
         return ()
     return (
@@ -57,63 +57,68 @@ def _softer(test: Experiment, found: StepFriction) -> tuple[str, ...]:
     )
 
 
-def _step(found: StepFriction, i: int) -> dict[str, Any]:
-    state = found.state[i]
+def _step(friction: StepFriction, i: int) -> dict[str, Any]:
+    state = friction.state[i]
     report: dict[str, Any] = {
         "step": i + 1,
-        "creepage_percent": or_null(found.creepage[i] * 100.0),
-        "traction_ratio": or_null(found.ratio[i]),
-        "mu": or_null(found.mu[i]),
-        "mu_low": or_null(found.low[i]),
-        "mu_high": or_null(found.high[i]),
-        "naive_mu": or_null(abs(found.ratio[i])),
-        "saturation": None if state in (None, ABOVE_LIMIT) else or_null(found.share[i]),
+        "creepage_percent": or_null(friction.creepage[i] * 100.0),
+        "traction_ratio": or_null(friction.ratio[i]),
+        "mu": or_null(friction.mu[i]),
+        "mu_low": or_null(friction.low[i]),
+        "mu_high": or_null(friction.high[i]),
+        "naive_mu": or_null(abs(friction.ratio[i])),
+        "saturation": None if state in (None, ABOVE_LIMIT) else or_null(friction.share[i]),
         "state": state,
     }
     if state == ABOVE_LIMIT:
-        report["message"] = _message(found, i)
+        report["message"] = _message(friction, i)
     return report
 
 
-def _message(found: StepFriction, i: int) -> str:
+def _message(friction: StepFriction, i: int) -> str:
     """What could make T/N larger than linear theory allows."""
     return (
-        f"T/N = {found.ratio[i]:.3g} at {found.creepage[i] * 100.0:.3g} % exceeds linear theory's limit for any mu: "
+        f"T/N = {friction.ratio[i]:.3g} at {friction.creepage[i] * 100.0:.3g} % exceeds what linear theory allows: "
         "the zero of the creepage (speeds, radii), the contact's stiffness (moduli, curvatures) or the load is off"
     )
 
 
-def _summary(found: StepFriction) -> tuple[str, ...]:
+def _summary(friction: StepFriction) -> tuple[str, ...]:
     lines = ["step  creepage    T/N     mu      90 % interval     state"]
-    for i, state in enumerate(found.state):
+    for i, state in enumerate(friction.state):
         if state is None:
             lines.append(f"{i + 1:>4}  not measured")
             continue
-        mu, low, high = (f"{v:.4f}" if np.isfinite(v) else "none" for v in (found.mu[i], found.low[i], found.high[i]))
-        measured = f"{found.creepage[i] * 100.0:>6.3g} % {found.ratio[i]:>7.4f}"
+        mu, low, high = (
+            f"{v:.4f}" if np.isfinite(v) else "none" for v in (friction.mu[i], friction.low[i], friction.high[i])
+        )
+        measured = f"{friction.creepage[i] * 100.0:>6.3g} % {friction.ratio[i]:>7.4f}"
         lines.append(f"{i + 1:>4}  {measured}  {mu:>6}  {low:>6} ... {high:<6}  {state}")
-    return (*lines, *(f"step {i + 1}: {_message(found, i)}" for i, s in enumerate(found.state) if s == ABOVE_LIMIT))
+    return (
+        *lines,
+        *(f"step {i + 1}: {_message(friction, i)}" for i, s in enumerate(friction.state) if s == ABOVE_LIMIT),
+    )
 
 
-def _figure(test: Experiment, found: StepFriction) -> Figure:
+def _figure(test: Experiment, friction: StepFriction) -> Figure:
     from twindisc_cli.figures.friction import identified
 
-    return identified(found, test.measured, name=test.name, sentence=" ".join(_softer(test, found)))
+    return identified(friction, test.measured, name=test.name, sentence=" ".join(_softer(test, friction)))
 
 
-def _dataset(found: StepFriction) -> Dataset:
+def _dataset(friction: StepFriction) -> Dataset:
     rows = (
-        ("creepage", found.creepage, "mean measured creepage"),
-        ("traction_ratio", found.ratio, "mean measured T/N, the naive coefficient of friction"),
-        ("traction_ratio_half_interval", found.half, "half the 90 % interval of the mean T/N"),
-        ("mu", found.mu, "coefficient of friction; inf above the elastic limit"),
-        ("mu_low", found.low, "lower end of the 90 % interval of mu"),
-        ("mu_high", found.high, "upper end of the 90 % interval of mu"),
-        ("saturation", found.share, "T/(mu N)"),
+        ("creepage", friction.creepage, "mean measured creepage"),
+        ("traction_ratio", friction.ratio, "mean measured T/N, the naive coefficient of friction"),
+        ("traction_ratio_half_interval", friction.half, "half the 90 % interval of the mean T/N"),
+        ("mu", friction.mu, "coefficient of friction; inf above the elastic limit"),
+        ("mu_low", friction.low, "lower end of the 90 % interval of mu"),
+        ("mu_high", friction.high, "upper end of the 90 % interval of mu"),
+        ("saturation", friction.share, "T/(mu N)"),
     )
-    state = np.array([s or "not measured" for s in found.state], dtype=object)
+    state = np.array([s or "not measured" for s in friction.state], dtype=object)
     return Dataset(
-        axes=(Axis("step", np.arange(1, len(found.mu) + 1), "1", "number of the step"),),
+        axes=(Axis("step", np.arange(1, len(friction.mu) + 1), "1", "number of the step"),),
         arrays=(
             *(Array(name, ("step",), values, "1", long_name, optional=True) for name, values, long_name in rows),
             Array("state", ("step",), state, "1", "state of the contact"),

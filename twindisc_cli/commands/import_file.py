@@ -48,10 +48,10 @@ class _Draft:
 
     def key(self, table: str, name: str, value: str, why: str = "") -> None:
         """A line of a table; with a reason it is a guess."""
-        told = f"{name} = {value}"
-        self.lines.append(f"{told:<44} # guess: {why}" if why else told)
+        message = f"{name} = {value}"
+        self.lines.append(f"{message:<44} # guess: {why}" if why else message)
         if why:
-            self.guesses[f"{table}.{name}"] = f"{told}: {why}"
+            self.guesses[f"{table}.{name}"] = f"{message}: {why}"
 
 
 def run(files: Sequence[Path], folder: Path, *, force: bool) -> Imported:
@@ -67,7 +67,7 @@ def run(files: Sequence[Path], folder: Path, *, force: bool) -> Imported:
     declared = _declared(files)
     looks = {file: guess(given[file], str(file), declared) for file in named}
     given = {file: replace(content, sheet=looks[file].sheet) for file, content in given.items()}
-    if not any(found.kind in ("log", "traction") for found in looks.values()):
+    if not any(result.kind in ("log", "traction") for result in looks.values()):
         return _alone(looks, given, folder, force=force)
     draft = _draft(looks, given)
     text = "\n".join(draft.lines) + "\n"
@@ -137,11 +137,11 @@ def _alone(looks: Mapping[Path, Guess], given: Mapping[Path, Content], folder: P
     """Files without a traction among them: each as the table that it is, and the lines that name it in a definition."""
     contents: dict[Path, bytes] = {}
     lines, rows = [], []
-    for file, found in looks.items():
-        table = alone(given[file], str(file), found)
-        target = folder / f"{found.kind}.csv"
+    for file, result in looks.items():
+        table = alone(given[file], str(file), result)
+        target = folder / f"{result.kind}.csv"
         if target in contents:
-            raise DefinitionError(Problem(f"is a second {found.kind}; import one at a time", str(file)))
+            raise DefinitionError(Problem(f"is a second {result.kind}; import one at a time", str(file)))
         if target.exists() and not force:
             raise DefinitionError(Problem("exists already; overwrite it with --force", str(target)))
         contents[target] = _csv(table.columns).encode()
@@ -149,7 +149,7 @@ def _alone(looks: Mapping[Path, Guess], given: Mapping[Path, Content], folder: P
         lines += [
             *table.rows.lines,
             f"written: {target}; in a definition, under [measured]:",
-            f'{found.kind} = "{target.name}"',
+            f'{result.kind} = "{target.name}"',
         ]
     _write(contents, list(looks))
     return Imported(
@@ -184,10 +184,10 @@ def _told(test: Test, draft: _Draft, path: Path, tables: Sequence[Path]) -> Impo
 def _draft(looks: Mapping[Path, Guess], given: Mapping[Path, Content]) -> _Draft:
     """The definition of the files."""
     kinds: dict[str, Path] = {}
-    for file, found in looks.items():
-        kind = "traction" if found.kind == "log" else found.kind
+    for file, result in looks.items():
+        kind = "traction" if result.kind == "log" else result.kind
         if kind in kinds:
-            what = f"is a {found.kind} as {kinds[kind]} is; import one test at a time"
+            what = f"is a {result.kind} as {kinds[kind]} is; import one test at a time"
             raise DefinitionError(Problem(what, str(file)))
         kinds[kind] = file
     if "temperature" not in kinds and "temperature" in looks[kinds["traction"]].columns:
@@ -203,17 +203,17 @@ def _draft(looks: Mapping[Path, Guess], given: Mapping[Path, Content]) -> _Draft
     return draft
 
 
-def _rig(draft: _Draft, file: Path, found: Guess, given: Mapping[Path, Content]) -> None:
+def _rig(draft: _Draft, file: Path, result: Guess, given: Mapping[Path, Content]) -> None:
     """Load and speed as recorded, discs as many rigs have them."""
-    load, speed, radius = typical(given[file], str(file), found)
+    load, speed, radius = typical(given[file], str(file), result)
     untold = "no file says it"
     draft.lines += ["", "[rig]"]
     draft.key("rig", "normal_load_N", _rounded(load, 1000.0), "" if np.isfinite(load) else untold)
-    if found.has_turning:
+    if result.has_turning:
         draft.key("rig", "mean_speed_rpm", _rounded(speed / radius * 30.0 / np.pi, 1.0))
     else:
         draft.key("rig", "rolling_speed_m_s", _rounded(speed, 1.0), "" if np.isfinite(speed) else untold)
-    ball = found.kind == "log" and not {"speed 1", "torque"} & set(found.columns)
+    ball = result.kind == "log" and not {"speed 1", "torque"} & set(result.columns)
     mm = f"{radius * 1e3:.4g}"
     shapes = (("inf", "inf"), (str(BALL_MM), str(BALL_MM))) if ball else ((mm, "inf"), (mm, mm))
     why = "a ball of 3/4 inch on a flat disc" if ball else f"{untold}; the size of SUROS, one of them crowned"
@@ -233,9 +233,9 @@ def _material(draft: _Draft, weighed: bool) -> None:
         draft.key("material", "density_kg_m3", "7800.0", "steel")
 
 
-def _thermal(draft: _Draft, file: Path, found: Guess, given: Mapping[Path, Content]) -> None:
+def _thermal(draft: _Draft, file: Path, result: Guess, given: Mapping[Path, Content]) -> None:
     """The room as warm as the disc before it has run."""
-    first = first_temperature(given[file], str(file), found.columns) - CELSIUS
+    first = first_temperature(given[file], str(file), result.columns) - CELSIUS
     draft.lines += ["", "[thermal]"]
     why = "the first temperature recorded" if np.isfinite(first) else "no file says it"
     draft.key("thermal", "environment_temperature_C", _rounded(first, 20.0), why)
@@ -245,15 +245,15 @@ def _thermal(draft: _Draft, file: Path, found: Guess, given: Mapping[Path, Conte
 def _measured(draft: _Draft, looks: Mapping[Path, Guess], given: Mapping[Path, Content], warm: Path | None) -> None:
     """The files where they are, with the columns that are not called as they are here; warm: that of temperatures."""
     draft.lines += ["", "[measured]"]
-    for file, found in looks.items():
-        draft.key("measured", found.kind, _file_table(file, given[file]))
-        if file == warm and found.kind == "log":
+    for file, result in looks.items():
+        draft.key("measured", result.kind, _file_table(file, given[file]))
+        if file == warm and result.kind == "log":
             draft.key("measured", "temperature", _file_table(file, given[file]))
-        if found.unused:
-            draft.guesses[f"measured.{found.kind}.ignore"] = f"not read: {', '.join(found.unused)}"
+        if result.unused:
+            draft.guesses[f"measured.{result.kind}.ignore"] = f"not read: {', '.join(result.unused)}"
     named: dict[str, str] = {}
-    for file, found in looks.items():
-        for name, column in found.columns.items():
+    for file, result in looks.items():
+        for name, column in result.columns.items():
             if name == "temperature" and file != warm:
                 continue
             cell = str(column.column)
@@ -264,7 +264,7 @@ def _measured(draft: _Draft, looks: Mapping[Path, Guess], given: Mapping[Path, C
                 raise DefinitionError(Problem(what, str(file)))
             key = f"columns.{name.replace(' ', '_')}"
             if f"measured.{key}" not in draft.guesses:
-                why = "by its unit" if name in found.by_unit else "by its name"
+                why = "by its unit" if name in result.by_unit else "by its name"
                 unit = f", unit = {_text(column.unit)}" if column.unit else ""
                 unit += ", sign = -1" if column.sign < 0 else ""
                 draft.key("measured", key, f"{{ column = {json.dumps(cell, ensure_ascii=False)}{unit} }}", why)
@@ -273,8 +273,8 @@ def _measured(draft: _Draft, looks: Mapping[Path, Guess], given: Mapping[Path, C
 def _file_table(file: Path, content: Content) -> str:
     """A file as a definition names it, with what was said of how it is read."""
     said = {"sheet": content.sheet, "skip": content.skip, "ignore": content.ignore or None}
-    told = [f"{key} = {_text(value)}" for key, value in said.items() if value is not None]
-    return f"{{ file = {_quoted(file)}, {', '.join(told)} }}" if told else _quoted(file)
+    message = [f"{key} = {_text(value)}" for key, value in said.items() if value is not None]
+    return f"{{ file = {_quoted(file)}, {', '.join(message)} }}" if message else _quoted(file)
 
 
 def _text(value: object) -> str:

@@ -50,12 +50,12 @@ def run(
     fields = (exact_field(patch, rig, **case), fastsim_field(patch, rig, **case))
     progress("paper: figures", 0.8)
     charts = _charts(paper.air.experiment)
-    found = _numbers(paper, charts, fields)
+    result = _numbers(paper, charts, fields)
     return Result(
         command="paper",
         summary=_summary(paper),
-        json={"numbers": found},
-        dataset=_dataset(paper, found),
+        json={"numbers": result},
+        dataset=_dataset(paper, result),
         figure=None,
         figures=_figures(paper, charts, fields, revised.experiment if revised else None),
     )
@@ -230,17 +230,17 @@ def _of_prediction(paper: Paper) -> dict[str, float]:
 
 
 def _of_revision(paper: Paper) -> dict[str, float]:
-    found: dict[str, float] = {}
+    results: dict[str, float] = {}
     for name, test in (("ambient", paper.air), ("cryogenic", paper.nitrogen)):
         for which, worn in (("before", test.before), ("after", test.after)):
             if worn is not None:
-                found |= {
+                results |= {
                     f"{name}_depth_um_{which}": worn.track.depth * 1e6,
                     f"{name}_width_mm_{which}": worn.track.width * 1e3,
                     f"{name}_profile_rms_um_{which}": worn.missed * 1e6,
                     f"K_{which}": worn.wear_coefficient,
                 }
-    return found
+    return results
 
 
 # ----------------------------------------------------------------------------------------------------------- words
@@ -267,7 +267,7 @@ def _sizes(test: PaperTest) -> str:
     )
 
 
-def _dataset(paper: Paper, found: Numbers) -> Dataset:
+def _dataset(paper: Paper, result: Numbers) -> Dataset:
     """The curves of Figs. 9, 12, 13 and 14, and every number as an attribute FIGURE_NUMBER."""
     axes: list[Axis] = []
     arrays: list[Array] = []
@@ -285,5 +285,5 @@ def _dataset(paper: Paper, found: Numbers) -> Dataset:
             Array(f"{name}_depth", (f"{name}_iteration",), depth, "m", "greatest depth"),
             Array(f"{name}_warming", (f"{name}_time",), test.warming[inside], "K", "warming above the environment"),
         ]
-    attrs = {f"{figure}_{name}": float(value) for figure, numbers in found.items() for name, value in numbers.items()}
+    attrs = {f"{figure}_{name}": float(value) for figure, numbers in result.items() for name, value in numbers.items()}
     return Dataset(axes=tuple(axes), arrays=tuple(arrays), attrs=attrs)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import tomllib
 from pathlib import Path
 
+from twindisc_cli.commands._message import tell
 from twindisc_cli.commands._output import Output
-from twindisc_cli.commands._told import tell
 from twindisc_cli.errors import DefinitionError, Problem
 from twindisc_cli.reading import LARGEST_DEFINITION, read_regular
 from twindisc_cli.report.gathered import Part, key_numbers, parts_of, render
@@ -45,8 +45,8 @@ def _name(definition: Path) -> str:
 
 def _about(folder: Path, part: Part) -> tuple[str, str, str]:
     """Name, description and provenance of the test that a result is of."""
-    found = recorded(folder / f"{part.command}.h5")
-    assert isinstance(found, Recorded)  # it was read from there
-    definition = tomllib.loads(found.configs[0])
+    result = recorded(folder / f"{part.command}.h5")
+    assert isinstance(result, Recorded)  # it was read from there
+    definition = tomllib.loads(result.configs[0])
     about, measured = definition["test"], definition.get("measured", {})
     return str(about["name"]), str(about.get("description", "")), str(measured.get("provenance", "measured"))

@@ -158,8 +158,8 @@ def _heat(model: ForwardModel, thermal: Thermal) -> Heat:
     mu, _ = friction_of_steps(model)
     convection, std, source = thermal.convection, np.nan, "given"
     if not np.isfinite(convection):
-        found = identify_convection(model, mu)
-        convection, std, source = found.value, found.std, "from the measured temperature"
+        fit = identify_convection(model, mu)
+        convection, std, source = fit.value, fit.std, "from the measured temperature"
     k, wear = wear_coefficient(model, mu)
     base = BaseParameters.declared(test, mu[None])
     prediction = model.predict(replace(base, K=np.array([k]), convection=np.array([convection])))

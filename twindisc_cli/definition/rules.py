@@ -110,9 +110,9 @@ def measured(raw: Raw) -> Iterator[Finding]:
 def steps(raw: Raw) -> Iterator[Finding]:
     """A step has a creepage and at most one speed, or it is a pause and nothing else."""
     listed = _table(raw, "history").get("steps")
-    found = [step if isinstance(step, Mapping) else {} for step in listed] if isinstance(listed, list) else []
+    result = [step if isinstance(step, Mapping) else {} for step in listed] if isinstance(listed, list) else []
     flat = any(math.isinf(r) for r in _numbers(_table(raw, "rig"), "rolling_radius_mm"))
-    for index, step in enumerate(found):
+    for index, step in enumerate(result):
         key: Key = ("history", "steps", index)
         if "pause_s" in step:
             more = [name for name in step if name not in ("pause_s", "iterations", "yaw_mrad")]
@@ -127,7 +127,7 @@ def steps(raw: Raw) -> Iterator[Finding]:
     measured = _table(raw, "measured")
     if isinstance(raw, Mapping) and raw.get("history") == "measured" and not {"log", "traction"} & set(measured):
         yield ("history",), '"measured" needs a log or a traction under [measured] to be read from'
-    if found and all("pause_s" in step for step in found):
+    if result and all("pause_s" in step for step in result):
         yield ("history", "steps"), "all steps are pauses"
 
 

@@ -53,9 +53,9 @@ def _maybe_uncertain(given: Any, number: Callable[[Any], float]) -> float:
     std = given.get("std")
     if set(given) != {"value", "std"} or isinstance(std, bool) or not isinstance(std, (int, float)) or not std > 0.0:
         raise ValueError("must be a number, or { value = ..., std = ... } with a positive std")
-    found = Uncertain(number(given["value"]))
-    found.std = float(std)
-    return found
+    uncertain = Uncertain(number(given["value"]))
+    uncertain.std = float(std)
+    return uncertain
 
 
 def _written(value: float) -> Any:

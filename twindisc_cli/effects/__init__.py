@@ -26,9 +26,9 @@ def catalogue() -> Mapping[str, Effect]:
     from twindisc_cli.effects._effect import Effect
 
     names = sorted(m.name for m in iter_modules(__path__) if not m.name.startswith("_"))
-    found = {name: import_module(f"{__name__}.{name}").EFFECT for name in names}
-    _folders.join(found, Effect)
-    return MappingProxyType(found)
+    results = {name: import_module(f"{__name__}.{name}").EFFECT for name in names}
+    _folders.join(results, Effect)
+    return MappingProxyType(results)
 
 
 def _unread(effect: Effect) -> str:
@@ -58,5 +58,5 @@ def effect_of(path: Path) -> Effect:
     """The effect that a user's file declares; DefinitionError says what is wrong with the file."""
     from twindisc_cli.effects._effect import Effect
 
-    found: Effect = _folders.read(path, Effect)
-    return found
+    effect: Effect = _folders.read(path, Effect)
+    return effect

@@ -184,7 +184,8 @@ def _parts(curve: Curve) -> list[tuple[str, Mask]]:
 
 
 def strongest(diagnosis: Diagnosis, channel: str) -> str:
-    """The covariate on which the leftover depends most: the one named for it, else that of the model before."""
+    """The covariate on which the unexplained residual depends most: the one named for it, else that of the model
+    before."""
     curves = [curve for curve in diagnosis.curves if curve.channel == channel]
     names = [*QUANTITIES, *channels()[channel].over]
     known = [
@@ -213,7 +214,7 @@ def _explained(curve: Curve, name: str) -> float:
     return between - (len(count) - 1) * within
 
 
-def samples_over(diagnosis: Diagnosis, found: FoundLaw) -> Floats:
+def samples_over(diagnosis: Diagnosis, law: FoundLaw) -> Floats:
     """Where the samples of a law's channel lie along its covariate, in the covariate's unit; none where unknown."""
-    every = [np.asarray(c.covariates.get(found.law.covariate, []), dtype=float) for c in diagnosis.curves]
-    return found.law.over.quantity.shown.of_si(np.unique(np.concatenate([*every, np.empty(0)])))
+    every = [np.asarray(c.covariates.get(law.law.covariate, []), dtype=float) for c in diagnosis.curves]
+    return law.law.over.quantity.shown.of_si(np.unique(np.concatenate([*every, np.empty(0)])))

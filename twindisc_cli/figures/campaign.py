@@ -106,7 +106,7 @@ def wear(table: Table, k: Sequence[Regime], rate: Sequence[Regime], *, title: st
         (right, table.numbers("wear rate [um/km]"), np.full(table.rows, np.nan), rate, "wear rate [µm/km]"),
     )
     groups = table.texts("group")
-    for axes, y, std, found, label in panels:
+    for axes, y, std, result, label in panels:
         for place, name in enumerate(dict.fromkeys(groups)):
             inside = np.array([group == name for group in groups])
             colour = COLOURS[place % len(COLOURS)] if name else GREY
@@ -114,12 +114,12 @@ def wear(table: Table, k: Sequence[Regime], rate: Sequence[Regime], *, title: st
                           markersize=4.5, elinewidth=0.8, markerfacecolor="white", color=colour,
                           label=name or "tests, ± one standard deviation")  # fmt: skip
         shown = (x > 0.0) & (y > 0.0)
-        regime_lines(axes, found, points=int(np.sum(shown)))
+        regime_lines(axes, result, points=int(np.sum(shown)))
         if np.any(shown):
             logarithmic(axes.xaxis, *around(x[shown]))
             low = np.maximum(y - np.nan_to_num(std), 0.3 * y)
             logarithmic(axes.yaxis, *around(np.concatenate([low[shown], (y + np.nan_to_num(std))[shown]])))
-        name_axes(axes, ENERGY, label, regimes_said(found, points=int(np.sum(shown))))
+        name_axes(axes, ENERGY, label, regimes_said(result, points=int(np.sum(shown))))
         legend(axes, 3)
     return figure
 
@@ -129,16 +129,16 @@ def around(values: Floats) -> tuple[float, float]:
     return float(np.min(values)) / 1.15, float(np.max(values)) * 1.15
 
 
-def regimes_said(found: Sequence[Regime], *, points: int) -> str:
+def regimes_said(regimes: Sequence[Regime], *, points: int) -> str:
     """How many regimes the points show, or that they are too few to show any."""
     if points < 2 * FEWEST:
         return f"{points} points, too few to show a break"
-    return f"{len(found)} regimes" if len(found) > 1 else "one regime: no break shown"
+    return f"{len(regimes)} regimes" if len(regimes) > 1 else "one regime: no break shown"
 
 
-def regime_lines(axes: Axes, found: Sequence[Regime], *, points: int) -> None:
+def regime_lines(axes: Axes, regimes: Sequence[Regime], *, points: int) -> None:
     """The line of each regime that has points enough, and the probability by chance of each break."""
-    for regime in found if points >= FEWEST else ():
+    for regime in regimes if points >= FEWEST else ():
         ends = np.array([regime.low, regime.high])
         axes.plot(np.exp(ends), np.exp(regime.intercept + regime.slope * ends), color=BLACK, linewidth=1.0)
         if np.isfinite(regime.p_value):
@@ -146,15 +146,15 @@ def regime_lines(axes: Axes, found: Sequence[Regime], *, points: int) -> None:
                          label=f"break, p = {regime.p_value:.2g}")  # fmt: skip
 
 
-def effects(found: Sequence[Effect], shared: Sequence[Common], *, title: str, provenance: str) -> Figure:
+def effects(result: Sequence[Effect], shared: Sequence[Common], *, title: str, provenance: str) -> Figure:
     """The effects found over the tests, how probable in each; of a group, each parameter of what it shares."""
     panels = [(common, term, key) for common in shared for term in common.found.shared for key in term.parameters]
     panels = panels[:MOST_PARAMETERS]
-    rows = max([len(found), *(len(common.found.tests) for common, _, _ in panels), 1])
+    rows = max([len(result), *(len(common.found.tests) for common, _, _ in panels), 1])
     figure, (axes, *further) = page(1, 1 + len(panels), height=1.6 + 0.3 * rows, title=title, provenance=provenance)
-    name_axes(axes, "probability in a test [1]", "", "" if found else "no effect was found in any test")
+    name_axes(axes, "probability in a test [1]", "", "" if result else "no effect was found in any test")
     labels = []
-    for place, effect in enumerate(found):
+    for place, effect in enumerate(result):
         axes.plot(effect.probability, np.full(len(effect.probability), place), linestyle="none", marker="o",
                   markersize=4.5, color=BLUE, alpha=0.6)  # fmt: skip
         group = f"{effect.group}: " if effect.group else ""
@@ -178,15 +178,15 @@ def _labelled(key: str, unit: str) -> str:
     return f"{key.removesuffix('_' + unit.replace('%', 'percent').replace('/', '_')).replace('_', ' ')} [{unit}]"
 
 
-def _parameter(axes: Axes, places: Sequence[int], found: SharedParameter) -> None:
+def _parameter(axes: Axes, places: Sequence[int], shared: SharedParameter) -> None:
     """A parameter in each test that has it, with its 90 % interval, and its mean over them."""
-    axes.errorbar(found.value, places, xerr=NINETY * found.std, linestyle="none", marker="o", markersize=3.5,
+    axes.errorbar(shared.value, places, xerr=NINETY * shared.std, linestyle="none", marker="o", markersize=3.5,
                   markerfacecolor="white", elinewidth=0.7, color=BLUE)  # fmt: skip
-    if np.isfinite(found.low):
-        axes.axvspan(found.low, found.high, color=GREY, alpha=0.3, linewidth=0.0)
-    axes.axvline(found.mean, color=BLACK, linewidth=0.8)
-    low, high = np.min(found.value), np.max(found.value)
-    typical = NINETY * float(np.median(np.nan_to_num(found.std, posinf=0.0)))
+    if np.isfinite(shared.low):
+        axes.axvspan(shared.low, shared.high, color=GREY, alpha=0.3, linewidth=0.0)
+    axes.axvline(shared.mean, color=BLACK, linewidth=0.8)
+    low, high = np.min(shared.value), np.max(shared.value)
+    typical = NINETY * float(np.median(np.nan_to_num(shared.std, posinf=0.0)))
     room = max(high - low, typical, 1e-9 * abs(high)) or 1.0
     axes.set_xlim(low - room, high + room)
 

@@ -31,10 +31,10 @@ from twindisc_cli.figures.style import (
     sheet,
 )
 from twindisc_cli.loop.channels import channels
-from twindisc_cli.loop.diagnosis import Diagnosis, FoundLaw, Tried
+from twindisc_cli.loop.diagnosis import CandidateResult, Diagnosis, FoundLaw
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.experiment import Experiment, Floats
-from twindisc_cli.report import told
+from twindisc_cli.report import sentences
 from twindisc_cli.report.words import p_value, percent, term_name, unit
 
 PANEL, STRIP, BAR, AXIS = 2.35, 0.62, 0.19, 0.72
@@ -211,9 +211,9 @@ def _mean_course(over: Floats, values: Floats, bins: int) -> tuple[Floats, Float
     return means[0], means[1]
 
 
-def _ranked(view: View) -> list[Tried]:
+def _ranked(view: View) -> list[CandidateResult]:
     """The explanations that are drawn: all that were chosen, and those that come first beside them."""
-    ranked = told.ranked(view.diagnosis, view.channel)
+    ranked = sentences.ranked(view.diagnosis, view.channel)
     first = sorted(range(len(ranked)), key=lambda i: (not ranked[i].chosen, i))[:SHOWN]
     return [ranked[i] for i in sorted(first)]
 
@@ -221,7 +221,7 @@ def _ranked(view: View) -> list[Tried]:
 def _ranking(axes: Axes, view: View) -> None:
     """How much better each explanation makes the fit, and what came of it."""
     ranked = _ranked(view)
-    gains = [told.length(tried.gain) for tried in ranked]
+    gains = [sentences.length(tried.gain) for tried in ranked]
     colours = [CHOSEN if t.chosen else BAND if t.refused else HOLDS for t in ranked]
     axes.barh(range(len(ranked)), gains, color=colours, height=0.78)
     longest = max(*gains, 1e-9)
@@ -245,11 +245,11 @@ def _ranking(axes: Axes, view: View) -> None:
     name_axes(axes, better, "", f"{view.channel}: explanations that were tried")
 
 
-def _remark(diagnosis: Diagnosis, tried: Tried) -> str:
+def _remark(diagnosis: Diagnosis, tried: CandidateResult) -> str:
     """What came of an explanation, in a word."""
     if tried.refused:
         return "at a bound" if tried.at_bound else tried.refused.partition(" of ")[0]
-    probability = told.probability(diagnosis, tried)
+    probability = sentences.probability(diagnosis, tried)
     if np.isfinite(probability):
         return percent(probability)
     return "added" if tried.chosen else "as good"
@@ -260,7 +260,7 @@ def _outcome(view: View) -> str:
     diagnosis, channel = view.diagnosis, view.channel
     if channel in [left.channel for left in diagnosis.unexplained]:
         return "what the model leaves: part unexplained"
-    if channel in told.together(diagnosis):
+    if channel in sentences.together(diagnosis):
         return "what the model leaves"
     p = diagnosis.p_values.get(channel, float("nan"))
     if not np.isfinite(p):
@@ -278,16 +278,16 @@ DRAW: Mapping[tuple[str, int], Callable[[Axes, View], None]] = {
 }
 
 
-def _law(axes: Axes, found: FoundLaw, diagnosis: Diagnosis) -> None:
+def _law(axes: Axes, result: FoundLaw, diagnosis: Diagnosis) -> None:
     """A law that was learnt: its curve with the 90 % band, its formula, and where data were."""
-    law, curve = found.law, found.curve
+    law, curve = result.law, result.curve
     axes.fill_between(curve.at, curve.low, curve.high, color=BLUE, alpha=0.2, linewidth=0.0, label="90 %")
     axes.plot(curve.at, curve.value, color=BLUE, linewidth=1.4, label="learnt")
     if law.shape is None:
         axes.plot(law.at, law.value, linestyle="none", marker="o", markersize=2.5, color=BLUE)
     one = 1.0 if law.of.kind == "factor" else 0.0
     axes.axhline(one, color=BLACK, linewidth=0.5)
-    data = samples_over(diagnosis, found)
+    data = samples_over(diagnosis, result)
     if len(data):
         axes.plot(data, np.full(len(data), 0.015), linestyle="none", marker="|", markersize=5.0, markeredgewidth=0.4,
                   color=GREY, alpha=0.6, transform=axes.get_xaxis_transform(), label="data")  # fmt: skip
@@ -295,5 +295,5 @@ def _law(axes: Axes, found: FoundLaw, diagnosis: Diagnosis) -> None:
     axes.set_ylim(low - 0.08 * (high - low), high + 0.12 * (high - low))
     across = f"{law.over.label} {law.over.symbol} [{unit(law.over.unit) or '1'}]"
     what = f"{'factor on' if one else 'shift of'} {law.of.label} [{unit(law.of.unit) or '1'}]"
-    name_axes(axes, across, fill(what, 28), fill(f"learnt: {found.formula} ({told.sureness(found)})", TITLE))
+    name_axes(axes, across, fill(what, 28), fill(f"learnt: {result.formula} ({sentences.sureness(result)})", TITLE))
     legend(axes, 3)

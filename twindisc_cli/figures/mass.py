@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 DISCS = {1: ORANGE, 2: BLUE}
 
 
-def weighed(fit: MassFit, found: Sequence[Regime], *, name: str, provenance: str) -> Figure:
+def weighed(fit: MassFit, regimes: Sequence[Regime], *, name: str, provenance: str) -> Figure:
     """Volume as weighed and at K over the dissipated energy, and the wear rate of each disc."""
     figure, (left, right) = page(1, 2, height=3.4, title=f"{name}: wear by weight", provenance=provenance)
     volume(left, fit, provenance=provenance)
-    wear_rate(right, fit, found)
+    wear_rate(right, fit, regimes)
     return figure
 
 
@@ -40,7 +40,7 @@ def volume(axes: Axes, fit: MassFit, *, provenance: str) -> None:
     name_axes(axes, "dissipated energy [kJ]", "worn volume [mm³]", "weighed volume")
 
 
-def wear_rate(axes: Axes, fit: MassFit, found: Sequence[Regime]) -> None:
+def wear_rate(axes: Axes, fit: MassFit, regimes: Sequence[Regime]) -> None:
     """The wear rate from weighing to weighing, with the regimes that the data show."""
     rates = fit.rates
     for disc in np.unique(rates.disc):
@@ -50,9 +50,9 @@ def wear_rate(axes: Axes, fit: MassFit, found: Sequence[Regime]) -> None:
                       marker="o", markersize=4.0, markerfacecolor="white", color=DISCS[int(disc)],
                       label=f"disc {disc}")  # fmt: skip
     shown = rates.rate > 0.0
-    regime_lines(axes, found, points=int(np.sum(shown)))
+    regime_lines(axes, regimes, points=int(np.sum(shown)))
     if np.any(shown):
         logarithmic(axes.xaxis, *around(rates.index[shown] * 1e-6))
         logarithmic(axes.yaxis, *around(rates.rate[shown] * 1e3))
-    name_axes(axes, ENERGY, "wear rate [µg/m/mm²]", regimes_said(found, points=int(np.sum(shown))))
+    name_axes(axes, ENERGY, "wear rate [µg/m/mm²]", regimes_said(regimes, points=int(np.sum(shown))))
     legend(axes, 3)

@@ -91,9 +91,9 @@ def _points(axes: Axes, paper: Paper, *, bars: bool = True) -> None:
     """T/N of the steps of both tests."""
     for name, colour, marker, label in TESTS:
         test = _tests(paper)[name]
-        found = test.friction
-        half = np.nan_to_num(found.half) if bars else None
-        axes.errorbar(found.creepage * 100.0, found.ratio, yerr=half, linestyle="none", marker=marker, markersize=4.5,
+        result = test.friction
+        half = np.nan_to_num(result.half) if bars else None
+        axes.errorbar(result.creepage * 100.0, result.ratio, yerr=half, linestyle="none", marker=marker, markersize=4.5,
                       color=colour, markerfacecolor="white", elinewidth=0.7, label=f"{label}, {_kind(test)}",
                       zorder=4)  # fmt: skip
 
@@ -157,8 +157,8 @@ def _one_mu(paper: Paper, one: Chart) -> Figure:
     axes.plot(one.creepage * 100.0, one.apparent[0], color=BLACK, label="FASTSIM, $\\mu$ = 0.6")
     axes.axvline(one.full_slip[0] * 100.0, color=GREY, linewidth=0.9, linestyle=":",
                  label=f"full slip from {one.full_slip[0] * 100.0:.2f} % (paper: about 1 %)")  # fmt: skip
-    found = paper.air.friction
-    measured_points(axes, found.creepage * 100.0, found.ratio, found.half, label=f"in air, {_kind(paper.air)}")
+    result = paper.air.friction
+    measured_points(axes, result.creepage * 100.0, result.ratio, result.half, label=f"in air, {_kind(paper.air)}")
     axes.set_xlim(0.0, float(one.creepage[-1]) * 100.0)
     axes.set_ylim(0.0, 0.7)
     name_axes(axes, CREEPAGE, "apparent friction $\\mu_a$ [1]")
@@ -237,7 +237,7 @@ def _across(axes: Axes, paper: Paper) -> None:
 
 
 def _bisection(paper: Paper) -> Figure:
-    figure, (found, left) = _page(paper, "Fig. 11: K of the test in air by bisection on the depth", panels=2)
+    figure, (result, left) = _page(paper, "Fig. 11: K of the test in air by bisection on the depth", panels=2)
     k, error = np.array(paper.fit.bisection.trail).T
     order = np.arange(1, len(k) + 1)
     low, high = paper.fit.bisection.bracket
@@ -245,14 +245,14 @@ def _bisection(paper: Paper) -> Figure:
     for value, off in zip(k, error, strict=True):
         lows.append(value if off > 0.0 else lows[-1])
         highs.append(value if off <= 0.0 else highs[-1])
-    found.fill_between(order, np.array(lows[:-1]) * 1e5, np.array(highs[:-1]) * 1e5, color=GREY, alpha=0.25,
+    result.fill_between(order, np.array(lows[:-1]) * 1e5, np.array(highs[:-1]) * 1e5, color=GREY, alpha=0.25,
                        linewidth=0.0, label="$[K_0, K_1]$")  # fmt: skip
-    found.plot(order, k * 1e5, color=BLUE, marker="o", markersize=4.0, label="$K = (K_0 + K_1) / 2$, Eq. 16")
-    name_axes(found, "simulation", "$K$ [$10^{-5}$]", f"K = {number(k[-1])}; printed: 9.89e-4")
+    result.plot(order, k * 1e5, color=BLUE, marker="o", markersize=4.0, label="$K = (K_0 + K_1) / 2$, Eq. 16")
+    name_axes(result, "simulation", "$K$ [$10^{-5}$]", f"K = {number(k[-1])}; printed: 9.89e-4")
     left.axhspan(-1.0, 1.0, color=GREEN, alpha=0.25, linewidth=0.0, label="$|E_r|$ < 1 %")
     left.plot(order, error, color=BLUE, marker="o", markersize=4.0, label="$E_r = (U_m - U_s) / U_m$, Eq. 17")
     name_axes(left, "simulation", "$E_r$ [%]", "error of the depth")
-    for axes in (found, left):
+    for axes in (result, left):
         axes.set_xticks(order)
         legend(axes, 2)
     said(figure, f"The paper shows a flow chart; here it runs. Worn volume and dissipated energy allow K = "

@@ -151,12 +151,16 @@ def _trail(axes: Axes, fit: WearFit) -> None:
     legend(axes)
 
 
-def varied(found: Sequence[Variation], *, k: float, name: str, provenance: str) -> Figure:
+def varied(variations: Sequence[Variation], *, k: float, name: str, provenance: str) -> Figure:
     """How far K of the measured depth moves with each assumption, the largest first."""
     figure, (axes,) = page(
-        1, 1, height=1.6 + 0.21 * len(found), title=f"{name}: what moves the wear coefficient", provenance=provenance
+        1,
+        1,
+        height=1.6 + 0.21 * len(variations),
+        title=f"{name}: what moves the wear coefficient",
+        provenance=provenance,
     )
-    order = sorted(found, key=lambda variation: -abs(variation.change))
+    order = sorted(variations, key=lambda variation: -abs(variation.change))
     places, changes = np.arange(len(order)), np.array([100.0 * variation.change for variation in order])
     axes.barh(places, changes, height=0.7, color=[BLUE if change > 0.0 else ORANGE for change in changes])
     low, high = min(0.0, float(changes.min())), max(0.0, float(changes.max()))

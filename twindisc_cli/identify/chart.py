@@ -84,8 +84,8 @@ def _reached(test: Experiment, mu: Floats, share: float) -> Floats:
     def missing(log_creepage: Floats) -> Floats:
         prediction, last = _at(test, mu=mu, creepage=np.exp(log_creepage))
         state = prediction.state
-        found = state.power / (state.sliding_speed * state.mu * state.normal_load)
-        return np.asarray(np.diagonal(found[:, last])) - share
+        result = state.power / (state.sliding_speed * state.mu * state.normal_load)
+        return np.asarray(np.diagonal(result[:, last])) - share
 
     low, high = (np.full(len(mu), np.log(end)) for end in (_SMALLEST, _LARGEST))
     creepage = np.exp(bracketed_root(missing, low, high))

@@ -40,8 +40,8 @@ def mu_from_traction(ratio: Floats, *, traction: Callable[[Floats], Floats], hig
     lowest, highest = traction(np.exp(low)), traction(np.exp(high))
     ends = lowest - ratio, highest - ratio
     root = np.exp(bracketed_root(lambda log_mu: traction(np.exp(log_mu)) - ratio, low, high, ends))
-    found = np.where(ratio >= highest, np.inf, np.where(ratio <= lowest, 0.0, root))
-    return np.where(np.isnan(ratio), np.nan, found)
+    result = np.where(ratio >= highest, np.inf, np.where(ratio <= lowest, 0.0, root))
+    return np.where(np.isnan(ratio), np.nan, result)
 
 
 def states(mu: Floats, share: Floats) -> list[str | None]:

@@ -91,13 +91,13 @@ def outliers(y: ArrayLike, s: ArrayLike) -> list[int]:
     """
     y, s = np.asarray(y, dtype=float), np.asarray(s, dtype=float)
     kept = list(range(len(y)))
-    found: list[int] = []
-    while len(kept) >= FEWEST_FOR_OUTLIERS and len(found) < len(y) // 4:
+    results: list[int] = []
+    while len(kept) >= FEWEST_FOR_OUTLIERS and len(results) < len(y) // 4:
         p = [_deviation_p(y[kept], s[kept], i) for i in range(len(kept))]
         if min(p) * len(kept) > OUTLYING:
             break
-        found.append(kept.pop(int(np.argmin(p))))
-    return found
+        results.append(kept.pop(int(np.argmin(p))))
+    return results
 
 
 def levels(y: ArrayLike, test: Ints, cell: Ints, s: ArrayLike = 1.0) -> Levels | None:

@@ -117,15 +117,15 @@ def identify_from_mass(model: ForwardModel, mu: Floats) -> MassFit:
 
 def _of_disc(model: ForwardModel, samples: MassSamples, energy: Mapping[int, float]) -> dict[int, tuple[float, float]]:
     """K of each disc by its last weighing, and its standard error."""
-    found = {}
+    results = {}
     for number, disc in ((1, model.experiment.rig.disc1), (2, model.experiment.rig.disc2)):
         mine = samples.disc == number
         if np.any(mine):
             last = int(np.argmax(np.where(mine, samples.iteration, 0)))
             spent = energy[int(samples.iteration[last])]
             per = disc.hardness / (disc.density * spent)
-            found[number] = float(samples.loss[last] * per), float(samples.uncertainty[last] * per)
-    return found
+            results[number] = float(samples.loss[last] * per), float(samples.uncertainty[last] * per)
+    return results
 
 
 def _wear_rates(model: ForwardModel, prediction: Prediction, samples: MassSamples) -> WearRates:

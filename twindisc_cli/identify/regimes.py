@@ -57,8 +57,8 @@ def find_break(x: Floats, y: Floats, rng: np.random.Generator) -> tuple[int, flo
     line = intercept + slope * (x - x[0])
     shuffled = np.stack([rng.permutation(y - line) for _ in range(PERMUTATIONS)])
     gain = _sup_f(x, np.vstack([y, line + shuffled]))
-    at, found = int(gain[0][0]), gain[1]
-    return at, float((1 + np.count_nonzero(found[1:] >= found[0])) / (1 + PERMUTATIONS))
+    at, result = int(gain[0][0]), gain[1]
+    return at, float((1 + np.count_nonzero(result[1:] >= result[0])) / (1 + PERMUTATIONS))
 
 
 def _sup_f(x: Floats, y: Floats) -> tuple[Floats, Floats]:

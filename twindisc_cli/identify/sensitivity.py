@@ -66,10 +66,10 @@ def sensitivity(model: ForwardModel, fit: WearFit) -> list[Variation]:
         return []
     base = _k_of_depth(test, fit)
     through = [(what, _k_of_depth(changed, fit)) for what, changed in _changed(test)]
-    found = [Variation(what, k, k / base - 1.0) for what, k in through]
+    results = [Variation(what, k, k / base - 1.0) for what, k in through]
     if not (test.effects or test.laws) and test.options.contact == "hertz" and test.measured.start is None:
-        found += [Variation(what, base * ratio, ratio - 1.0) for what, ratio in _by_rule(model, fit, base).items()]
-    return [variation for variation in found if np.isfinite(variation.change)]
+        results += [Variation(what, base * ratio, ratio - 1.0) for what, ratio in _by_rule(model, fit, base).items()]
+    return [variation for variation in results if np.isfinite(variation.change)]
 
 
 def _k_of_depth(test: Experiment, fit: WearFit) -> float:
@@ -179,10 +179,10 @@ def _by_rule(model: ForwardModel, fit: WearFit, k: float) -> dict[str, float]:
     energy = model.predict(BaseParameters.declared(model.experiment, mu[None])).state.energy[0]
     of_iteration = np.diff(energy[model.points.of_iteration], prepend=0.0)
 
-    def found(rule: Rule, every: str) -> float:
+    def k_by(rule: Rule, every: str) -> float:
         return _root(lambda k: _depth_by_circle(model, of_iteration * k, rule, every=every), fit, k)
 
-    return {what: found(*rule) / k for what, rule in RULES.items()}
+    return {what: k_by(*rule) / k for what, rule in RULES.items()}
 
 
 def _depth_by_circle(model: ForwardModel, worn: Floats, rule: Rule, *, every: str) -> float:

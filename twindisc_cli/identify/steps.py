@@ -76,19 +76,19 @@ def _idle(ratio: float) -> str | None:
     return NO_CREEPAGE if np.isfinite(ratio) else None
 
 
-def softness(test: Experiment, found: StepFriction) -> Floats:
+def softness(test: Experiment, friction: StepFriction) -> Floats:
     """The slope that steps below full sliding ask for, over the theory's, if mu is as in full sliding; (such a step,).
 
     Empty where no step slides all over or declared effects act. Below 1 the contact is softer than smooth discs, as
     rough or covered ones are, or friction is lower there: T/N alone does not tell which.
     """
-    if not test.is_plain or not np.any(known := np.isfinite(found.mu) & (found.mu > 0.0)):
+    if not test.is_plain or not np.any(known := np.isfinite(friction.mu) & (friction.mu > 0.0)):
         return np.empty(0)
-    law, creepage, ratio = unworn_law(test), np.abs(found.creepage), np.abs(found.ratio)
-    slides = known & (creepage > FAR_BEYOND * found.mu / law.slope * law.full_slip)
+    law, creepage, ratio = unworn_law(test), np.abs(friction.creepage), np.abs(friction.ratio)
+    slides = known & (creepage > FAR_BEYOND * friction.mu / law.slope * law.full_slip)
     if not np.any(slides):
         return np.empty(0)
-    mu = float(np.mean(found.mu[slides]))
+    mu = float(np.mean(friction.mu[slides]))
     below = known & (creepage < mu / law.slope * law.full_slip) & (ratio < LIGHT_LINE * mu)
     return np.asarray(law.unsaturation(ratio[below] / mu) * mu / (law.slope * creepage[below]))
 
@@ -98,8 +98,8 @@ def friction_in_use(model: ForwardModel) -> tuple[Floats, list[str]]:
     test = model.experiment
     first = np.unique(test.history.step, return_index=True)[1]
     given, constant = test.history.given_mu[first], test.options.friction_coefficient
-    found = identify_friction(model).mu if test.measured.traction is not None else np.full(len(first), np.nan)
-    choices = [("given", given), ("identified", np.where(found > 0.0, found, np.nan)), ("constant", constant)]
+    result = identify_friction(model).mu if test.measured.traction is not None else np.full(len(first), np.nan)
+    choices = [("given", given), ("identified", np.where(result > 0.0, result, np.nan)), ("constant", constant)]
     mu, source = np.full(len(first), np.nan), np.full(len(first), "unknown", dtype=object)
     for name, values in reversed(choices):
         known = np.isfinite(np.broadcast_to(values, mu.shape))
@@ -135,8 +135,8 @@ def _through_model(model: ForwardModel, samples: TractionSamples) -> Explanation
     def share(mu: Floats) -> Floats:
         state = model.predict(BaseParameters.declared(model.experiment, mu[None]), profiled=False).state
         with np.errstate(invalid="ignore", divide="ignore"):
-            found = state.power / (state.sliding_speed * state.mu * state.normal_load)
-        return mean(model.points.traction(found)[0])
+            result = state.power / (state.sliding_speed * state.mu * state.normal_load)
+        return mean(model.points.traction(result)[0])
 
     return traction, share
 
@@ -148,8 +148,8 @@ def _mean_of_steps(test: Experiment, samples: TractionSamples) -> Callable[[Floa
     first = (np.cumsum(count) - count)[seen]
 
     def mean(values: Floats) -> Floats:
-        found = np.full((*values.shape[:-1], len(count)), np.nan)
-        found[..., seen] = np.add.reduceat(values[..., order], first, axis=-1) / count[seen]
-        return found
+        result = np.full((*values.shape[:-1], len(count)), np.nan)
+        result[..., seen] = np.add.reduceat(values[..., order], first, axis=-1) / count[seen]
+        return result
 
     return mean

@@ -101,12 +101,12 @@ def _profiles(paths: Paths, section: Floats, load: Floats) -> tuple[Floats, Floa
         return np.array([np.interp(widest, path_y, row, left=0.0, right=0.0) for row in rows])
 
     scaled = paths.profile_scale(load[None])
-    found = paths.at(lambda path: depth(path.y, path.depth), section, load)[0] * scaled.height.T
+    result = paths.at(lambda path: depth(path.y, path.depth), section, load)[0] * scaled.height.T
     scale = scaled.across[0]
     if np.all(scale == 1.0):
-        return widest, found
+        return widest, result
     y = widest * float(scale.max())
-    return y, np.array([np.interp(y / s, widest, row) for s, row in zip(scale, found, strict=True)])
+    return y, np.array([np.interp(y / s, widest, row) for s, row in zip(scale, result, strict=True)])
 
 
 def _power_per_length(y: Floats, depth: Floats, power: Floats) -> Floats:

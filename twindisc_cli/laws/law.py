@@ -80,8 +80,8 @@ def acted(quantity: str, covariate: str, change: Change, state: State) -> State:
     if COVARIATES[covariate] is COVARIATES["y_over_edge"] and state.surface is None:
         return state
     x = COVARIATES[covariate].of(state)
-    found = np.where(np.isfinite(x) & (np.abs(x) <= COVARIATES[covariate].reach), change(np.nan_to_num(x)), 0.0)
-    return QUANTITIES[quantity].apply(state, found * QUANTITIES[quantity].scale)
+    result = np.where(np.isfinite(x) & (np.abs(x) <= COVARIATES[covariate].reach), change(np.nan_to_num(x)), 0.0)
+    return QUANTITIES[quantity].apply(state, result * QUANTITIES[quantity].scale)
 
 
 def formula_value(quantity: str, covariate: str, shape: str, x: Floats, parameters: Mapping[str, Any]) -> Floats:
@@ -110,21 +110,21 @@ def formula_text(law: Law) -> str:
 
 def warnings(laws: Mapping[str, Law], state: State, test: str) -> list[str]:
     """Where laws are used outside of the range they were learnt on, or cannot be carried over to another history."""
-    found = []
+    results = []
     for name, law in laws.items():
         if law.transfer == "same_history":
-            found.append(
+            results.append(
                 f"{test}: {name} cannot be carried over with certainty to another history than the one it was learnt "
                 f"on: there {law.over.label} could not be separated from what changed with it"
             )
         outside = _outside(law, state)
         if outside > 0.0:
             low, high = law.valid or (np.nan, np.nan)
-            found.append(
+            results.append(
                 f"{test}: {name} is used outside of the range it was learnt on ({low:.4g} to {high:.4g} "
                 f"{law.over.unit}) in {100.0 * outside:.0f} % of the test"
             )
-    return found
+    return results
 
 
 def _outside(law: Law, state: State) -> float:

@@ -33,7 +33,7 @@ class Compared:
         """The shares, or what the evidence says in their place (member,)."""
         if np.isfinite(self.shares).all():
             return self.shares
-        evidence = np.array([(m.evidence - self.answer.evidence) / self.answer.heat for m in self.members])
+        evidence = np.array([(m.evidence - self.answer.evidence) / self.answer.temperature for m in self.members])
         weights = np.minimum(np.exp(np.minimum(evidence, 700.0)), 1e6)
         return np.asarray(weights / weights.sum())
 
@@ -172,7 +172,7 @@ def _in_other_words(compared: Compared, name: str, term: Term, places: Mapping[T
     near = [
         other
         for other in laws
-        if other == term or compared.similarity(name, places[term], places[other]) > THRESHOLDS.alike
+        if other == term or compared.similarity(name, places[term], places[other]) > THRESHOLDS.same_response
     ]
     return max(near, key=lambda other: places[other].evidence)
 
@@ -186,7 +186,7 @@ def _effect_of(compared: Compared, name: str, law: LawTerm, places: Mapping[Term
         and not member.fit.at_bound
         and catalogue()[other.name].stage == QUANTITIES[law.quantity].stage
         and catalogue()[other.name].over in ("", law.covariate)
-        and compared.similarity(name, places[law], member) > THRESHOLDS.alike
+        and compared.similarity(name, places[law], member) > THRESHOLDS.same_response
     ]
     return max(near, key=lambda other: places[other].evidence, default=None)
 
@@ -194,7 +194,7 @@ def _effect_of(compared: Compared, name: str, law: LawTerm, places: Mapping[Term
 def _fits_as_well(answer: Explanation, member: Explanation) -> bool:
     """Whether only its parameters are held against an explanation."""
     misfit = [0.5 * e.fit.chi2 - (e.evidence - e.here) for e in (member, answer)]
-    return not member.fit.at_bound and (misfit[0] - misfit[1]) / answer.heat < THRESHOLDS.within
+    return not member.fit.at_bound and (misfit[0] - misfit[1]) / answer.temperature < THRESHOLDS.within
 
 
 def _is_form(compared: Compared, name: str, term: Term, places: Mapping[Term, Explanation]) -> bool:

@@ -52,7 +52,7 @@ def effects(fitted: Fit) -> list[Proposal]:
     """The effects of the catalogue that these tests can show and that are not in the model yet."""
     problem = fitted.problem
     samples, target = np.log(len(fitted.residual)), _target(fitted)
-    found = []
+    results = []
     for name in searched(problem):
         sets, moved = _responses_of(fitted, target, name)
         along = (moved @ fitted.residual) / np.sqrt(np.sum(moved**2, axis=1) + 1e-12)
@@ -60,21 +60,21 @@ def effects(fitted: Fit) -> list[Proposal]:
         order = np.argsort(-score)[:2]
         promise = 0.5 * float(score[order[0]]) - 0.5 * samples * sets.shape[1]
         starts = [sets[i] for i in order if score[i] >= 0.5 * score[order[0]]]
-        found.append(Proposal(name, catalogue()[name], starts, promise))
-    return sorted(found, key=lambda p: -p.promise)
+        results.append(Proposal(name, catalogue()[name], starts, promise))
+    return sorted(results, key=lambda p: -p.promise)
 
 
 def laws(fitted: Fit, known: Sequence[Response] | None = None) -> list[Proposal]:
     """Every law over every pair that says anything, the best forms of each."""
-    found = []
+    results = []
     for pair in pairs(fitted, known):
         name = pair.name
         if name in fitted.terms or pair.log_evidence < 0.0:
             continue
         for promise, trial, price in pair.proposals(len(fitted.residual))[: THRESHOLDS.forms]:
             start = np.array([p.inner(p.start) for p in parameters_of(name, trial)])
-            found.append(Proposal(name, trial, [start], promise, price, pair))
-    return found
+            results.append(Proposal(name, trial, [start], promise, price, pair))
+    return results
 
 
 def warmed(effect: Effect) -> str | None:
@@ -129,7 +129,7 @@ def _responses_of(fitted: Fit, target: tuple[Floats, Floats], name: str) -> tupl
     sets = _grid(problem, name)
     theta = np.concatenate([np.tile(fitted.theta, (len(sets), 1)), sets], axis=1)
     lower, upper = problem.bounds
-    rows = problem.discount(problem.white(problem.predict(np.clip(theta, lower, upper), marched="none")))
+    rows = problem.discount(problem.white(problem.predict(np.clip(theta, lower, upper), integrated="none")))
     moved = np.nan_to_num(rows - plain)
     return sets, np.asarray(moved - (moved @ span) @ span.T)
 
@@ -137,7 +137,7 @@ def _responses_of(fitted: Fit, target: tuple[Floats, Floats], name: str) -> tupl
 def _target(fitted: Fit) -> tuple[Floats, Floats]:
     """White prediction of a fit (sample,), and the directions that its parameters reach."""
     problem = fitted.problem
-    plain = problem.white(problem.predict(fitted.theta[None], marched="none"))[0]
+    plain = problem.white(problem.predict(fitted.theta[None], integrated="none"))[0]
     return problem.discount(plain), span_of(fitted.jacobian)
 
 

@@ -92,7 +92,7 @@ def _mean_distances(
 ) -> dict[tuple[int, int], dict[str, float]]:
     """Squared distances of each pair of models by recorded channel, on average over the tests."""
     every = [_distances(_case(models), steps, models, channels) for models in alive]
-    return {pair: {c: float(np.mean([found[pair][c] for found in every])) for c in channels} for pair in every[0]}
+    return {pair: {c: float(np.mean([result[pair][c] for result in every])) for c in channels} for pair in every[0]}
 
 
 def up_and_down(history: History, why: str) -> NextExperiment:
@@ -139,14 +139,14 @@ def _distances(
     """Squared distance of each pair of models by recorded channel, the parameters of the rival refitted."""
     model = ForwardModel(_planned(case.test, steps, alive[0][0]))
     rows, slopes = zip(*[_rows(model, case, fitted) for fitted, _ in alive], strict=True)
-    found = {}
+    results = {}
     for a, b in combinations(range(len(alive)), 2):
         gap = np.concatenate([rows[a][c] - rows[b][c] for c in channels])
         span = span_of(np.concatenate([slopes[b][c] for c in channels]))
         gap = gap - span @ (span.T @ gap)
         parts = np.split(gap, np.cumsum([len(rows[a][c]) for c in channels])[:-1])
-        found[a, b] = {c: float(part @ part) for c, part in zip(channels, parts, strict=True)}
-    return found
+        results[a, b] = {c: float(part @ part) for c, part in zip(channels, parts, strict=True)}
+    return results
 
 
 def _rows(model: ForwardModel, case: Case, fitted: Fit) -> tuple[dict[str, Floats], dict[str, Floats]]:

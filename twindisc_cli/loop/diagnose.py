@@ -17,6 +17,7 @@ from twindisc_cli.loop.channels.profile import recorded_stops
 from twindisc_cli.loop.channels.traction import friction_is_given
 from twindisc_cli.loop.design import next_experiment, up_and_down
 from twindisc_cli.loop.diagnosis import (
+    CandidateResult,
     ChannelError,
     Curve,
     Diagnosis,
@@ -26,7 +27,6 @@ from twindisc_cli.loop.diagnosis import (
     NextExperiment,
     PredictedErrors,
     Strength,
-    Tried,
     Unexplained,
     Verdict,
 )
@@ -35,7 +35,7 @@ from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.holdout import steps_withheld
 from twindisc_cli.loop.intervals import base_parameters
 from twindisc_cli.loop.judge import Kind
-from twindisc_cli.loop.screen import Leftover, leftover
+from twindisc_cli.loop.screen import Residual, unexplained_residual
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.step_scatter import step_scatter
 from twindisc_cli.loop.term_intervals import term_parameters, unfixed, widened
@@ -67,38 +67,38 @@ def diagnose(
     """
     started = monotonic()
     _refuse(tests)
-    found = explain(tests, validate=validate, quick=quick, progress=progress)
+    outcome = explain(tests, validate=validate, quick=quick, progress=progress)
     progress("intervals", 0.9)
-    before = {channel: leftover(found.search.base.fit, channel) for channel in found.problem.channels}
-    left, scattered = _left(found, before), step_scatter(found.answer.fit)
-    weights = {name: weighed(found.compared, name) for name in found.answer.terms}
-    effects, laws = _found(found, weights)
+    before = {channel: unexplained_residual(outcome.search.base.fit, channel) for channel in outcome.problem.channels}
+    left, scattered = _left(outcome, before), step_scatter(outcome.answer.fit)
+    weights = {name: weighed(outcome.compared, name) for name in outcome.answer.terms}
+    effects, laws = _found(outcome, weights)
     progress("next experiment", 0.95)
-    validation = _prediction(found, validate) if validate is not None else None
+    validation = _prediction(outcome, validate) if validate is not None else None
     return Diagnosis(
-        verdict=_verdict(found, effects, laws, [*left, *scattered]),
+        verdict=_verdict(outcome, effects, laws, [*left, *scattered]),
         effects=effects,
         laws=laws,
         unexplained=left,
-        errors={channel: _error(channel, found) for channel in found.problem.channels},
-        base=base_parameters(found),
-        tried=_tried(found, weights),
-        curves=_curves(found),
+        errors={channel: _error(channel, outcome) for channel in outcome.problem.channels},
+        base=base_parameters(outcome),
+        tried=_tried(outcome, weights),
+        curves=_curves(outcome),
         p_values={channel: rest.p_value for channel, rest in before.items()},
         held_out_steps={test.name: steps_withheld(test) for test in tests},
         notes=[
-            *_differences(found),
+            *_differences(outcome),
             *_unfixed(effects),
-            *_running_alike(weights),
-            *(note for test in [*predict, *([validate] if validate else [])] for note in _warned(found, laws, test)),
-            *_notes(found),
+            *_equal_covariates(weights),
+            *(note for test in [*predict, *([validate] if validate else [])] for note in _warned(outcome, laws, test)),
+            *_notes(outcome),
         ],
-        next_experiment=_next(found, weights, left),
+        next_experiment=_next(outcome, weights, left),
         validation=validation,
         step_scatter=scattered,
-        predictions=[_prediction(found, test) for test in predict],
-        same_on_all=None if found.on_all is None else found.on_all == found.answer.labels,
-        blind=found.blind,
+        predictions=[_prediction(outcome, test) for test in predict],
+        same_on_all=None if outcome.on_all is None else outcome.on_all == outcome.answer.labels,
+        blind=outcome.blind,
         seconds=monotonic() - started,
     )
 
@@ -112,25 +112,25 @@ def _refuse(tests: Sequence[Experiment]) -> None:
 
 
 def _verdict(
-    found: Outcome, effects: Sequence[FoundEffect], laws: Sequence[FoundLaw], left: Sequence[object]
+    outcome: Outcome, effects: Sequence[FoundEffect], laws: Sequence[FoundLaw], left: Sequence[object]
 ) -> Verdict:
     """The verdict in a word. What was found but is not given, for it predicts worse, leaves the data unexplained."""
     if effects:
         return "effects_found"
     if laws:
         return "law_learned"
-    return "unexplained" if left or found.refused else "no_missing_effect"
+    return "unexplained" if left or outcome.refused else "no_missing_effect"
 
 
 # ------------------------------------------------------------------------------------------------- what is left
 
 
-def _left(found: Outcome, before: Mapping[str, Leftover]) -> list[Unexplained]:
+def _left(outcome: Outcome, before: Mapping[str, Residual]) -> list[Unexplained]:
     """What stays unexplained, with the covariates that say most."""
     left: list[Unexplained] = []
-    fitted, base = found.answer.fit, found.search.base.fit
-    for channel in found.problem.channels:
-        rest = leftover(fitted, channel) if fitted.terms else before[channel]
+    fitted, base = outcome.answer.fit, outcome.search.base.fit
+    for channel in outcome.problem.channels:
+        rest = unexplained_residual(fitted, channel) if fitted.terms else before[channel]
         level = THRESHOLDS.alarm if not fitted.terms else THRESHOLDS.refusal
         explained = np.sqrt(max(_power(base, channel) - _power(fitted, channel), 0.0))
         open_ = not fitted.terms or rest.length > THRESHOLDS.short * explained or _mean(fitted, channel) > 1.3
@@ -139,7 +139,7 @@ def _left(found: Outcome, before: Mapping[str, Leftover]) -> list[Unexplained]:
     return left
 
 
-def _listed(rest: Leftover) -> list[Unexplained]:
+def _listed(rest: Residual) -> list[Unexplained]:
     scores = rest.covariates[: THRESHOLDS.covariates] or list(rest.scores[:1])
     return [Unexplained(rest.channel, s.group.covariate, s.group.kind, s.share, s.p_value) for s in scores]
 
@@ -162,41 +162,41 @@ def _mean(fitted: Fit, channel: str) -> float:
 # ------------------------------------------------------------------------------------------------- what was found
 
 
-def _found(found: Outcome, weights: Mapping[str, Weighed]) -> tuple[list[FoundEffect], list[FoundLaw]]:
+def _found(outcome: Outcome, weights: Mapping[str, Weighed]) -> tuple[list[FoundEffect], list[FoundLaw]]:
     """Effects and laws of the answer, each with what cannot be told from it."""
     effects, laws = [], []
-    for name in found.answer.terms:
-        effect = found.answer.effect(name)
-        channel = found.problem.shown_in(effect)
-        remains = found.compared.remains(channel)
+    for name in outcome.answer.terms:
+        effect = outcome.answer.effect(name)
+        channel = outcome.problem.shown_in(effect)
+        remains = outcome.compared.remains(channel)
         probability, rivals = weights[name].probability, weights[name].alternatives
         probability *= 1.0 - remains
-        strength = _strength(found, name, probability, rivals)
+        strength = _strength(outcome, name, probability, rivals)
         if isinstance(effect, Trial):
-            laws.append(_law(found, name, effect, probability, rivals, strength, remains))
+            laws.append(_law(outcome, name, effect, probability, rivals, strength, remains))
         else:
-            parameters = term_parameters(found.sure, name)
+            parameters = term_parameters(outcome.sure, name)
             strength = "possible" if unfixed(effect, parameters) else strength
             effects.append(FoundEffect(name, channel, parameters, tuple(rivals), probability, strength, remains))
     return effects, laws
 
 
-def _strength(found: Outcome, name: str, probability: float, rivals: Sequence[Alternative]) -> Strength:
+def _strength(outcome: Outcome, name: str, probability: float, rivals: Sequence[Alternative]) -> Strength:
     """In a word: established where it comes back in nine of ten resamples and nothing stands against it."""
-    same = found.on_all is None or found.answer.term(name) in found.on_all
-    if probability >= THRESHOLDS.established and not rivals and same and found.blind and not _tied(found):
+    same = outcome.on_all is None or outcome.answer.term(name) in outcome.on_all
+    if probability >= THRESHOLDS.established and not rivals and same and outcome.blind and not _tied(outcome):
         return "established"
     return "probable" if probability >= THRESHOLDS.probable else "possible"
 
 
-def _tied(found: Outcome) -> bool:
+def _tied(outcome: Outcome) -> bool:
     """Whether another explanation is as good as the answer, to within the numerical error of the evidence."""
-    near = [m for m in found.members if found.answer.evidence - m.evidence <= THRESHOLDS.evidence_error]
-    return any(m.labels != found.answer.labels for m in near)
+    near = [m for m in outcome.members if outcome.answer.evidence - m.evidence <= THRESHOLDS.evidence_error]
+    return any(m.labels != outcome.answer.labels for m in near)
 
 
 def _law(
-    found: Outcome,
+    outcome: Outcome,
     name: str,
     trial: Trial,
     probability: float,
@@ -204,20 +204,20 @@ def _law(
     strength: Strength,
     remains: float,
 ) -> FoundLaw:
-    law = _with_range(found, trial.law(found.judged.estimated.values(name)), rivals)
+    law = _with_range(outcome, trial.law(outcome.judged.estimated.values(name)), rivals)
     resembles = [
         (term.name, share)
-        for term, member in found.compared.in_place_of(name).items()
+        for term, member in outcome.compared.in_place_of(name).items()
         if isinstance(term, EffectTerm)
-        and (share := found.compared.similarity(name, member, found.answer)) > THRESHOLDS.resembles
+        and (share := outcome.compared.similarity(name, member, outcome.answer)) > THRESHOLDS.resembles
     ]
     return FoundLaw(
         name=name,
         channel=trial.channel,
         law=law,
         formula=formula_text(law),
-        parameters={} if trial.is_curve else term_parameters(found.sure, name),
-        curve=_band(found.sure, name, trial, law),
+        parameters={} if trial.is_curve else term_parameters(outcome.sure, name),
+        curve=_band(outcome.sure, name, trial, law),
         resembles=tuple(sorted(resembles, key=lambda pair: -pair[1])),
         alternatives=tuple(rivals),
         probability=probability,
@@ -226,13 +226,13 @@ def _law(
     )
 
 
-def _with_range(found: Outcome, law: Law, rivals: Sequence[Alternative]) -> Law:
+def _with_range(outcome: Outcome, law: Law, rivals: Sequence[Alternative]) -> Law:
     """The law with the range of its covariate, and whether it can be carried over to another history."""
     if law.covariate == "y_over_edge":
         return replace(law, valid=(-law.over.reach, law.over.reach))
     values = [
         np.broadcast_to(law.over.of(prediction.state), prediction.section.shape)[0]
-        for prediction in found.judged.prediction("after")
+        for prediction in outcome.judged.prediction("after")
     ]
     every = np.concatenate(values)
     laws = [rival.term for rival in rivals if isinstance(rival.term, LawTerm)]
@@ -265,10 +265,10 @@ def _band(fitted: Fit, name: str, trial: Trial, law: Law) -> LawCurve:
 # ------------------------------------------------------------------------------------------------- errors and curves
 
 
-def _error(channel: str, found: Outcome) -> ChannelError:
+def _error(channel: str, outcome: Outcome) -> ChannelError:
     """Errors of one channel: fitted where all samples were seen, held out where these were not."""
-    of, judged = channels()[channel], found.judged
-    noises = [case.noise[channel] for case in found.problem.cases if channel in case.noise]
+    of, judged = channels()[channel], outcome.judged
+    noises = [case.noise[channel] for case in outcome.problem.cases if channel in case.noise]
     return ChannelError(
         unit=of.unit,
         noise=of.factor * float(np.sqrt(np.mean([n.std**2 for n in noises]))),
@@ -276,25 +276,25 @@ def _error(channel: str, found: Outcome) -> ChannelError:
         before=of.factor * judged.error(channel, "before", held_out=False),
         after=of.factor * judged.error(channel, "after", held_out=False),
         held_out_before=of.factor * judged.error(channel, "unseen_before", held_out=True),
-        held_out_after=of.factor * found.mixture.error(channel, "unseen_after", held_out=True),
+        held_out_after=of.factor * outcome.mixture.error(channel, "unseen_after", held_out=True),
     )
 
 
-def _curves(found: Outcome) -> list[Curve]:
+def _curves(outcome: Outcome) -> list[Curve]:
     """Every channel of every test, by the answer fitted to all samples and by the one fitted without those held out."""
     curves = []
     kinds: tuple[Kind, ...] = ("before", "after", "unseen_before")
-    predictions = {kind: found.judged.prediction(kind) for kind in kinds}
-    for number, channel in found.problem.parts:
-        case, of = found.problem.cases[number], channels()[channel]
+    predictions = {kind: outcome.judged.prediction(kind) for kind in kinds}
+    for number, channel in outcome.problem.parts:
+        case, of = outcome.problem.cases[number], channels()[channel]
         rows = {kind: of.predicted(case.model, every[number])[0] for kind, every in predictions.items()}
         curves.append(
             Curve(
                 test=case.test.name,
                 channel=channel,
                 measured=case.values(channel),
-                unseen_after=found.mixture.predicted(channel, number, "unseen_after"),
-                held_out=found.judged.masks[number][channel],
+                unseen_after=outcome.mixture.predicted(channel, number, "unseen_after"),
+                held_out=outcome.judged.masks[number][channel],
                 kept=case.noise[channel].kept,
                 covariates=of.covariates(case.model, predictions["before"][number]),
                 provenance=case.test.measured.provenance,
@@ -304,67 +304,69 @@ def _curves(found: Outcome) -> list[Curve]:
     return curves
 
 
-def _tried(found: Outcome, weights: Mapping[str, Weighed]) -> list[Tried]:
+def _tried(outcome: Outcome, weights: Mapping[str, Weighed]) -> list[CandidateResult]:
     """What was tried in the place of each term, the answer's own term among it."""
     tried = []
-    for name in found.answer.terms:
-        others = found.answer.labels - {found.answer.term(name)}
-        short = next((m for m in found.members if m.labels == others), found.search.base)
-        places = {found.answer.term(name): found.answer} | found.compared.in_place_of(name)
-        tried += [_place(found, name, short, member, term, weights[name]) for term, member in places.items()]
-    if not found.answer.terms:
+    for name in outcome.answer.terms:
+        others = outcome.answer.labels - {outcome.answer.term(name)}
+        short = next((m for m in outcome.members if m.labels == others), outcome.search.base)
+        places = {outcome.answer.term(name): outcome.answer} | outcome.compared.in_place_of(name)
+        tried += [_place(outcome, name, short, member, term, weights[name]) for term, member in places.items()]
+    if not outcome.answer.terms:
         tried = [
-            _place(found, "", found.search.base, member, term, Weighed(np.nan, (), {term: float(share)}, {}))
-            for member, share in zip(found.members, found.shares, strict=True)
+            _place(outcome, "", outcome.search.base, member, term, Weighed(np.nan, (), {term: float(share)}, {}))
+            for member, share in zip(outcome.members, outcome.shares, strict=True)
             for term in member.labels
-            if len(member.labels) == 1 or member.labels in found.refused
+            if len(member.labels) == 1 or member.labels in outcome.refused
         ]
     return sorted(tried, key=lambda t: (t.replaces, -t.evidence))
 
 
-def _place(found: Outcome, name: str, short: Explanation, member: Explanation, term: Term, weight: Weighed) -> Tried:
-    chosen = member.labels == found.answer.labels
+def _place(
+    outcome: Outcome, name: str, short: Explanation, member: Explanation, term: Term, weight: Weighed
+) -> CandidateResult:
+    chosen = member.labels == outcome.answer.labels
     effect = next(member.effect(other) for other in member.terms if member.term(other) == term)
-    share = weight.chances.get(term, 0.0) if np.isfinite(found.shares).all() else np.nan
-    return Tried(
-        channel=found.problem.shown_in(effect),
+    share = weight.chances.get(term, 0.0) if np.isfinite(outcome.shares).all() else np.nan
+    return CandidateResult(
+        channel=outcome.problem.shown_in(effect),
         replaces=name,
         term=term,
         gain=short.fit.chi2 - member.fit.chi2,
-        evidence=member.evidence - found.answer.evidence,
+        evidence=member.evidence - outcome.answer.evidence,
         probability=share,
         at_bound=member.fit.at_bound,
-        refused="" if chosen else _why_not(found, member, term, weight),
+        refused="" if chosen else _why_not(outcome, member, term, weight),
         chosen=chosen and bool(name),
     )
 
 
-def _why_not(found: Outcome, member: Explanation, term: Term, weight: Weighed) -> str:
+def _why_not(outcome: Outcome, member: Explanation, term: Term, weight: Weighed) -> str:
     """Why an explanation is not the answer; empty where the data cannot tell it from that."""
-    if member.labels in found.refused:
-        return found.refused[member.labels].why
+    if member.labels in outcome.refused:
+        return outcome.refused[member.labels].why
     if member.fit.at_bound:
         return f"{' and '.join(n.rpartition('.')[2] for n in member.fit.at_bound)} at a bound"
     if term in weight.same:
         return "in other words"
     if term in {alternative.term for alternative in weight.alternatives}:
         return ""
-    behind = (found.answer.evidence - member.evidence) / found.answer.heat
-    return "explains less" if not found.answer.terms or behind > THRESHOLDS.within else ""
+    behind = (outcome.answer.evidence - member.evidence) / outcome.answer.temperature
+    return "explains less" if not outcome.answer.terms or behind > THRESHOLDS.within else ""
 
 
 # ------------------------------------------------------------------------------------------------- notes
 
 
-def _differences(found: Outcome) -> list[str]:
+def _differences(outcome: Outcome) -> list[str]:
     """Where the answer and what the samples not held out say alone are not the same; what was refused."""
     notes = [
-        f"{joined(labels)} is not given as the answer: it {refusal.why}" for labels, refusal in found.refused.items()
+        f"{joined(labels)} is not given as the answer: it {refusal.why}" for labels, refusal in outcome.refused.items()
     ]
-    if found.on_all not in (None, found.answer.labels):
-        other = joined(found.on_all or ()) or "nothing"
+    if outcome.on_all not in (None, outcome.answer.labels):
+        other = joined(outcome.on_all or ()) or "nothing"
         notes.insert(0, f"{DIFFERENCE}: fitted to all samples, the evidence is for {other}")
-    if not found.blind:
+    if not outcome.blind:
         notes.append(
             "the first choice raised the error of held-out samples; what is given was chosen with a look at them"
         )
@@ -374,13 +376,13 @@ def _differences(found: Outcome) -> list[str]:
 def _unfixed(effects: Sequence[FoundEffect]) -> list[str]:
     """Parameters of the effects added that the data do not fix."""
     return [
-        f"{' and '.join(keys)} of {found.name}: at a bound, or not fixed by these data"
-        for found in effects
-        if (keys := unfixed(catalogue()[found.name], found.parameters))
+        f"{' and '.join(keys)} of {result.name}: at a bound, or not fixed by these data"
+        for result in effects
+        if (keys := unfixed(catalogue()[result.name], result.parameters))
     ]
 
 
-def _running_alike(weights: Mapping[str, Weighed]) -> list[str]:
+def _equal_covariates(weights: Mapping[str, Weighed]) -> list[str]:
     """Laws named for others of the same quantity, whose covariates run alike on this history."""
     notes = []
     for weight in weights.values():
@@ -391,9 +393,9 @@ def _running_alike(weights: Mapping[str, Weighed]) -> list[str]:
     return notes
 
 
-def _notes(found: Outcome) -> list[str]:
+def _notes(outcome: Outcome) -> list[str]:
     """What the reader must know to weigh the verdict."""
-    cases, notes = found.problem.cases, []
+    cases, notes = outcome.problem.cases, []
     for case in cases:
         name = case.test.name
         for channel, noise in case.noise.items():
@@ -426,8 +428,8 @@ def _notes(found: Outcome) -> list[str]:
                 f"effects and laws of the temperature are left out"
             )
     stops = max((len(recorded_stops(case.test)) for case in cases), default=0)
-    for name in found.answer.terms:
-        effect = found.answer.effect(name)
+    for name in outcome.answer.terms:
+        effect = outcome.answer.effect(name)
         if effect.needs_stops and stops - len(effect.params) - 1 < THRESHOLDS.spare_stops:
             notes.append(
                 f"{stops} profiles fix K and the parameters of {name} and leave little to refuse it: a wear "
@@ -443,19 +445,19 @@ def _notes(found: Outcome) -> list[str]:
 # ------------------------------------------------------------------------------------------------- next, validation
 
 
-def _next(found: Outcome, weights: Mapping[str, Weighed], left: Sequence[Unexplained]) -> NextExperiment | None:
-    """Separate the explanations that cannot be told apart; else tell apart what the leftover depends on."""
+def _next(outcome: Outcome, weights: Mapping[str, Weighed], left: Sequence[Unexplained]) -> NextExperiment | None:
+    """Separate the explanations that cannot be told apart; else tell apart what the unexplained residual depends on."""
     labels = {alternative.term for weight in weights.values() for alternative in weight.alternatives}
-    rivals = [member for member in found.members if member.labels & labels]
+    rivals = [member for member in outcome.members if member.labels & labels]
     if rivals:
-        alive = [found.answer, *rivals[: THRESHOLDS.separated - 1]]
-        evidence = np.array([(e.evidence - found.answer.evidence) / found.answer.heat for e in alive])
+        alive = [outcome.answer, *rivals[: THRESHOLDS.separated - 1]]
+        evidence = np.array([(e.evidence - outcome.answer.evidence) / outcome.answer.temperature for e in alive])
         weight = np.maximum(np.exp(evidence - evidence.max()), 0.05)
         names = [joined(e.labels, " + ") for e in alive]
         return next_experiment([(e.fit, float(w)) for e, w in zip(alive, weight / weight.sum(), strict=True)], names)
     if left:
         names = list(dict.fromkeys(u.covariate for u in left))
-        history = found.problem.cases[0].test.history
+        history = outcome.problem.cases[0].test.history
         return up_and_down(
             history,
             f"the residual depends on {' and '.join(names)}; a history up and down separates time from creepage",
@@ -463,17 +465,17 @@ def _next(found: Outcome, weights: Mapping[str, Weighed], left: Sequence[Unexpla
     return None
 
 
-def _prediction(found: Outcome, test: Experiment) -> PredictedErrors:
+def _prediction(outcome: Outcome, test: Experiment) -> PredictedErrors:
     """Errors of a test that was not fitted: as predicted, and with its own level known."""
-    first = predict_test(test, found.judged.before)
-    last = [predict_test(test, member.after) for member in found.mixture.members]
+    first = predict_test(test, outcome.judged.before)
+    last = [predict_test(test, member.after) for member in outcome.mixture.members]
     own = at_its_own_level(first), [at_its_own_level(each) for each in last]
     level = {
         key: (float(value), float(own[1][0].level[key]))
         for key, value in last[0].level.items()
         if np.isfinite(value) and own[1][0].level[key] != value
     }
-    weights = found.mixture.weights
+    weights = outcome.mixture.weights
     return PredictedErrors(test.name, _predicted_errors(first, last, weights), _predicted_errors(*own, weights), level)
 
 
@@ -491,7 +493,7 @@ def _predicted_errors(first: PredictedTest, last: Sequence[PredictedTest], weigh
     return errors
 
 
-def _warned(found: Outcome, laws: Sequence[FoundLaw], test: Experiment) -> list[str]:
+def _warned(outcome: Outcome, laws: Sequence[FoundLaw], test: Experiment) -> list[str]:
     """Where a test goes beyond what a law was learnt on."""
-    state = predict_test(test, found.judged.after).prediction.state
+    state = predict_test(test, outcome.judged.after).prediction.state
     return warnings({law.name: law.law for law in laws}, state, test.name)

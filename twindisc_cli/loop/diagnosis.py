@@ -1,4 +1,5 @@
-"""What the closed loop concludes, as records for the report: verdict, effects, leftovers, errors, and the curves."""
+"""What the closed loop concludes, as records for the report: verdict, effects, open questions, errors, and the
+curves."""
 
 from __future__ import annotations
 
@@ -103,7 +104,7 @@ class ChannelError:
 
 
 @dataclass(frozen=True)
-class Tried:
+class CandidateResult:
     """One term that was tried in the place of another: what it is, and what it says beside the other terms.
 
     replaces: the name of the term in whose place it stands; gain: fall of
@@ -184,7 +185,7 @@ class Diagnosis:
     unexplained: Sequence[Unexplained]
     errors: Mapping[str, ChannelError]
     base: Mapping[str, Estimate]
-    tried: Sequence[Tried]
+    tried: Sequence[CandidateResult]
     curves: Sequence[Curve]
     p_values: Mapping[str, float]
     held_out_steps: Mapping[str, tuple[int, ...]]

@@ -81,22 +81,22 @@ def explain(tests: Sequence[Experiment], *, validate: Experiment | None, quick: 
     seen_before = plain_fit(seen)
     seen = replace(seen, cases=remembered(seen.cases, seen_before))
     other = elsewhere(validate, seen_before) if validate is not None else None
-    found = search(seen, lambda stage: progress(stage, 0.3), other)
+    result = search(seen, lambda stage: progress(stage, 0.3), other)
     members = ranked(
-        [found.answer, *(e for rivals in found.rivals.values() for e in rivals), *found.others, found.base]
+        [result.answer, *(e for rivals in result.rivals.values() for e in rivals), *result.others, result.base]
     )
     apart = any(mask.any() for test in masks for mask in test.values())
     before = plain_fit(problem_of(tests), seen_before) if apart else seen_before
     progress("judging on held-out samples", 0.8)
     shares = np.full(len(members), np.nan) if quick else np.mean(weights(members), axis=0)
-    compared = Compared(found.answer, members, shares, found.base)
+    compared = Compared(result.answer, members, shares, result.base)
     if not quick:
         compared = replace(compared, answer=most_probable(compared))
     judged, refused = _given(compared, validate, before, seen_before, masks)
     on_all = None if quick or not apart else chosen_on_all(judged, members)
     compared = replace(compared, answer=judged.explanation)
     mixture = mixture_of(judged, compared, refused, masks)
-    return Outcome(found, judged, mixture, compared, refused, on_all, as_estimated(judged.estimated))
+    return Outcome(result, judged, mixture, compared, refused, on_all, as_estimated(judged.estimated))
 
 
 def chosen_on_all(judged: Judged, members: Sequence[Explanation]) -> frozenset[Term]:
@@ -105,7 +105,7 @@ def chosen_on_all(judged: Judged, members: Sequence[Explanation]) -> frozenset[T
     base = refit(judged.before.problem, judged.before.theta) if answer.terms else whole
     again = [replace(answer, fit=whole, before=base.chi2)]
     near = [m for m in members if m.labels != answer.labels and not m.fit.at_bound]
-    near = [m for m in near if (answer.evidence - m.evidence) / answer.heat < 2.0 * THRESHOLDS.within]
+    near = [m for m in near if (answer.evidence - m.evidence) / answer.temperature < 2.0 * THRESHOLDS.within]
     for member in near[: THRESHOLDS.rivals]:
         problem = whole.problem.with_terms(*member.terms, trial=member.fit.problem.trial)
         again.append(replace(member, fit=fit(problem, carried(problem, whole, member.fit)), before=base.chi2))
@@ -123,7 +123,9 @@ class Refusal:
 def most_probable(compared: Compared) -> Explanation:
     """The answer with each term exchanged for what the resamples choose more often in its place."""
     for _ in range(THRESHOLDS.most_terms):
-        better = [found for name in compared.answer.terms if (found := _more_probable(compared, name)) is not None]
+        better = [
+            explanation for name in compared.answer.terms if (explanation := _more_probable(compared, name)) is not None
+        ]
         if not better:
             break
         compared = replace(compared, answer=better[0])
@@ -132,16 +134,16 @@ def most_probable(compared: Compared) -> Explanation:
 
 def _more_probable(compared: Compared, name: str) -> Explanation | None:
     """The explanation with what is chosen more often in the place of a term; None where that is the term itself."""
-    found, places = weighed(compared, name), compared.in_place_of(name)
+    result, places = weighed(compared, name), compared.in_place_of(name)
     likely = [
         alternative
-        for alternative in found.alternatives
+        for alternative in result.alternatives
         if alternative.term in places
         and not places[alternative.term].fit.at_bound
         and not _is_the_record_of(compared, name, places[alternative.term])
     ]
     best = max(likely, key=lambda alternative: alternative.probability, default=None)
-    if best is None or not best.probability > found.probability + THRESHOLDS.share_error:
+    if best is None or not best.probability > result.probability + THRESHOLDS.share_error:
         return None
     return places[best.term]
 
@@ -150,7 +152,7 @@ def _is_the_record_of(compared: Compared, name: str, other: Explanation) -> bool
     """Whether another explanation says of a sensor what a term says of the rig: then the rig's is given."""
     answer = compared.answer
     stages = {other.effect(n).stage for n in other.terms} - {answer.effect(n).stage for n in answer.terms}
-    same = compared.similarity(name, answer, other) > THRESHOLDS.alike
+    same = compared.similarity(name, answer, other) > THRESHOLDS.same_response
     return same and "sensor" in stages and answer.effect(name).stage != "sensor"
 
 

@@ -94,7 +94,7 @@ class Fit:
         """
         lower, upper = self.problem.bounds
         slope = self.jacobian.T @ self.residual
-        found = []
+        results = []
         for i, p in enumerate(self.problem.parameters):
             width = upper[i] - lower[i]
             low = self.theta[i] - lower[i] < upper[i] - self.theta[i]
@@ -103,8 +103,8 @@ class Fit:
             complete = p.unit == "1" and p.off == 0.0 and bound == 1.0
             cost = 2.0 * slope[i] * inward + inward**2 / self.covariance[i, i]
             if p.term is not None and near and bound != p.off and not complete and cost > FREE:
-                found.append(p.name)
-        return tuple(found)
+                results.append(p.name)
+        return tuple(results)
 
 
 def fit(problem: Problem, start: Floats | None = None, most_steps: int = MOST_STEPS) -> Fit:
@@ -133,7 +133,7 @@ def fit(problem: Problem, start: Floats | None = None, most_steps: int = MOST_ST
         return evaluated(inner)[2][:, :-1]
 
     # A triangle has the lengths and the angles of residual and slopes, in as few rows as there are parameters.
-    found = least_squares(
+    result = least_squares(
         residual,
         theta,
         jac=slope,
@@ -144,7 +144,7 @@ def fit(problem: Problem, start: Floats | None = None, most_steps: int = MOST_ST
         gtol=1e-8,
         max_nfev=most_steps,
     )
-    return _summarised(problem, np.asarray(found.x), *evaluated(np.asarray(found.x))[:2])
+    return _summarised(problem, np.asarray(result.x), *evaluated(np.asarray(result.x))[:2])
 
 
 def at(problem: Problem, theta: Floats) -> Fit:

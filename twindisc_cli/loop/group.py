@@ -5,7 +5,7 @@
     theta = (sum C_i^-1)^-1 sum C_i^-1 theta_i                       one set of parameters for the tests it acts in
     Q     = sum (theta_i - theta)' C_i^-1 (theta_i - theta) ~ chi2[k (n - 1)]
 
-    E_i      what the term adds to the evidence of test i beside the terms before it, cooled as in the search [nats]
+    E_i      what the term adds to the evidence of test i beside the terms before it, tempered as in the search [nats]
     theta_i  its k parameters in test i, C_i their covariance, widened by what the fit leaves
 
 Terms are added in the order of log Z, as long as it says enough. Parameters are pooled one by one as well: mean and
@@ -119,7 +119,7 @@ class GroupDiagnosis:
 
 
 @dataclass(frozen=True)
-class _Tried:
+class _Candidate:
     """One term added to each test (test,): the explanation, None where the test cannot show it; its P and log Z."""
 
     name: str
@@ -138,7 +138,7 @@ def diagnose_group(
     for test in tests:
         first = refit(problem_of([test]))
         bases.append(Explanation(first, {}, first.chi2))
-    now, chosen, rivals = bases, list[Shared](), list[tuple[list[Explanation], _Tried]]()
+    now, chosen, rivals = bases, list[Shared](), list[tuple[list[Explanation], _Candidate]]()
     left = list(dict.fromkeys([*names, *laws]))
     while left and len(chosen) < THRESHOLDS.most_terms:
         progress(f"group of {len(tests)}: {len(chosen)} terms in common", 0.2 * len(chosen))
@@ -162,13 +162,13 @@ def diagnose_group(
     )
 
 
-def _tried(now: Sequence[Explanation], name: str, laws: Mapping[str, Law]) -> _Tried:
+def _tried(now: Sequence[Explanation], name: str, laws: Mapping[str, Law]) -> _Candidate:
     added = [_with(explanation, name, laws) for explanation in now]
     gains = np.array(
-        [0.0 if e is None else (e.evidence - old.evidence) / e.heat for e, old in zip(added, now, strict=True)]
+        [0.0 if e is None else (e.evidence - old.evidence) / e.temperature for e, old in zip(added, now, strict=True)]
     )
     probability, share, gain = mixture(gains)
-    return _Tried(name, added, gains, probability, share, gain)
+    return _Candidate(name, added, gains, probability, share, gain)
 
 
 def _with(explanation: Explanation, name: str, laws: Mapping[str, Law]) -> Explanation | None:
@@ -179,7 +179,7 @@ def _with(explanation: Explanation, name: str, laws: Mapping[str, Law]) -> Expla
     own = [p for p in problem.parameters if p.term == name]
     starts = [np.array([p.inner(p.start) for p in own])] if trial else _starts(fitted, name)
     fits = [fit(problem, np.concatenate([fitted.theta, start])) for start in starts]
-    fits = [found for found in fits if not found.at_bound]
+    fits = [result for result in fits if not result.at_bound]
     return replace(explanation, fit=max(fits, key=lambda f: f.evidence)) if fits else None
 
 
@@ -199,8 +199,8 @@ def scaled(law: Law) -> Effect:
 def _scaled(law: Law, state: State, *, size: Floats) -> State:
     def change(x: Floats) -> Floats:
         level = size[..., None] if law.covariate == "y_over_edge" else size
-        found = level * law.change(x)
-        return np.maximum(found, LEAST_FACTOR) if law.of.kind == "factor" else found
+        result = level * law.change(x)
+        return np.maximum(result, LEAST_FACTOR) if law.of.kind == "factor" else result
 
     return acted(law.quantity, law.covariate, change, state)
 
@@ -219,28 +219,28 @@ def mixture(gains: Floats) -> tuple[Floats, tuple[float, float, float], float]:
     return weight @ np.exp(acting - rows), (float(middle), float(low), float(high)), gain
 
 
-def _best(tried: Sequence[_Tried], laws: Mapping[str, Law]) -> _Tried | None:
+def _best(tried: Sequence[_Candidate], laws: Mapping[str, Law]) -> _Candidate | None:
     """The term that says most, an effect before a law within reach; None where none says enough."""
     enough = [t for t in tried if t.gain > (THRESHOLDS.law_enough if t.name in laws else THRESHOLDS.enough)]
     close = [t for t in enough if _behind(enough[0], t) < THRESHOLDS.within]
     return min(close, key=lambda t: (t.name in laws, -t.gain), default=None)
 
 
-def _behind(best: _Tried, other: _Tried) -> float:
+def _behind(best: _Candidate, other: _Candidate) -> float:
     return best.gain - other.gain
 
 
-def _shared(found: _Tried, alternatives: Sequence[str]) -> Shared:
-    acts = [i for i, e in enumerate(found.added) if e is not None and found.probability[i] > ACTS]
-    fits = [e.fit for e in (found.added[i] for i in acts) if e is not None]
-    theta, covariance = _estimates(fits, found.name)
-    middle, low, high = found.share
+def _shared(candidate: _Candidate, alternatives: Sequence[str]) -> Shared:
+    acts = [i for i, e in enumerate(candidate.added) if e is not None and candidate.probability[i] > ACTS]
+    fits = [e.fit for e in (candidate.added[i] for i in acts) if e is not None]
+    theta, covariance = _estimates(fits, candidate.name)
+    middle, low, high = candidate.share
     return Shared(
-        found.name, found.probability, middle, low, high, found.gain,
+        candidate.name, candidate.probability, middle, low, high, candidate.gain,
         acts=tuple(acts),
-        shown=sum(e is not None for e in found.added),
-        parameters={p.key: _pooled(p, theta[:, k], covariance[:, k, k]) for k, p in enumerate(_own(fits, found.name))},
-        p_one=_one_set(theta, covariance),
+        shown=sum(e is not None for e in candidate.added),
+        parameters={p.key: _pooled(p, theta[:, k], covariance[:, k, k]) for k, p in enumerate(_own(fits,
+        candidate.name))}, p_one=_one_set(theta, covariance),
         alternatives=tuple(alternatives),
     )  # fmt: skip
 
@@ -291,10 +291,10 @@ def _pooled(p: Parameter, theta: Floats, variance: Floats) -> SharedParameter:
     if len(theta) < 2:
         nan = float("nan")
         return SharedParameter(p.unit, value, std, float(value[0]), nan, nan, nan, nan)
-    found = hierarchy.pool(theta, np.sqrt(variance))
-    mean, low, high = (float(p.outer(np.array(v))) for v in (found.mean, found.low, found.high))
-    between = found.between if p.log else found.between * p.scale
-    return SharedParameter(p.unit, value, std, mean, low, high, float(between), found.p_one)
+    pooled = hierarchy.pool(theta, np.sqrt(variance))
+    mean, low, high = (float(p.outer(np.array(v))) for v in (pooled.mean, pooled.low, pooled.high))
+    between = pooled.between if p.log else pooled.between * p.scale
+    return SharedParameter(p.unit, value, std, mean, low, high, float(between), pooled.p_one)
 
 
 # ------------------------------------------------------------------------------------------------- errors
@@ -307,7 +307,7 @@ def _errors(
     constant = [_misses(plain_fit(replace(base.fit.problem, nuisance=None))) for base in bases]
     several = any(len(term.acts) > 1 for term in shared)
     foretold = [_foretold(i, now, shared, laws) for i in range(len(now))] if several else []
-    found = {}
+    results = {}
     for channel in dict.fromkeys(c for misses in constant for c in misses):
         of = channels()[channel]
         before, after = (
@@ -316,8 +316,8 @@ def _errors(
             else np.nan
             for every in (constant, foretold)
         )
-        found[channel] = GroupError(of.unit, of.factor * before, of.factor * after)
-    return found
+        results[channel] = GroupError(of.unit, of.factor * before, of.factor * after)
+    return results
 
 
 def _foretold(
@@ -360,7 +360,9 @@ def _misses(fitted: Fit) -> dict[str, Floats]:
 # ------------------------------------------------------------------------------------------------- next
 
 
-def _next(now: Sequence[Explanation], rivals: Sequence[tuple[Sequence[Explanation], _Tried]]) -> NextExperiment | None:
+def _next(
+    now: Sequence[Explanation], rivals: Sequence[tuple[Sequence[Explanation], _Candidate]]
+) -> NextExperiment | None:
     """The history that tells the closest rivals apart best over all tests."""
     if not rivals:
         return None

@@ -33,34 +33,34 @@ TINY = 1e-300
 NORMAL = np.asarray(ndtri((np.arange(401) + 0.5) / 401))
 
 
-def base_parameters(found: Outcome) -> dict[str, Estimate]:
+def base_parameters(outcome: Outcome) -> dict[str, Estimate]:
     """Base parameters of the revised model by name; where several tests have one each, with the test's name."""
-    after = found.judged.after
+    after = outcome.judged.after
     cases = after.problem.cases
-    wide = [widening(member.fit) for member in found.members]
-    told: dict[str, Estimate] = {}
+    wide = [widening(member.fit) for member in outcome.members]
+    message: dict[str, Estimate] = {}
     for number, p in enumerate(after.problem.parameters):
         own = len(cases) > 1 and p.case is not None
         name = f"{p.name} ({cases[p.case].test.name})" if own and p.case is not None else p.name
-        inner = after.theta[number] + _spread(found, wide, p.name, p.case)
+        inner = after.theta[number] + _spread(outcome, wide, p.name, p.case)
         low, value, high = (float(p.outer(v)) for v in (inner[0], after.theta[number], inner[1]))
-        told[name] = Estimate(value, (high - low) / (2.0 * np.sqrt(INTERVAL)), low, high, p.unit)
-    return told
+        message[name] = Estimate(value, (high - low) / (2.0 * np.sqrt(INTERVAL)), low, high, p.unit)
+    return message
 
 
-def _spread(found: Outcome, wide: Sequence[Floats], name: str, case: int | None) -> Floats:
+def _spread(outcome: Outcome, wide: Sequence[Floats], name: str, case: int | None) -> Floats:
     """Ends (2,) of the interval of an inner base parameter, from the value that the answer gives it.
 
     wide: by how much what is left widens the intervals of each member.
     """
-    answer, whole = found.answer.fit, found.judged.estimated
+    answer, whole = outcome.answer.fit, outcome.judged.estimated
     number = _number(answer, name, case)
     systematic = whole.covariance @ (whole.jacobian.T @ _imitated(whole))
-    only = np.array([float(member.labels == found.answer.labels) for member in found.members])
-    shares = found.shares if np.isfinite(found.shares).all() else only
+    only = np.array([float(member.labels == outcome.answer.labels) for member in outcome.members])
+    shares = outcome.shares if np.isfinite(outcome.shares).all() else only
     draws, weights = [], []
-    for member, share, wider in zip(found.members, shares, wide, strict=True):
-        if _laws_of(member, name) != _laws_of(found.answer, name):
+    for member, share, wider in zip(outcome.members, shares, wide, strict=True):
+        if _laws_of(member, name) != _laws_of(outcome.answer, name):
             continue
         fitted = member.fit
         own = _number(fitted, name, case)
@@ -85,4 +85,4 @@ def _number(fitted: Fit, name: str, case: int | None) -> int:
 def _imitated(fitted: Fit) -> Floats:
     """What the tolerances do to the samples, as far as base parameters can imitate it (sample, nuisance)."""
     nuisance = fitted.problem.nuisance
-    return np.zeros((len(fitted.residual), 1)) if nuisance is None else nuisance.imitated
+    return np.zeros((len(fitted.residual), 1)) if nuisance is None else nuisance.absorbed

@@ -80,15 +80,15 @@ class Judged:
         Both are fitted without the samples held out. Held-out samples that are far from both models are of another
         state than those fitted, and judge neither.
         """
-        found = []
+        results = []
         for channel in self.before.problem.channels:
             base = self.error(channel, "unseen_before", held_out=False)
             before = self.misses(channel, "unseen_before", held_out=held_out)
             after = self.misses(channel, "unseen_after", held_out=held_out)
             foreign = held_out and min(rms(before), rms(after)) > THRESHOLDS.foreign * base
             if not foreign and rises(before, after):
-                found.append(channel)
-        return found
+                results.append(channel)
+        return results
 
 
 def rises(before: Floats, after: Floats) -> bool:

@@ -74,8 +74,8 @@ class Pair:
     @cached_property
     def log_evidence(self) -> float:
         """Logarithm of the evidence of a law over this pair, relative to none."""
-        found = [self._of_formulas(columns) for _, _, columns in self.members] + [self._of_curves()]
-        return float(logsumexp(found) - np.log(len(found)))
+        result = [self._of_formulas(columns) for _, _, columns in self.members] + [self._of_curves()]
+        return float(logsumexp(result) - np.log(len(result)))
 
     def _of_formulas(self, columns: Floats) -> float:
         length, along = self._seen(columns)
@@ -89,16 +89,16 @@ class Pair:
     @cached_property
     def _curves(self) -> tuple[Floats, list[tuple[float, float]]]:
         """Evidence of smooth curves, and the length and size of each."""
-        found, which = [], []
+        result, which = [], []
         for length in LENGTHS:
             root = np.linalg.cholesky(_matern(self.places, length) + 1e-9 * np.eye(len(self.places)))
             value, vector = np.linalg.eigh(root.T @ self.A @ root)
             value, along = np.maximum(value, 0.0), vector.T @ (root.T @ self.g)
             for level in LEVELS * self.typical:
                 v = level**2
-                found.append(float(np.sum(0.5 * v * along**2 / (1.0 + v * value) - 0.5 * np.log1p(v * value))))
+                result.append(float(np.sum(0.5 * v * along**2 / (1.0 + v * value) - 0.5 * np.log1p(v * value))))
                 which.append((float(length), float(level)))
-        return np.array(found), which
+        return np.array(result), which
 
     def _seen(self, columns: Floats) -> tuple[Floats, Floats]:
         """Squared length of each member's response (member,), and how far the residual goes along it."""
@@ -113,7 +113,7 @@ class Pair:
 
     def proposals(self, samples: int) -> list[tuple[float, Trial, float]]:
         """The best formulas and the best curve: promised evidence after its price, the law on trial, and the price."""
-        found = []
+        results = []
         choice = float(np.log(THRESHOLDS.formulas)) + THRESHOLDS.odd * self.odd
         for shape, starts, columns in self.members:
             length, along = self._seen(columns)
@@ -124,12 +124,12 @@ class Pair:
             trial = formula(self.quantity, self.covariate, shape, start, self.span, self.most)
             price = choice + 0.5 * float(np.log(samples)) * _chosen(shape)
             paid = price + 0.5 * np.log(samples) * len(trial.params)
-            found.append((0.5 * float(gain[best]) - paid, trial, price))
+            results.append((0.5 * float(gain[best]) - paid, trial, price))
         evidence, which = self._curves
         best = int(np.argmax(evidence))
         price = choice + float(np.log(len(which)))
-        found.append((float(evidence[best]) - price, self._curve(*which[best]), price))
-        return sorted(found, key=lambda f: -f[0])
+        results.append((float(evidence[best]) - price, self._curve(*which[best]), price))
+        return sorted(results, key=lambda f: -f[0])
 
     @property
     def most(self) -> float:
@@ -239,7 +239,7 @@ def pairs(fitted: Fit, known: Sequence[Response] | None = None) -> list[Pair]:
     """
     problem = fitted.problem
     span = span_of(fitted.jacobian)
-    found = []
+    results = []
     for response in responses(fitted) if known is None else known:
         G = problem.discount(response.slopes.T).T
         G = G - span @ (span.T @ G)
@@ -249,8 +249,8 @@ def pairs(fitted: Fit, known: Sequence[Response] | None = None) -> list[Pair]:
         edges = response.edges
         centres = 0.5 * (edges[1:] + edges[:-1])
         A, g = G.T @ G, G.T @ fitted.residual
-        found.append(Pair(response.quantity, response.covariate, edges, centres, A, g, response.typical))
-    return found
+        results.append(Pair(response.quantity, response.covariate, edges, centres, A, g, response.typical))
+    return results
 
 
 def responses(fitted: Fit) -> list[Response]:
@@ -258,7 +258,7 @@ def responses(fitted: Fit) -> list[Response]:
     problem = fitted.problem.followed(fitted.theta)
     predictions = problem.predict(fitted.theta[None])
     plain = problem.white(predictions)[0]
-    found = []
+    results = []
     for quantity, of in QUANTITIES.items():
         if of.channel not in problem.channels:
             continue
@@ -270,8 +270,8 @@ def responses(fitted: Fit) -> list[Response]:
             edges = _edges(fitted, predictions, covariate)
             if edges is not None:
                 rows = _bin_rows(problem, fitted.theta, quantity, covariate, edges, level)
-                found.append(Response(quantity, covariate, edges, np.nan_to_num((rows - plain) / level).T, typical))
-    return found
+                results.append(Response(quantity, covariate, edges, np.nan_to_num((rows - plain) / level).T, typical))
+    return results
 
 
 def _bin_rows(problem: Problem, theta: Floats, quantity: str, covariate: str, edges: Floats, level: float) -> Floats:

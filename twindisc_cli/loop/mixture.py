@@ -65,8 +65,8 @@ def mixture_of(
     beside = sorted(beside, key=lambda m: -weight[m.labels])[: THRESHOLDS.mixed - 1] if answer.terms else []
     every = [judged, *(judge(m, judged.before, judged.unseen_before, masks) for m in beside)]
     share = np.array([max(weight[j.explanation.labels], THRESHOLDS.rival_share) for j in every])
-    found = Mixture(every, share / share.sum())
-    return found if not _errs_more(found) else Mixture([judged], np.ones(1))
+    mixture = Mixture(every, share / share.sum())
+    return mixture if not _errs_more(mixture) else Mixture([judged], np.ones(1))
 
 
 def _errs_more(mixture: Mixture) -> bool:

@@ -225,8 +225,8 @@ class _Record:
 def _criterion(record: _Record, trend: Floats, kept: Mask) -> float:
     """Akaike's criterion for few samples: the least belongs to the trend that the samples ask for.
 
-    A sample that strays from a trend is a column of its own, which leaves of the others what leaving it out would: a
-    rich trend hides strays, a poor one makes some.
+    A sample that lies far from a trend is a column of its own, which leaves of the others what leaving it out would: a
+    rich trend hides outliers, a poor one makes some.
 
     Source: C. M. Hurvich, C.-L. Tsai, Biometrika 76 (1989) 297-307.
     """
@@ -258,20 +258,20 @@ def detrended(values: Floats, trend: Floats, kept: Mask) -> Floats:
 
 
 def _without_strays(record: _Record, trend: Floats, kept: Mask) -> Mask:
-    """The samples that are kept without those that stray from a trend (sample, column); many are no strays."""
+    """The samples that are kept without those that outlier from a trend (sample, column); many are no outliers."""
     near = kept
     for _ in range(PASSES):
         left = detrended(record.values, trend, near)
         calm = near & _calm(left, trend, near)
         (_, correlation), _ = _reml(record.only(calm), trend[calm])
-        stray = _stray(left, near, record.position, record.series, correlation)
-        if not stray.any():
+        outlier = _outlier(left, near, record.position, record.series, correlation)
+        if not outlier.any():
             break
-        near = near & ~stray
+        near = near & ~outlier
     return near if near.sum() >= (1.0 - MOST_STRAYS) * kept.sum() else kept
 
 
-def _stray(left: Floats, kept: Mask, position: Floats, series: Ints, correlation: float) -> Mask:
+def _outlier(left: Floats, kept: Mask, position: Floats, series: Ints, correlation: float) -> Mask:
     """Samples far from what both their neighbours let expect: in correlated noise a spike is small against the noise.
 
     A spike makes its neighbours look far off too, in the other direction; only the farthest of neighbours is one.
@@ -283,9 +283,9 @@ def _stray(left: Floats, kept: Mask, position: Floats, series: Ints, correlation
     expected = before * (1.0 - after**2) * np.append(0.0, e[:-1]) + after * (1.0 - before**2) * np.append(e[1:], 0.0)
     far = np.abs(e - expected / share) / np.sqrt((1.0 - before**2) * (1.0 - after**2) / share)
     highest = (far >= np.append(0.0, far[:-1])) & (far >= np.append(far[1:], 0.0))
-    stray = np.zeros(len(left), dtype=bool)
-    stray[here] = highest & (far > FAR * scatter(far))
-    return stray
+    outlier = np.zeros(len(left), dtype=bool)
+    outlier[here] = highest & (far > FAR * scatter(far))
+    return outlier
 
 
 def in_a_run(far: Mask) -> Mask:
@@ -316,12 +316,12 @@ def _reml(record: _Record, trend: Floats) -> tuple[tuple[float, float], tuple[fl
     """
     grid = record.grid
     basis, left = _apart(record.values, trend)
-    found = [_likelihood(left, basis, link) for link in record.links]
-    likely = np.array([likelihood for likelihood, _ in found]) + np.log1p(-grid)
+    results = [_likelihood(left, basis, link) for link in record.links]
+    likely = np.array([likelihood for likelihood, _ in results]) + np.log1p(-grid)
     best = int(np.argmax(likely))
     reach = grid[best] + LONGER * np.sqrt((1.0 - grid[best] ** 2) / (len(basis) - basis.shape[1]))
     longest = int(np.flatnonzero((likely >= likely.max() - NEAR) & (grid <= reach))[-1])
-    return (found[best][1], float(grid[best])), (found[longest][1], float(grid[longest]))
+    return (results[best][1], float(grid[best])), (results[longest][1], float(grid[longest]))
 
 
 def _likelihood(values: Floats, basis: Floats, link: Floats, *, restricted: bool = True) -> tuple[float, float]:

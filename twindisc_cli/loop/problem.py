@@ -29,7 +29,7 @@ from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.base import MODEL_KEYS
 from twindisc_cli.model.experiment import Experiment, Floats, Rig
-from twindisc_cli.model.forward import ForwardModel, Marched, Prediction
+from twindisc_cli.model.forward import ForwardModel, IntegratedSets, Prediction
 from twindisc_cli.model.patch import Paths
 
 
@@ -87,10 +87,10 @@ def cases_of(tests: Sequence[Experiment]) -> list[Case]:
     for name, channel in channels().items():
         own = [i for i, test in enumerate(tests) if name in measured_channels(test)]
         measured = [tests[i] for i in own]
-        told = channel.together(measured) if channel.together else [channel.noise(test) for test in measured]
-        for i, found in zip(own, told, strict=True):
-            noise[i][name] = found
-    cases = [Case(ForwardModel(test), found) for test, found in zip(tests, noise, strict=True)]
+        message = channel.together(measured) if channel.together else [channel.noise(test) for test in measured]
+        for i, result in zip(own, message, strict=True):
+            noise[i][name] = result
+    cases = [Case(ForwardModel(test), result) for test, result in zip(tests, noise, strict=True)]
     for case in cases:
         refuse_unread(case)
     return cases
@@ -120,8 +120,8 @@ def refuse_unread(case: Case) -> None:
         channels()[name].predicted(case.model, replace(prediction, own=read))
     unread = [(name, key) for name, keys in own.items() for key in keys if key not in read.asked]
     if unread:
-        told = "; ".join(f"the channel {name} declares {key}, which nothing reads" for name, key in unread)
-        raise DefinitionError(Mistake(f'{told}: its `predicted` finds it in prediction.own["{unread[0][1]}"]'))
+        message = "; ".join(f"the channel {name} declares {key}, which nothing reads" for name, key in unread)
+        raise DefinitionError(Mistake(f'{message}: its `predicted` finds it in prediction.own["{unread[0][1]}"]'))
 
 
 @dataclass(frozen=True)
@@ -161,11 +161,11 @@ class Parameter:
 class Nuisances:
     """What tolerances of the inputs could change: one column each (sample, nuisance), in white numbers.
 
-    columns: what base parameters cannot imitate; imitated: what they can, and by which the tolerances move them.
+    columns: what base parameters cannot imitate; absorbed: what they can, and by which the tolerances move them.
     """
 
     columns: Floats
-    imitated: Floats
+    absorbed: Floats
 
     @cached_property
     def _shrinkage(self) -> tuple[Floats, Floats]:
@@ -183,7 +183,8 @@ class Nuisances:
 class Problem:
     """Tests and channels to be explained together, by base parameters and terms: effects by name, and trial laws.
 
-    tracks: for each test how its track is found where K differs from strip to strip; by a march where none are given.
+    tracks: for each test how its track is found where K differs from strip to strip; by an integration where none are
+    given.
     """
 
     cases: Sequence[Case]
@@ -191,7 +192,7 @@ class Problem:
     terms: tuple[str, ...] = ()
     trial: Mapping[str, Effect] = field(default_factory=dict)
     nuisance: Nuisances | None = field(default=None, repr=False)
-    tracks: Sequence[Marched | Paths] | None = field(default=None, repr=False)
+    tracks: Sequence[IntegratedSets | Paths] | None = field(default=None, repr=False)
 
     def with_terms(self, *names: str, trial: Mapping[str, Effect] | None = None) -> Problem:
         """The same problem with other terms."""
@@ -221,17 +222,17 @@ class Problem:
 
     def _base(self) -> list[Parameter]:
         """One for every channel and test; those that are shared, once."""
-        found: dict[tuple[str, int | None], Parameter] = {}
+        results: dict[tuple[str, int | None], Parameter] = {}
         for name in self.channels:
             for base in channels()[name].parameters:
                 seen = [i for i, case in enumerate(self.cases) if name in case.noise]
                 given = [i for i, case in enumerate(self.cases) if np.isfinite(base.of(case.test))]
                 if base.shared and seen and not given:
                     start = float(np.median([self.cases[i].held[base.key] for i in seen]))
-                    found.setdefault((base.key, None), _parameter(base, start, None))
+                    results.setdefault((base.key, None), _parameter(base, start, None))
                 for i in [] if base.shared else sorted({*seen} - {*given}):
-                    found.setdefault((base.key, i), _parameter(base, self.cases[i].held[base.key], i))
-        return list(found.values())
+                    results.setdefault((base.key, i), _parameter(base, self.cases[i].held[base.key], i))
+        return list(results.values())
 
     def start(self) -> Floats:
         """Inner start values (parameter,)."""
@@ -248,9 +249,9 @@ class Problem:
         """Which parameters have a unit normal prior (parameter,)."""
         return np.array([p.normal for p in self.parameters], dtype=bool)
 
-    def predict(self, theta: Floats, *, marched: Marched | None = None) -> list[Prediction]:
+    def predict(self, theta: Floats, *, integrated: IntegratedSets | None = None) -> list[Prediction]:
         """Predictions of every test for parameter sets theta (set, parameter), which are near the first of them."""
-        return self.moved(theta, marched=marched)
+        return self.moved(theta, integrated=integrated)
 
     def moved(
         self,
@@ -260,7 +261,7 @@ class Problem:
         base: Mapping[str, Floats] | None = None,
         extra: Mapping[str, Mapping[str, Floats]] | None = None,
         trial: Mapping[str, Effect] | None = None,
-        marched: Marched | None = None,
+        integrated: IntegratedSets | None = None,
     ) -> list[Prediction]:
         """Predictions with base parameters of test `number` (all tests: None) replaced, and with extra effects."""
         return [
@@ -268,19 +269,20 @@ class Problem:
                 {**self.base_of(i, theta), **((base or {}) if number in (None, i) else {})},
                 {**self.terms_of(theta), **(extra or {})},
                 {**self.trial, **(trial or {})},
-                marched=marched or self._tracks[i],
+                integrated=integrated or self._tracks[i],
             )
             for i, case in enumerate(self.cases)
         ]
 
     def followed(self, theta: Floats) -> Problem:
-        """The same problem on the tracks of inner parameters (parameter,) nearby, for which no march is needed."""
+        """The same problem on the tracks of inner parameters (parameter,) nearby, for which no integration is
+        needed."""
         if not (self.is_local or any(case.model.loads_change for case in self.cases)):
             return self
         return replace(self, tracks=[prediction.paths.first for prediction in self.predict(theta[None])])
 
     @property
-    def _tracks(self) -> Sequence[Marched | Paths]:
+    def _tracks(self) -> Sequence[IntegratedSets | Paths]:
         return self.tracks or ["first"] * len(self.cases)
 
     def own_base(self, number: int, theta: Floats) -> dict[str, Floats]:
@@ -293,11 +295,11 @@ class Problem:
 
     def terms_of(self, theta: Floats) -> dict[str, dict[str, Floats]]:
         """Parameters of the terms for theta (set, parameter), by term and key."""
-        found: dict[str, dict[str, Floats]] = {name: {} for name in self.terms}
+        results: dict[str, dict[str, Floats]] = {name: {} for name in self.terms}
         for column, p in zip(np.atleast_2d(theta).T, self.parameters, strict=True):
             if p.term is not None:
-                found[p.term][p.key] = p.outer(column)
-        return found
+                results[p.term][p.key] = p.outer(column)
+        return results
 
     def base_of(self, number: int, theta: Floats) -> dict[str, Floats]:
         """Base parameters of a test for theta (set, parameter); mu that is given in single steps stands above."""
@@ -329,13 +331,13 @@ class Problem:
     @cached_property
     def slices(self) -> dict[str, list[slice]]:
         """Where each channel of each test stands in a row of white numbers."""
-        found: dict[str, list[slice]] = {channel: [] for channel in self.channels}
+        results: dict[str, list[slice]] = {channel: [] for channel in self.channels}
         first = 0
         for i, channel in self.parts:
             count = int(self.cases[i].noise[channel].kept.sum())
-            found[channel].append(slice(first, first + count))
+            results[channel].append(slice(first, first + count))
             first += count
-        return found
+        return results
 
     def discount(self, rows: Floats) -> Floats:
         """Shrink white rows (..., sample) along the nuisances."""
@@ -360,10 +362,10 @@ class Problem:
             *nearby._off_rig(theta),
         ]
         columns = np.nan_to_num(np.array(rows) - plain).T
-        imitated = span @ (span.T @ columns)
+        absorbed = span @ (span.T @ columns)
         # mu is meant over the load as set, whatever the load was
         known = np.array([name.startswith("load_error") for name in off] + [False] * (len(rows) - len(off)))
-        return replace(self, nuisance=Nuisances(columns - imitated, imitated[:, ~known]))
+        return replace(self, nuisance=Nuisances(columns - absorbed, absorbed[:, ~known]))
 
     def _off_effects(self, theta: Floats) -> dict[str, Floats]:
         """White predictions (sample,) with a small size of each of the effects that are no finding, by parameter.
@@ -389,13 +391,13 @@ class Problem:
     def _off_track(self, theta: Floats, predictions: Sequence[Prediction]) -> Floats:
         """White prediction (sample,) with a worn track that rolls a little softer, the nearer it is to a rectangle."""
         trial = {**self.trial, "worn track": catalogue()["third_body_layer"]}
-        found = []
+        results = []
         for i, (case, prediction) in enumerate(zip(self.cases, predictions, strict=True)):
             state = prediction.state
             square = prediction.paths.patch(prediction.section, state.normal_load / state.nominal_load).square
             terms = {**self.terms_of(theta), "worn track": {"slope_ratio": 1.0 - THRESHOLDS.worn_slope * square}}
-            found.append(case.model.predict(self.base_of(i, theta[None]), terms, trial, marched=self._tracks[i]))
-        return np.asarray(self.white(found)[0])
+            results.append(case.model.predict(self.base_of(i, theta[None]), terms, trial, integrated=self._tracks[i]))
+        return np.asarray(self.white(results)[0])
 
     def _with_slight(self, theta: Floats, name: str, key: str, size: float) -> Floats:
         """White prediction (sample,) with a small size of an effect."""
@@ -404,7 +406,7 @@ class Problem:
                 self.base_of(i, theta[None]),
                 {**self.terms_of(theta), name: _slightly(case.test, name, key, size)},
                 self.trial,
-                marched=self._tracks[i],
+                integrated=self._tracks[i],
             )
             for i, case in enumerate(self.cases)
         ]

@@ -5,7 +5,7 @@
     r, J  white residual and Jacobian of an explanation at its own minimum, P the precision of its priors
     W     how often each block of neighbouring samples was drawn
 
-Each draw weighs all explanations by their cooled evidence; the probability of one is its mean weight.
+Each draw weighs all explanations by their tempered evidence; the probability of one is its mean weight.
 Source: H. R. Kuensch, Annals of Statistics 17 (1989) 1217-1241.
 """
 
@@ -25,13 +25,13 @@ SEED = 20061139
 
 def blocks(fitted: Fit) -> Ints:
     """Block of each white sample (sample,): runs of neighbours in time or across the track, of every channel."""
-    found, first = [], 0
+    result, first = [], 0
     for part in _parts(fitted):
         size = part.stop - part.start
         count = int(np.clip(size // THRESHOLDS.block_samples, 5, THRESHOLDS.blocks))
-        found.append(first + np.arange(size) * count // max(size, 1))
+        result.append(first + np.arange(size) * count // max(size, 1))
         first += count
-    return np.concatenate(found).astype(np.int64)
+    return np.concatenate(result).astype(np.int64)
 
 
 def weights(explanations: Sequence[Explanation], draws: int = THRESHOLDS.draws) -> Floats:
@@ -44,9 +44,9 @@ def weights(explanations: Sequence[Explanation], draws: int = THRESHOLDS.draws) 
 
 
 def softened(evidence: Floats, explanations: Sequence[Explanation]) -> Floats:
-    """Weights (draw, explanation) from evidences, cooled by the best's heat."""
-    heat = np.array([e.heat for e in explanations])[np.argmax(evidence, axis=1)][:, None]
-    relative = np.exp((evidence - evidence.max(axis=1, keepdims=True)) / heat)
+    """Weights (draw, explanation) from evidences, tempered by the temperature of the best."""
+    temperature = np.array([e.temperature for e in explanations])[np.argmax(evidence, axis=1)][:, None]
+    relative = np.exp((evidence - evidence.max(axis=1, keepdims=True)) / temperature)
     return np.asarray(relative / relative.sum(axis=1, keepdims=True))
 
 

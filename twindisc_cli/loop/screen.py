@@ -65,7 +65,7 @@ class Score:
 
 
 @dataclass(frozen=True)
-class Leftover:
+class Residual:
     """What is left in a channel: scores by falling evidence, family-wise p-value, excess length in noise units."""
 
     channel: str
@@ -87,7 +87,7 @@ class Leftover:
         return list(best.values())
 
 
-def leftover(fitted: Fit, channel: str, generator: np.random.Generator | None = None) -> Leftover:
+def unexplained_residual(fitted: Fit, channel: str, generator: np.random.Generator | None = None) -> Residual:
     """Test the generic functions of a channel on the residual of a fit."""
     problem = fitted.problem
     generator = generator or np.random.default_rng(SEED)
@@ -100,7 +100,7 @@ def leftover(fitted: Fit, channel: str, generator: np.random.Generator | None = 
                 if basis.span.shape[1]:
                     bases.append((group, basis))
     if not bases:
-        return Leftover(channel, [], 1.0, 0.0)
+        return Residual(channel, [], 1.0, 0.0)
     everything = np.linalg.qr(np.concatenate([basis.span for _, basis in bases], axis=1))[0]
     draws = generator.standard_normal((DRAWS, everything.shape[1]))
     total = _channel_power(fitted, channel)
@@ -116,7 +116,7 @@ def leftover(fitted: Fit, channel: str, generator: np.random.Generator | None = 
     if family == 0.0:
         family = min(least * len(scores), 1.0 / DRAWS)
     excess = max((s.squared - s.count for s in scores), default=0.0)
-    return Leftover(channel, scores, family, float(np.sqrt(max(excess, 0.0))))
+    return Residual(channel, scores, family, float(np.sqrt(max(excess, 0.0))))
 
 
 def _reached(fitted: Fit) -> Floats:

@@ -22,12 +22,12 @@ from twindisc_cli.loop.candidates import Proposal, effects, flash_law, proposals
 from twindisc_cli.loop.fit import MOST_STEPS, Fit, carried, fit, refit
 from twindisc_cli.loop.learn import Pair, Response, responses
 from twindisc_cli.loop.problem import Problem
-from twindisc_cli.loop.screen import leftover
+from twindisc_cli.loop.screen import unexplained_residual
 from twindisc_cli.loop.terms import EffectTerm, LawTerm, Term
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.loop.validate import Elsewhere
 from twindisc_cli.model.experiment import Floats
-from twindisc_cli.model.forward import Marched
+from twindisc_cli.model.forward import IntegratedSets
 from twindisc_cli.model.patch import Paths
 
 Progress = Callable[[str], None]
@@ -65,9 +65,9 @@ class Explanation:
         return (0.0, 0.0) if self.elsewhere is None else self.elsewhere.density(self.fit)
 
     @property
-    def heat(self) -> float:
+    def temperature(self) -> float:
         """What differences of evidence are divided by: formulas err more, the more they explain."""
-        return 1.0 + THRESHOLDS.cooling * float(np.sqrt(max(self.before - self.fit.chi2 - self._elsewhere[1], 0.0)))
+        return 1.0 + THRESHOLDS.tempering * float(np.sqrt(max(self.before - self.fit.chi2 - self._elsewhere[1], 0.0)))
 
     def effect(self, name: str) -> Effect:
         """A term as it acts."""
@@ -126,7 +126,7 @@ def search(problem: Problem, progress: Progress, other: Elsewhere | None = None)
             break
         progress(f"other explanations of {len(better.terms)} terms")
         better, *apart = catalogued(better, best, tried)
-        best, rivals = without_older_laws(*polished(renewed(better), best, tried), best)
+        best, rivals = without_older_laws(*swap_and_drop(refitted(better), best, tried), best)
         others = judged_alike(best, apart)
     return Search(base, best, rivals, others)
 
@@ -134,10 +134,12 @@ def search(problem: Problem, progress: Progress, other: Elsewhere | None = None)
 def _nothing_left(explanation: Explanation) -> bool:
     """Whether no generic function of any channel sees anything in what an explanation leaves."""
     fitted = explanation.fit
-    return all(leftover(fitted, channel).p_value > THRESHOLDS.nothing_left for channel in fitted.problem.channels)
+    return all(
+        unexplained_residual(fitted, channel).p_value > THRESHOLDS.nothing_left for channel in fitted.problem.channels
+    )
 
 
-def renewed(explanation: Explanation) -> Explanation:
+def refitted(explanation: Explanation) -> Explanation:
     """The same terms with the nuisances where the fit is now."""
     return replace(explanation, fit=refit(explanation.fit.problem, explanation.fit.theta))
 
@@ -146,7 +148,7 @@ def extended(
     explanation: Explanation, *, laws: bool = True, known: Sequence[Response] | None = None
 ) -> list[Explanation]:
     """The explanation with each of the most promising terms added, by falling evidence; known: responses nearby."""
-    found: list[Explanation] = []
+    explanations: list[Explanation] = []
     count = {True: 0, False: 0}
     best = 0.0
     for proposal in proposals(explanation.fit, known) if laws else effects(explanation.fit):
@@ -155,9 +157,9 @@ def extended(
         if proposal.promise < least or count[proposal.is_law] >= THRESHOLDS.tried:
             continue
         count[proposal.is_law] += 1
-        found.append(_with(explanation, proposal))
-        best = max(best, found[-1].here - explanation.here)
-    return by_falling([*found, *(_flashes(explanation, found) if laws else [])], evidence_of)
+        explanations.append(_with(explanation, proposal))
+        best = max(best, explanations[-1].here - explanation.here)
+    return by_falling([*explanations, *(_flashes(explanation, explanations) if laws else [])], evidence_of)
 
 
 def evidence_of(explanation: Explanation) -> float:
@@ -165,16 +167,16 @@ def evidence_of(explanation: Explanation) -> float:
     return explanation.evidence
 
 
-def _flashes(explanation: Explanation, found: Sequence[Explanation]) -> list[Explanation]:
+def _flashes(explanation: Explanation, explanations: Sequence[Explanation]) -> list[Explanation]:
     """Beside each term over the disc's temperature that is within reach, the same over the flash temperature.
 
     Which of the two counts shows in how the disc lags behind the contact; where it does not, both stand in the set.
     """
-    best = max((e.evidence for e in found), default=0.0)
+    best = max((e.evidence for e in explanations), default=0.0)
     quantities = {
         quantity
-        for e in found
-        if (best - e.evidence) / e.heat < THRESHOLDS.within
+        for e in explanations
+        if (best - e.evidence) / e.temperature < THRESHOLDS.within
         and (quantity := warmed(e.effect(e.terms[-1]))) is not None
         and f"{quantity}_over_flash_temperature" not in e.terms
     }
@@ -196,19 +198,19 @@ def _with(explanation: Explanation, proposal: Proposal) -> Explanation:
     starts = [np.concatenate([fitted.theta, start]) for start in proposal.starts]
     best = max((fit(first, start, steps) for start in starts), key=lambda f: f.evidence)
     if isinstance(proposal.effect, Trial) and proposal.effect.shape in ("step", "window"):
-        best = edged(best, proposal.name, proposal.effect, proposal.pair)
+        best = refine_edges(best, proposal.name, proposal.effect, proposal.pair)
     more = replace(explanation, fit=best, prices={**explanation.prices, proposal.name: proposal.price})
     if not twice or more.here < explanation.here:
         return more
     return replace(more, fit=fit(replace(best.problem, tracks=None), best.theta))
 
 
-def _tracks(fitted: Fit) -> Sequence[Marched | Paths]:
-    """The tracks of a fit; where K is the same in all strips, it takes no march to follow what changes."""
+def _tracks(fitted: Fit) -> Sequence[IntegratedSets | Paths]:
+    """The tracks of a fit; where K is the same in all strips, it takes no integration to follow what changes."""
     return fitted.problem.followed(fitted.theta).tracks or ["none"] * len(fitted.problem.cases)
 
 
-def edged(fitted: Fit, name: str, trial: Trial, pair: Pair | None) -> Fit:
+def refine_edges(fitted: Fit, name: str, trial: Trial, pair: Pair | None) -> Fit:
     """A fit with the edges of a step or a window, which have no slope, where they explain most: two finer scans."""
     assert pair is not None
     width = float(np.median(np.diff(pair.edges)))
@@ -252,11 +254,11 @@ def chosen(before: Explanation, tried: Sequence[Explanation]) -> Explanation | N
 def preferred(explanations: Sequence[Explanation]) -> Explanation:
     """Of the explanations that cannot be told from the best, one of few laws, of the rig rather than of a sensor."""
     best = max(explanations, key=evidence_of)
-    close = [e for e in explanations if (best.evidence - e.evidence) / best.heat < THRESHOLDS.within]
+    close = [e for e in explanations if (best.evidence - e.evidence) / best.temperature < THRESHOLDS.within]
     fewest = min(len(e.laws) for e in close)
     return by_falling(
         [e for e in close if len(e.laws) == fewest],
-        lambda e: e.evidence - best.heat * THRESHOLDS.recorded * _recorded(e),
+        lambda e: e.evidence - best.temperature * THRESHOLDS.recorded * _recorded(e),
     )[0]
 
 
@@ -294,13 +296,13 @@ def _says_enough(explanation: Explanation, before: Explanation) -> bool:
     more = min(explanation.here - before.here, explanation.evidence - before.evidence)
     if more < 0.5 * np.max(np.convolve(taken, np.ones(3))):
         return False
-    said = more / before.heat
+    said = more / before.temperature
     new = [explanation.effect(name) for name in explanation.terms if name not in before.terms]
     if not any(isinstance(effect, Trial) for effect in new):
         return said > THRESHOLDS.enough
     if said > THRESHOLDS.law_enough:
         return True
-    return said > THRESHOLDS.law_seen and leftover(before.fit, new[0].channel).significant(THRESHOLDS.alarm)
+    return said > THRESHOLDS.law_seen and unexplained_residual(before.fit, new[0].channel).significant(THRESHOLDS.alarm)
 
 
 def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explanation]) -> list[Explanation]:
@@ -314,7 +316,7 @@ def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explana
     halves = [e for e in tried if len(e.laws) == len(before.laws) and not e.fit.at_bound]
     halves = [e for e in halves if before.fit.chi2 - e.fit.chi2 > THRESHOLDS.half * taken][: THRESHOLDS.halves]
     both = ranked([e for half in halves for e in extended(half, laws=False) if not e.fit.at_bound])
-    close = [e for e in both if (better.evidence - e.evidence) / better.heat < THRESHOLDS.within]
+    close = [e for e in both if (better.evidence - e.evidence) / better.temperature < THRESHOLDS.within]
     return [*close, better, *(e for e in both if e not in close)][: THRESHOLDS.rivals]
 
 
@@ -328,11 +330,11 @@ def without_older_laws(
         shorter = without(explanation, name)
         two = catalogued(explanation, shorter, rivals[name])[0]
         if two is not explanation:
-            return polished(renewed(two), shorter, [])
+            return swap_and_drop(refitted(two), shorter, [])
     return explanation, rivals
 
 
-def polished(
+def swap_and_drop(
     explanation: Explanation, before: Explanation, tried: Sequence[Explanation]
 ) -> tuple[Explanation, dict[str, Sequence[Explanation]]]:
     """Exchange terms for better ones and leave out those that say too little, until nothing changes.
@@ -354,8 +356,8 @@ def polished(
             if better is None:
                 explanation, known = shorter, {}
                 break
-            if better.evidence > explanation.evidence + explanation.heat and better.labels != explanation.labels:
-                explanation, known = renewed(better), {}
+            if better.evidence > explanation.evidence + explanation.temperature and better.labels != explanation.labels:
+                explanation, known = refitted(better), {}
                 break
             rivals[name] = ranked([explanation, shorter, *others])
         else:
@@ -366,14 +368,14 @@ def polished(
 def judged_alike(explanation: Explanation, others: Sequence[Explanation]) -> list[Explanation]:
     """The best others, and effects within reach, fitted with the nuisances of an explanation, by falling evidence."""
     nuisance = explanation.fit.problem.nuisance
-    found = [explanation]
+    results = [explanation]
     near = (e for e in others[THRESHOLDS.rivals :] if len(e.laws) == len(explanation.laws))
-    reach = (e for e in near if (explanation.evidence - e.evidence) / explanation.heat < THRESHOLDS.within)
+    reach = (e for e in near if (explanation.evidence - e.evidence) / explanation.temperature < THRESHOLDS.within)
     for other in [*others[: THRESHOLDS.rivals], *reach]:
         if other.labels != explanation.labels or other.terms != explanation.terms:
             again = fit(replace(other.fit.problem, nuisance=nuisance), other.fit.theta)
-            found.append(replace(other, fit=again))
-    return ranked(found)
+            results.append(replace(other, fit=again))
+    return ranked(results)
 
 
 def ranked(explanations: Sequence[Explanation]) -> list[Explanation]:

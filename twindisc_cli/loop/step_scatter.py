@@ -47,7 +47,7 @@ class StepScatter:
 
 def step_scatter(fitted: Fit) -> list[StepScatter]:
     """The scatter between steps that a fit leaves beyond the noise, in every test and channel that has steps."""
-    problem, found = fitted.problem, list[StepScatter]()
+    problem, result = fitted.problem, list[StepScatter]()
     for (number, channel), where in zip(problem.parts, _places(fitted), strict=True):
         case, steps = problem.cases[number], channels()[channel].steps
         step = steps(case.test) if steps is not None else np.zeros(1, dtype=np.int64)
@@ -57,8 +57,8 @@ def step_scatter(fitted: Fit) -> list[StepScatter]:
             prediction = problem.predict(fitted.theta[None])[number]
             miss = case.values(channel) - channels()[channel].predicted(case.model, prediction)[0]
             varied, size = _varied(case.test.history, step, miss), float(np.sqrt(squared / count))
-            found.append(StepScatter(case.test.name, channel, len(np.unique(step)), size, p_value, varied))
-    return found
+            result.append(StepScatter(case.test.name, channel, len(np.unique(step)), size, p_value, varied))
+    return result
 
 
 def _length(fitted: Fit, where: slice, noise: Noise, step: Ints) -> tuple[int, float]:

@@ -33,7 +33,7 @@ def unfixed(effect: Effect, parameters: Mapping[str, Estimate]) -> list[str]:
 
     A bound where an effect is off or complete is none.
     """
-    found = []
+    results = []
     for p in effect.params:
         estimate, near = parameters[p.name], THRESHOLDS.near_bound * (p.upper - p.lower)
         low, high = estimate.value - p.lower < near, p.upper - estimate.value < near
@@ -41,8 +41,8 @@ def unfixed(effect: Effect, parameters: Mapping[str, Estimate]) -> list[str]:
         natural = bound == p.off or (p.unit == "1" and p.off == 0.0 and bound == 1.0)
         everywhere = estimate.low - p.lower < near and p.upper - estimate.high < near
         if everywhere or ((low or high) and not natural):
-            found.append(p.name)
-    return found
+            results.append(p.name)
+    return results
 
 
 def widened(fitted: Fit) -> Floats:

@@ -22,17 +22,17 @@ class Thresholds:
     youngs_modulus      the same of Young's modulus (handbooks of bearing and rail steels).
 
     The search:
-    enough, law_enough  evidence [nats, cooled] that an effect, a law must add. From the seeds: on empty tests the
+    enough, law_enough  evidence [nats, tempered] that an effect, a law must add. From the seeds: on empty tests the
                         largest was 3.0 and 2.5. Two nats more lose small effects, two fewer double the false alarms.
     law_seen            what a law must add where a generic function of its channel is significant, too.
     evidence_error      numerical error of an evidence [nats]: differences below it are ties, decided by description
                         length and then by name. Between processors' kernels the evidence of one explanation differs by
                         less than a tenth of it.
-    within              cooled difference of evidence up to which two explanations cannot be told apart: 3 nats are odds
-                        of twenty to one (H. Jeffreys, Theory of Probability, 1961).
-    recorded            price [nats, cooled] of a law of what a sensor records beside one of the rig: where both say the
-                        same (friction that settles, a zero that settles) the rig's is given and the sensor's told.
-    cooling             by how much differences are cooled, per square root of what was explained [1]: the formulas'
+    within              tempered difference of evidence up to which two explanations cannot be told apart: 3 nats are
+                        odds of twenty to one (H. Jeffreys, Theory of Probability, 1961).
+    recorded            price [nats, tempered] of a law of what a sensor records beside one of the rig: where both say
+                        the same (friction that settles, a zero that settles) the rig's is given and the sensor's told.
+    tempering             by how much differences are cooled, per square root of what was explained [1]: the formulas'
                         own error grows with the effect (seeds: 20 units of chi2 left by the true law at 190,000).
     formulas            families of curves that a law is chosen from: the choice costs its logarithm.
     odd                 price [nats] of a recorded signal that changes with creepage or temperature, and not with time
@@ -52,8 +52,8 @@ class Thresholds:
 
     Judging:
     alarm, refusal      significance at which something is reported as left where nothing, where something was found.
-    short               length of a leftover, in those of what was explained, below which it is the formulas' own error.
-    covariates          covariates named for a leftover.
+    short               length of an unexplained residual, in those of what was explained, below which it is the
+    formulas' own error. covariates          covariates named for an unexplained residual.
     rise, rise_at_most  growth of an error that counts where it is significant, and that counts in any case [1].
     foreign             error of the base model on held-out samples, over its error on those fitted, beyond which they
                         are of another state, where the revised model is no nearer to them.
@@ -69,8 +69,8 @@ class Thresholds:
     Probability:
     draws, blocks       resamples of the data, and blocks of each channel of each test at most.
     block_samples       samples of a block at least, where a channel has so many.
-    alike               share of a response that a law must have to be the same in other words, as an effect over its
-                        own covariate or as a law over one that runs alike: with
+    same_response               share of a response that a law must have to be the same in other words, as an effect
+                        over its own covariate or as a law over one that runs alike: with
                         0.97 three of 62 laws of the seeds that are in no catalogue went under in an effect's name.
     resembles           share from which on a learnt law is said to resemble an effect.
     kin                 share of a term's response that something must have to stand for it: the true ones of the seeds
@@ -101,7 +101,7 @@ class Thresholds:
     evidence_error: float = 0.1
     within: float = 3.0
     recorded: float = 1.0
-    cooling: float = 0.02
+    tempering: float = 0.02
     formulas: int = 9
     odd: float = 2.0
     forms: int = 2
@@ -136,7 +136,7 @@ class Thresholds:
     draws: int = 100
     blocks: int = 30
     block_samples: int = 8
-    alike: float = 0.99
+    same_response: float = 0.99
     resembles: float = 0.5
     kin: float = 0.25
     named: float = 0.2

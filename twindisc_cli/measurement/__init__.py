@@ -106,13 +106,13 @@ def read(sources: Sources, *, rig: Rig, history: History | None, provenance: Pro
             problems.extend(error.problems)
 
     traction = profile = place = start = temperature = mass = zero = begin = None
-    named, found = sources.columns, history is None
+    named, result = sources.columns, history is None
     with gathered():
         if sources.log:
             recorded = read_log(*content(sources.log), rig=rig, torque_disc=sources.torque_disc, naming=named)
             log = log_samples(recorded, rig=rig, history=history, torque_zero=sources.torque_zero)
             traction, history, zero = log.samples, log.history, log.zero
-            begin = log.begin if found or _same(sources.temperature, sources.log) else None
+            begin = log.begin if result or _same(sources.temperature, sources.log) else None
             rows.append(replace(log.rows, file=sources.log.file))
         elif sources.traction:
             data = content(sources.traction)

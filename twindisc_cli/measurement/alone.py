@@ -35,15 +35,15 @@ class Alone:
     rows: RowCount
 
 
-def alone(content: Content, file: str, found: Guess) -> Alone:
+def alone(content: Content, file: str, guess: Guess) -> Alone:
     """The table in a file, in the units of our own tables; MeasurementError where it cannot be read."""
-    wanted = [Column(name, _COLUMNS[name][0] if name in _COLUMNS else COUNT) for name in found.columns]
-    table = read_table(content, file, wanted, found.columns, gaps=True)
+    wanted = [Column(name, _COLUMNS[name][0] if name in _COLUMNS else COUNT) for name in guess.columns]
+    table = read_table(content, file, wanted, guess.columns, gaps=True)
     table.check()
     columns: dict[str, Floats | Ints] = {}
-    for name in found.columns:
+    for name in guess.columns:
         unit = UNITS[_COLUMNS[name][1]] if name in _COLUMNS else None
         columns[f"{name} [{unit.name}]" if unit else name] = (unit or UNITS["1"]).of_si(table.columns[name])
-    guessed = [f"{named.column} taken for {name}" for name, named in found.columns.items() if named.column != name]
+    guessed = [f"{named.column} taken for {name}" for name, named in guess.columns.items() if named.column != name]
     notes = (*table.notes, *guessed)
     return Alone(columns, replace(table.count(), notes=tuple(dict.fromkeys(notes))))

@@ -74,8 +74,8 @@ def _found_history(table: Table, rig: Rig) -> History:
         table.flag(np.diff(columns["time"], prepend=-np.inf) <= 0.0, "time", lambda _: "is not after the row before")
         table.check()
         seen = Seen(columns["time"], columns["creepage"], unknown, np.full(len(table), rig.normal_load), label)
-        found = find_steps(seen, rig)
-        history = begun_at_zero(found)
+        found_steps = find_steps(seen, rig)
+        history = begun_at_zero(found_steps)
     table.notes.append(f"the history found in it:\n{told(history, rig)}")
     return history
 

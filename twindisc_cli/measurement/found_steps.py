@@ -165,9 +165,9 @@ def _history(steps: Sequence[_Step], rig: Rig) -> History:
     )
 
 
-def begun_at_zero(found: FoundSteps) -> History:
+def begun_at_zero(found_steps: FoundSteps) -> History:
     """The history on a clock that runs before it begins: a short wait belongs to the first iteration, else a pause."""
-    history, wait = found.history, max(found.begin, 0.0)
+    history, wait = found_steps.history, max(found_steps.begin, 0.0)
     if wait <= _WAIT * float(history.duration[0]):
         return replace(history, duration=history.duration + wait * (np.arange(len(history.step)) == 0))
     pause = {"step": -1, "creepage": 0.0, "duration": wait, "revolutions": 0.0, "given_mu": np.nan}
@@ -215,12 +215,12 @@ def _levels(creepage: Floats) -> Iterator[float]:
     none = np.abs(creepage) <= _NOTHING * np.max(np.abs(creepage))
     for sign in (-1.0, 1.0):
         sizes = np.sort(np.abs(creepage[~none & (np.sign(creepage) == sign)]))
-        found = []
+        results = []
         while len(sizes):
             group = sizes[sizes <= _LEVEL * sizes[0]]
-            found.append(sign * float(group.mean()))
+            results.append(sign * float(group.mean()))
             sizes = sizes[len(group) :]
-        yield from sorted(found)
+        yield from sorted(results)
         if sign < 0.0 and np.any(none):
             yield 0.0
 

@@ -127,23 +127,23 @@ def guess(content: Content, file: str, declared: Naming | None = None) -> Guess:
     declared: what is said of columns beforehand.
     """
     vendor = vendor_of(content, file)
-    best, found = _Reading([], {}, set()), dict[str, _Reading]()
+    best, result = _Reading([], {}, set()), dict[str, _Reading]()
     for sheet in sheets(content, file):
         reading = _read(sheet, declared or {}, vendor.columns if vendor else {})
         if len(reading.columns) > len(best.columns) or (not best.columns and len(reading.cells) > len(best.cells)):
             best = reading
-        if _kind(reading.columns) is not None and sheet.part not in found:
-            found[sheet.part] = reading
+        if _kind(reading.columns) is not None and sheet.part not in result:
+            result[sheet.part] = reading
             if not sheet.part:
                 break
-    if not found:
+    if not result:
         raise MeasurementError(_none_of_ours(best, file))
-    if len(found) > 1:
-        one, other = list(found)[:2]
+    if len(result) > 1:
+        one, other = list(result)[:2]
         named = [json.dumps(part, ensure_ascii=False) for part in (one, other)]
         what = f"has several parts that fit, {one} and {other}; say which. {_HOW}"
         raise MeasurementError(Problem(what, file, block=(f"sheet = {named[0]}  # or {named[1]}",)))
-    ((part, reading),) = found.items()
+    ((part, reading),) = result.items()
     return _guess(reading, part if content.sheet is None else content.sheet, file)
 
 
@@ -206,14 +206,14 @@ def _none_of_ours(best: _Reading, file: str) -> Problem:
     return Problem(f"{what} It holds {held or 'no table'}: nothing that a twin-disc test is read from", file)
 
 
-def typical(content: Content, file: str, found: Guess) -> tuple[float, float, float]:
+def typical(content: Content, file: str, result: Guess) -> tuple[float, float, float]:
     """Median load [N] and rolling speed [m/s] under load, NaN where not recorded; the radius [m] that was assumed."""
-    if found.kind != "log":
+    if result.kind != "log":
         return np.nan, np.nan, _RADIUS
     steel = {"youngs_modulus": 2e11, "poisson_ratio": 0.3, "hardness": 7e9}
     disc = Disc(_RADIUS, _RADIUS, **steel)
     rig = Rig(disc, disc, normal_load=np.nan, rolling_speed=1.0)
-    log = read_log(content, file, rig=rig, torque_disc=2, naming=found.columns)
+    log = read_log(content, file, rig=rig, torque_disc=2, naming=result.columns)
     carrying = np.abs(log.load) > _CARRYING * np.max(np.abs(log.load)) if log.has_load else np.ones(len(log.time), bool)
     return float(np.median(log.load[carrying])), float(np.median(np.abs(log.speed[carrying]))), _RADIUS
 
@@ -271,35 +271,35 @@ def _columns(cells: Sequence[Cell], declared: Naming, of_vendor: Naming) -> tupl
     so, then those of a unit.
     """
     there = {plain(name) for cell in cells for name in (cell.name, cell.text, f"#{cell.place}")}
-    found = {key: named for key, named in declared.items() if named.column and plain(named.column) in there}
-    found |= {key: n for key, n in of_vendor.items() if key not in found and _is_there(str(n.column), cells, there)}
-    taken = {plain(str(named.column)) for named in found.values()}
+    results = {key: named for key, named in declared.items() if named.column and plain(named.column) in there}
+    results |= {key: n for key, n in of_vendor.items() if key not in results and _is_there(str(n.column), cells, there)}
+    taken = {plain(str(named.column)) for named in results.values()}
     by_unit: set[str] = set()
     rest = []
     for cell in (cell for cell in cells if not {plain(cell.name), plain(cell.text), f"#{cell.place}"} & taken):
         key = _KEYS.get(plain(cell.text)) or (_KEYS.get(plain(cell.text.split(" ")[0])) if cell.said else None)
-        if key and key not in found:
-            found[key] = Named(cell.name, cell.said)
+        if key and key not in results:
+            results[key] = Named(cell.name, cell.said)
         else:
             rest.append(cell)
     for cell in rest:
         key = _begun(plain(cell.text))
-        if key and key not in found and (not cell.unit or _knows(_QUANTITY[key], cell.unit)):
-            found[key] = Named(cell.name, cell.said)
-    names = {named.column for named in found.values()}
+        if key and key not in results and (not cell.unit or _knows(_QUANTITY[key], cell.unit)):
+            results[key] = Named(cell.name, cell.said)
+    names = {named.column for named in results.values()}
     for cell in rest:
         if cell.name in names or (_OTHER_PLACES.search(cell.text) and cell.unit and _knows(TEMPERATURE, cell.unit)):
             continue
         kinds = (k for quantity, keys in _BY_UNIT if cell.unit and _knows(quantity, cell.unit) for k in keys)
         kinds = (k for k in kinds if k != "mass loss" or looks_like(cell.text, None) == "mass loss")
-        key = next((k for k in kinds if k not in found), None)
-        if key and not (key == "traction force" and {"torque", "traction ratio"} & set(found)):
-            found[key] = Named(cell.name, cell.said)
+        key = next((k for k in kinds if k not in results), None)
+        if key and not (key == "traction force" and {"torque", "traction ratio"} & set(results)):
+            results[key] = Named(cell.name, cell.said)
             by_unit.add(key)
     for key, named in declared.items():
-        if named.column is None and key in found:
-            found[key] = replace(found[key], unit=named.unit or found[key].unit, sign=named.sign)
-    return _profile(found, cells), by_unit
+        if named.column is None and key in results:
+            results[key] = replace(results[key], unit=named.unit or results[key].unit, sign=named.sign)
+    return _profile(results, cells), by_unit
 
 
 def _is_there(name: str, cells: Sequence[Cell], there: set[str]) -> bool:
@@ -309,16 +309,16 @@ def _is_there(name: str, cells: Sequence[Cell], there: set[str]) -> bool:
     return plain(name) in there or plain(parts(name)[0]) in there
 
 
-def _profile(found: dict[str, Named], cells: Sequence[Cell]) -> dict[str, Named]:
+def _profile(results: dict[str, Named], cells: Sequence[Cell]) -> dict[str, Named]:
     """Columns x and y or x and z are place and height; a height without a unit has that of the place."""
-    if "x" in found and ("height" in found) != ("y" in found):
-        found = {**found, "height": found.get("height") or found["y"], "y": found["x"]}
+    if "x" in results and ("height" in results) != ("y" in results):
+        results = {**results, "height": results.get("height") or results["y"], "y": results["x"]}
         units = {cell.name: cell.unit for cell in cells}
-        height = found["height"]
+        height = results["height"]
         if height.unit is None and units.get(str(height.column)) is None:
-            found["height"] = Named(height.column, units.get(str(found["x"].column)))
-    found.pop("x", None)
-    return found
+            results["height"] = Named(height.column, units.get(str(results["x"].column)))
+    results.pop("x", None)
+    return results
 
 
 def _begun(name: str) -> str | None:

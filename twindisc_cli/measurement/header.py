@@ -159,16 +159,16 @@ def parts(cell: str) -> tuple[str, str | None]:
     """Name and unit of a header cell; no unit where none stands there."""
     text = cell.strip()
     for form in _FORMS:
-        if found := form.match(text):
-            return found[1], found[2]
+        if result := form.match(text):
+            return result[1], result[2]
     return text, None
 
 
 def is_header(cells: Sequence[str], wanted: Sequence[Column], naming: Naming) -> bool:
     """Whether a line names every column that is needed."""
-    found = match(cells, wanted, naming).places
-    of_numbers = any(_FIGURE.fullmatch(cells[place.index].strip()) for place in found.values())
-    return all(column.name in found for column in wanted if column.required) and not of_numbers
+    result = match(cells, wanted, naming).places
+    of_numbers = any(_FIGURE.fullmatch(cells[place.index].strip()) for place in result.values())
+    return all(column.name in result for column in wanted if column.required) and not of_numbers
 
 
 def units_below(row: Sequence[str], places: Mapping[str, Place]) -> dict[str, Place] | None:
@@ -193,19 +193,19 @@ def clock(cell: str) -> float | None:
     A zone counts, so that a change of clocks is none; of a date with strokes the month comes first where AM or PM is
     said, else the day.
     """
-    found = _CLOCK.fullmatch(cell.strip())
-    if not found:
+    result = _CLOCK.fullmatch(cell.strip())
+    if not result:
         return None
-    days = _days(found["date"], month_first=bool(found["half"])) if found["date"] else 0
+    days = _days(result["date"], month_first=bool(result["half"])) if result["date"] else 0
     if days is None:
         return None
-    hour = float(found["hour"])
-    if found["half"]:
-        hour = hour % 12.0 + (12.0 if found["half"][0] in "Pp" else 0.0)
-    zone = found["zone"] or "Z"
+    hour = float(result["hour"])
+    if result["half"]:
+        hour = hour % 12.0 + (12.0 if result["half"][0] in "Pp" else 0.0)
+    zone = result["zone"] or "Z"
     east = 0.0 if zone == "Z" else float(f"{zone[0]}1") * (3600.0 * int(zone[1:3]) + 60.0 * int(zone[-2:]))
-    seconds = float(found["second"].replace(",", "."))
-    return 86400.0 * days + 3600.0 * hour + 60.0 * int(found["minute"]) + seconds - east
+    seconds = float(result["second"].replace(",", "."))
+    return 86400.0 * days + 3600.0 * hour + 60.0 * int(result["minute"]) + seconds - east
 
 
 def _days(text: str, *, month_first: bool) -> int | None:

@@ -202,10 +202,10 @@ def _note_stuck(table: Table, name: str) -> None:
     count = int(np.diff(ends)[longest])
     if count >= _FEWEST_STUCK:
         written = f"{table.written(name)[ends[longest] + 1]:g}"
-        told = (
+        message = (
             f"{count} rows running hold exactly {written} in {table.headers[name]}, which else changes from row to row"
         )
-        table.notes.append(f'{told}; skip = "{written}" leaves them out')
+        table.notes.append(f'{message}; skip = "{written}" leaves them out')
 
 
 def _check_slip(table: Table, creepage: Floats) -> None:
@@ -271,8 +271,8 @@ def outliers(log: Log, ratio: Floats, reason: Codes) -> None:
         wild = (reason == 0) & ~(np.abs(ratio) <= LARGEST_RATIO)
     if wild.sum() > _MOST_OUTLIERS * np.sum(reason == 0):
         row = int(np.flatnonzero(wild)[0])
-        told = f"T/N of {ratio[row]:.3g} cannot be, and so in {int(wild.sum())} of {len(ratio)} rows"
-        log.table.note(f"{told}; check the units and torque_disc", log.kind, int(log.table.lines[row]))
+        message = f"T/N of {ratio[row]:.3g} cannot be, and so in {int(wild.sum())} of {len(ratio)} rows"
+        log.table.note(f"{message}; check the units and torque_disc", log.kind, int(log.table.lines[row]))
         log.table.check()
     reason[wild | _spikes(ratio, reason)] = REASONS.index("outlier")
 
@@ -288,7 +288,7 @@ def _spikes(ratio: Floats, reason: Codes) -> Bools:
         beside = 0.5 * (ratio[:-2] + ratio[2:])
         off, apart = np.abs(ratio[1:-1] - beside), np.abs(ratio[2:] - ratio[:-2])
         usual, scatter = np.median(np.abs(ratio[1:-1][inner])), np.median(off[inner])
-        found = inner & (off > 0.5 * usual) & (off > _SPREADS * scatter) & (off > 4.0 * apart)
-    if found.sum() <= _MOST_OUTLIERS * inner.sum() + 1:
-        spikes[1:-1] = found
+        result = inner & (off > 0.5 * usual) & (off > _SPREADS * scatter) & (off > 4.0 * apart)
+    if result.sum() <= _MOST_OUTLIERS * inner.sum() + 1:
+        spikes[1:-1] = result
     return spikes

@@ -107,8 +107,8 @@ def hardly_worn(y: Floats, height: Floats, others: Sequence[Placed], reach: floa
     if not others and _stands_out(y, left, flank):
         return None
     centre = float(np.mean([other.centre for other in others])) if others else 0.0
-    found = _levelled(y, height, flank, centre, 0.0, (centre, centre))
-    return replace(found, centre_std=max((other.centre_std for other in others), default=reach))
+    result = _levelled(y, height, flank, centre, 0.0, (centre, centre))
+    return replace(result, centre_std=max((other.centre_std for other in others), default=reach))
 
 
 def _outer(y: Floats) -> Bools:
@@ -240,7 +240,7 @@ def read_profile(
     if not fresh and not any(len(y) for _, (y, _, _) in records):
         table.note("no row holds both a place and a height", line=1)
     table.check()
-    start = _start(fresh, {int(which[0]): found[-1].centre for which, (_, _, found) in records if found})
+    start = _start(fresh, {int(which[0]): result[-1].centre for which, (_, _, result) in records if result})
     if not records:
         return None, None, start, table.count()
     samples = ProfileSamples(
@@ -249,7 +249,7 @@ def read_profile(
         disc=np.concatenate([np.full(len(y), which[0]) for which, (y, _, _) in records]),
         iteration=history.entry(np.concatenate([np.full(len(y), which[1]) for which, (y, _, _) in records])),
     )
-    return samples, _place([found for _, (_, _, found) in records]), start, table.count()
+    return samples, _place([result for _, (_, _, result) in records]), start, table.count()
 
 
 def _fresh(table: Table, rows: Ints, rig: Rig) -> tuple[Floats, Floats]:
@@ -292,11 +292,11 @@ def _start(fresh: dict[int, tuple[Floats, Floats]], centre: dict[int, float]) ->
     return Start(places, np.array([np.interp(places, *about[d]) if d in about else nominal for d in (1, 2)]))
 
 
-def _place(found: Sequence[Sequence[Placed]]) -> ProfilePlace | None:
+def _place(sequences: Sequence[Sequence[Placed]]) -> ProfilePlace | None:
     """How well slope, offset and centre of the records are known; None where one of them is as it was recorded."""
-    if not all(found):
+    if not all(sequences):
         return None
-    worst = [[max(getattr(p, name) for p in traces) / np.sqrt(len(traces)) for traces in found]
+    worst = [[max(getattr(p, name) for p in traces) / np.sqrt(len(traces)) for traces in sequences]
              for name in ("slope_std", "offset_std", "centre_std")]  # fmt: skip
     return ProfilePlace(*(float(max(stds)) for stds in worst))
 
@@ -305,8 +305,8 @@ def _worn(table: Table, rows: Ints) -> list[Placed]:
     """The traces of a record on which a track is clear, put in place."""
     y, height = table.columns["y"], table.columns["height"]
     ordered = [trace[np.argsort(y[trace])] for trace in _traces(table, rows)]
-    found = (placed(y[order], height[order]) for order in ordered)
-    return [one for one in found if one and one.clear >= _CLEAR]
+    result = (placed(y[order], height[order]) for order in ordered)
+    return [one for one in result if one and one.clear >= _CLEAR]
 
 
 def _record(
@@ -320,40 +320,42 @@ def _record(
     traces = _traces(table, rows)
     if not all(_check_trace(table, trace, rig) for trace in traces):
         return y[rows], height[rows], []
-    found: list[Placed] = []
+    result: list[Placed] = []
     for trace in [] if as_recorded else traces:
         order = trace[np.argsort(y[trace])]
         one = placed(y[order], height[order])
         if one is None or (one.clear < _CLEAR and worn):
             one = hardly_worn(y[order], height[order], worn, float(rig.patch.b))
         if one:
-            found.append(one)
-    if len(found) < len(traces):
+            result.append(one)
+    if len(result) < len(traces):
         _check_depth(table, rows, height[rows], rig)
         if not as_recorded:
             table.notes.append("the flanks beside the track do not show where it is level: taken as recorded")
         else:
             _check_under_contact(table, rows, rig)
-        found = []
+        result = []
     else:
-        for one, trace in zip(found, traces, strict=True):
+        for one, trace in zip(result, traces, strict=True):
             _check_depth(table, trace[np.argsort(y[trace])], one.height, rig)
-        table.notes.append(_told(found))
-    curves = [(p.y, p.height) for p in found] or [(y[t[np.argsort(y[t])]], height[t[np.argsort(y[t])]]) for t in traces]
-    if len(curves) == 1 and not found:
+        table.notes.append(_told(result))
+    curves = [(p.y, p.height) for p in result] or [
+        (y[t[np.argsort(y[t])]], height[t[np.argsort(y[t])]]) for t in traces
+    ]
+    if len(curves) == 1 and not result:
         return y[rows], height[rows], []
-    return (*_mean_of(table, curves), found)
+    return (*_mean_of(table, curves), result)
 
 
-def _told(found: Sequence[Placed]) -> str:
+def _told(places: Sequence[Placed]) -> str:
     """What was taken off a record."""
     shifts = [
-        ("slope", [p.slope * 1e3 for p in found], [p.slope_std * 1e3 for p in found], "um/mm"),
-        ("offset", [p.offset * 1e6 for p in found], [p.offset_std * 1e6 for p in found], "um"),
-        ("centre", [p.centre * 1e3 for p in found], [p.centre_std * 1e3 for p in found], "mm"),
+        ("slope", [p.slope * 1e3 for p in places], [p.slope_std * 1e3 for p in places], "um/mm"),
+        ("offset", [p.offset * 1e6 for p in places], [p.offset_std * 1e6 for p in places], "um"),
+        ("centre", [p.centre * 1e3 for p in places], [p.centre_std * 1e3 for p in places], "mm"),
     ]
     parts = [f"{name} {np.round(np.mean(v), 9) + 0.0:.3g} ± {np.max(e):.2g} {unit}" for name, v, e, unit in shifts]
-    seen = all(p.edges[0] < p.edges[1] for p in found)
+    seen = all(p.edges[0] < p.edges[1] for p in places)
     how = "levelled on the flanks and centred on the track" if seen else "no clear track, levelled beside its place"
     return f"{how}, taken off (± one standard deviation): {', '.join(parts)}"
 
@@ -410,10 +412,10 @@ def _check_under_contact(table: Table, rows: Ints, rig: Rig) -> None:
     """The worn zone of a profile that is taken as recorded lies under the contact."""
     order = rows[np.argsort(table.columns["y"][rows])]
     y = table.columns["y"][order]
-    found = placed(y, table.columns["height"][order])
-    if found is None:
+    result = placed(y, table.columns["height"][order])
+    if result is None:
         return
-    zone = y[-found.height > 0.05 * np.max(-found.height)]
+    zone = y[-result.height > 0.05 * np.max(-result.height)]
     if zone.min() > rig.patch.b or zone.max() < -rig.patch.b:
         what = (
             f"the worn zone lies at y = {zone.min() * 1e3:.3g} to {zone.max() * 1e3:.3g} mm, the contact at 0 ± "

@@ -46,15 +46,15 @@ def parts_of(content: Content, file: str) -> Sequence[Sheet] | None:
             warnings.simplefilter("ignore")
             parts = list(read(content.data))
     except ImportError as error:
-        told = (
+        message = (
             f"is {what}: install twindisc with [rigs] to read it ({error.name} is missing), or export the data as CSV"
         )
-        raise MeasurementError(Problem(told, file)) from None
+        raise MeasurementError(Problem(message, file)) from None
     except MemoryError:
         raise
     except Exception as error:  # a library's own errors are of any kind
-        told = f"is {what} that cannot be read: {str(error)[:200] or type(error).__name__}; export the data as CSV"
-        raise MeasurementError(Problem(told, file)) from None
+        message = f"is {what} that cannot be read: {str(error)[:200] or type(error).__name__}; export the data as CSV"
+        raise MeasurementError(Problem(message, file)) from None
     if not parts:
         raise MeasurementError(Problem(f"is {what} without any data", file))
     return _chosen(parts, content.sheet, file)
@@ -67,8 +67,8 @@ def _chosen(parts: Sequence[Sheet], name: str | None, file: str) -> Sequence[She
     mine = [part for part in parts if part.part == name]
     if not mine:
         names = list(dict.fromkeys(part.part for part in parts))
-        told = f"has no part {name}{did_you_mean(name, names)}; it has {', '.join(names)}"
-        raise MeasurementError(Problem(told, file, 0, "sheet"))
+        message = f"has no part {name}{did_you_mean(name, names)}; it has {', '.join(names)}"
+        raise MeasurementError(Problem(message, file, 0, "sheet"))
     return mine
 
 
@@ -306,10 +306,10 @@ def _across(heights: Floats, step_x: float, step_y: float) -> Sheet:
     along_x = heights.shape[0] == 1 or (heights.shape[1] > 1 and np.nanstd(means[0]) >= np.nanstd(means[1]))
     step, mean = (step_x, whole[0]) if along_x else (step_y, whole[1])
     lines = heights.shape[0] if along_x else heights.shape[1]
-    told = (f"a map of {heights.shape[1]} x {heights.shape[0]} heights: the mean of its {lines} "
+    message = (f"a map of {heights.shape[1]} x {heights.shape[0]} heights: the mean of its {lines} "
             f"{'rows' if along_x else 'columns'}, across the track as it seems")  # fmt: skip
     columns = {"y [mm]": 1e3 * step * (np.arange(len(mean)) + 0.5), "height [um]": 1e6 * mean}
-    return _grid(columns, notes=(told,) if lines > 1 else ())
+    return _grid(columns, notes=(message,) if lines > 1 else ())
 
 
 def _plane(heights: Floats) -> Floats:

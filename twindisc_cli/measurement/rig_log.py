@@ -87,11 +87,11 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
     table = log.table
     lightest = rig.normal_load * (float(history.load_factor[history.driven].min()) if history else 1.0)
     reason = idle_rows(log, rig, lightest)
-    found = find_zero(log.time, log.signal, log.load, lightest) if log.has_load else None
-    if torque_zero == "unloaded" and found is None:
+    result = find_zero(log.time, log.signal, log.load, lightest) if log.has_load else None
+    if torque_zero == "unloaded" and result is None:
         table.note("no rows without load at either end: no torque_zero can be found in this log", log.kind)
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = (log.signal - _offset(log.time, found, torque_zero)) / log.per_ratio(log.load)
+        ratio = (log.signal - _offset(log.time, result, torque_zero)) / log.per_ratio(log.load)
     dead_rows(log, reason)
     outliers(log, ratio, reason)
     driven = reason == 0
@@ -110,9 +110,9 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
         time = _history_time(mean.time, step, history)
     table.check()
     unit = sense * float(log.per_ratio(rig.normal_load))
-    zero = _zero(found, torque_zero, log.time[driven], unit)
+    zero = _zero(result, torque_zero, log.time[driven], unit)
     ratio, told_zero = sense * mean.ratio, zero
-    if found is None and not isinstance(torque_zero, float):
+    if result is None and not isinstance(torque_zero, float):
         both = zero_of_both_ways(history.step_creepage, ratio[kept], step[kept])
         if both is not None:
             off = torque_zero != "as recorded"
@@ -133,7 +133,7 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
         uncertainty=np.full(int(kept.sum()), np.nan),
     )
     table.left_out |= _counts(reason)
-    table.notes += (*_notes(log, told_zero, found, mean.time, history), *_too_slippery(log, ratio))
+    table.notes += (*_notes(log, told_zero, result, mean.time, history), *_too_slippery(log, ratio))
     begin = float(mean.time[kept][0] - time[kept][0]) if np.any(kept) else 0.0
     return RigLog(samples, history, begin, zero, table.count(int(np.sum(reason == 0))))
 
@@ -171,21 +171,21 @@ def _too_slippery(log: Log, ratio: Floats) -> tuple[str, ...]:
     return (f"T/N is {typical:.2g}, less than any dry contact has: check the units of {log.kind} and load",)
 
 
-def _offset(time: Floats, found: Zero | None, setting: ZeroSetting) -> Floats | float:
+def _offset(time: Floats, zero: Zero | None, setting: ZeroSetting) -> Floats | float:
     """What is taken off the signal of each row."""
     if isinstance(setting, float):
         return setting
-    return 0.0 if found is None or setting == "as recorded" else found.at(time)
+    return 0.0 if zero is None or setting == "as recorded" else zero.at(time)
 
 
-def _zero(found: Zero | None, setting: ZeroSetting, time: Floats, unit: float) -> TorqueZero | None:
+def _zero(zero: Zero | None, setting: ZeroSetting, time: Floats, unit: float) -> TorqueZero | None:
     """What is known of the zero, as T/N; time [s] of the rows under load, unit the signal of T/N = 1."""
     if isinstance(setting, float):
         return TorqueZero(setting / unit, np.nan, np.nan, taken_off=True, unit=unit)
-    if found is None:
+    if zero is None:
         return None
-    mean, off = float(found.at(time).mean()), setting != "as recorded"
-    return TorqueZero(mean / unit, found.std / abs(unit), found.drift / unit, taken_off=off, unit=unit)
+    mean, off = float(zero.at(time).mean()), setting != "as recorded"
+    return TorqueZero(mean / unit, zero.std / abs(unit), zero.drift / unit, taken_off=off, unit=unit)
 
 
 def _length(time: Floats, history: History | None) -> float:
@@ -240,14 +240,14 @@ def _counts(reason: Codes) -> Mapping[str, int]:
     return {REASONS[code]: int(np.sum(reason == code)) for code in np.unique(reason) if code}
 
 
-def _notes(log: Log, zero: TorqueZero | None, found: Zero | None, time: Floats, history: History) -> tuple[str, ...]:
+def _notes(log: Log, zero: TorqueZero | None, result: Zero | None, time: Floats, history: History) -> tuple[str, ...]:
     """The zero of the signal, or how to know it, and a log that is much shorter or longer than the history."""
     notes = []
     if zero is not None:
         unit = f" {log.unit}" if log.unit else ""
         drift = f", drift {log.told(zero.drift * zero.unit)}{unit}" if np.isfinite(zero.drift) else ""
         error = f" ± {log.told(zero.std * abs(zero.unit), digits=2)}" if np.isfinite(zero.std) else ""
-        whence = f"from {found.rows} rows without load" if found else "from slip both ways"
+        whence = f"from {result.rows} rows without load" if result else "from slip both ways"
         whence = whence if np.isfinite(zero.std) else "as stated"
         taken = "taken off" if zero.taken_off else "left in"
         name = "torque" if log.kind == "torque" else log.kind

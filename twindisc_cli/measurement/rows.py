@@ -27,9 +27,9 @@ class RowCount:
     def lines(self) -> tuple[str, ...]:
         """The count in a line, and each note."""
         left = ", ".join(f"{count} {reason}" for reason, count in self.left_out.items())
-        told = f"{self.used} of {self.read} rows used; left out: {left}" if left else f"all {self.read} rows used"
+        message = f"{self.used} of {self.read} rows used; left out: {left}" if left else f"all {self.read} rows used"
         notes = (f"{self.file}: {_shortened(note)}" for note in self.notes)
-        return (f"{self.file}: {told}", *(line for note in notes for line in note.split("\n")))
+        return (f"{self.file}: {message}", *(line for note in notes for line in note.split("\n")))
 
     def json(self) -> dict[str, Any]:
         """The count for scripts."""

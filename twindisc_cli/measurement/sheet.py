@@ -89,8 +89,8 @@ class Sheet:
             below = ((line, row) for line, row in self.cells.items() if line > self.line and any(row))
             return list(islice(below, count))
         lines = _decoded(self.text[self.start : self.start + _HEAD]).split("\n")
-        found = ((self.line + 1 + n, line) for n, line in enumerate(lines) if _content(line))
-        return [(number, _cells(line, self.delimiter)) for number, line in islice(found, count)]
+        result = ((self.line + 1 + n, line) for n, line in enumerate(lines) if _content(line))
+        return [(number, _cells(line, self.delimiter)) for number, line in islice(result, count)]
 
     def below(self, line: int) -> Sheet:
         """The sheet without what is above and in a line, which may come again."""
@@ -157,18 +157,18 @@ def open_sheet(content: Content, file: str, expected: str, is_header: Callable[[
     `expected` is the header that an empty file is told to have. Of a workbook with several such sheets, or a file with
     several such groups, one must be named.
     """
-    first, found = None, None
+    first, result = None, None
     for sheet in sheets(content, file):
         first = first or (None if sheet.remark else sheet)
-        if found and sheet.part == found.part:
+        if result and sheet.part == result.part:
             continue
         if is_header(sheet):
-            if found:
-                raise MeasurementError(Problem(_which(found.part, sheet.part), file))
-            found = sheet
+            if result:
+                raise MeasurementError(Problem(_which(result.part, sheet.part), file))
+            result = sheet
             if not sheet.part:
                 break
-    opened = found or first
+    opened = result or first
     if opened is None:
         raise MeasurementError(Problem(f"is empty; it needs a header such as {expected}", file))
     return opened
@@ -243,10 +243,10 @@ def _without_header(text: bytes) -> Iterator[Sheet]:
 
 def delimiter_of(line: str) -> str:
     """What stands between the cells of a line."""
-    found = next((d for d in ("\t", ";", ",") if d in line), BLANKS)
-    if found == "," and re.fullmatch(r"\s*[-+]?\d+,\d+(\s+[-+]?\d+,\d+)+\s*", line):
+    result = next((d for d in ("\t", ";", ",") if d in line), BLANKS)
+    if result == "," and re.fullmatch(r"\s*[-+]?\d+,\d+(\s+[-+]?\d+,\d+)+\s*", line):
         return BLANKS
-    return found
+    return result
 
 
 def _utf8(data: bytes, file: str) -> bytes:

@@ -92,12 +92,12 @@ def _knows(quantity: Quantity, unit: str) -> bool:
 def what_else(cells: Iterable[Cell], used: Iterable[str]) -> Mapping[str, list[str]]:
     """The columns that are not used, by what they may be."""
     taken = set(used)
-    found: dict[str, list[str]] = {}
+    results: dict[str, list[str]] = {}
     for cell in cells:
         key = looks_like(cell.text, cell.unit) if cell.name not in taken else None
         if key:
-            found.setdefault(key, []).append(cell.name)
-    return found
+            results.setdefault(key, []).append(cell.name)
+    return results
 
 
 def block(cells: Sequence[Cell], known: Mapping[str, str]) -> list[str]:
@@ -127,16 +127,16 @@ def block(cells: Sequence[Cell], known: Mapping[str, str]) -> list[str]:
 
 
 def _may_be(cell: Cell, key: str) -> bool:
-    found = looks_like(cell.text, cell.unit)
+    result = looks_like(cell.text, cell.unit)
     pairs = ({"speed 1", "speed 2"}, {"normal load", "traction force"}, {"y", "height"})
-    return found == key or (cell.unit is not None and any({found, key} <= pair for pair in pairs))
+    return result == key or (cell.unit is not None and any({result, key} <= pair for pair in pairs))
 
 
 def line(key: str, cell: Cell, others: str = "") -> str:
     """A line of [measured] that names a column; a unit that is not known is a proposal to be checked."""
     unit = cell.said or (None if cell.unit else _DEFAULT[key])
     named = json.dumps(cell.name, ensure_ascii=False)
-    told = f", unit = {json.dumps(unit, ensure_ascii=False)}" if unit else ""
+    message = f", unit = {json.dumps(unit, ensure_ascii=False)}" if unit else ""
     remarks = [*(["check the unit"] if unit and not cell.said else []), *([f"or {others}"] if others else [])]
     remark = f"  # {'; '.join(remarks)}" if remarks else ""
-    return f"columns.{key.replace(' ', '_')} = {{ column = {named}{told} }}{remark}"
+    return f"columns.{key.replace(' ', '_')} = {{ column = {named}{message} }}{remark}"

@@ -111,16 +111,16 @@ def read_table(
     header = _heard(sheet.header, ignored)
     table = Table(file, {}, {}, {}, np.zeros(0, dtype=np.int64), notes=[*sheet.notes])
     wanted = _way(header, ways, naming)
-    found = match(header, wanted, naming)
-    table.notes += [_taken(name, header[place.index]) for name, place in found.places.items() if place.guessed]
-    sheet, places = _below_units(table, sheet, found.places)
-    _check_header(table, sheet, found, places, wanted)
+    result = match(header, wanted, naming)
+    table.notes += [_taken(name, header[place.index]) for name, place in result.places.items() if place.guessed]
+    sheet, places = _below_units(table, sheet, result.places)
+    _check_header(table, sheet, result, places, wanted)
     if table.problems:
-        for _, index in found.doubled:
+        for _, index in result.doubled:
             table.note("the column occurs twice", header[index], sheet.line)
     table.check()
     rows = sheet.rows([place.index for place in places.values()])
-    _check_doubled(table, sheet, found, places, rows)
+    _check_doubled(table, sheet, result, places, rows)
     if not len(rows.lines):
         table.note(f"has no rows under its header; expected {expected}")
     table.check()
@@ -140,9 +140,9 @@ def _heard(header: Sequence[str], ignored: Sequence[str]) -> Sequence[str]:
     ]
 
 
-def _check_doubled(table: Table, sheet: Sheet, found: Match, places: Mapping[str, Place], rows: Rows) -> None:
+def _check_doubled(table: Table, sheet: Sheet, result: Match, places: Mapping[str, Place], rows: Rows) -> None:
     """Columns of one name must hold the same numbers; otherwise one of them is to be chosen."""
-    for name, index in found.doubled:
+    for name, index in result.doubled:
         other = sheet.rows([index]).numbers[:, 0]
         first = rows.numbers[:, list(places).index(name)]
         with np.errstate(invalid="ignore"):
@@ -217,7 +217,7 @@ def _unit_line(name: str, place: Place) -> tuple[str, ...]:
 
 
 def _check_header(
-    table: Table, sheet: Sheet, found: Match, places: Mapping[str, Place], wanted: Sequence[Column]
+    table: Table, sheet: Sheet, result: Match, places: Mapping[str, Place], wanted: Sequence[Column]
 ) -> None:
     """Note what is missing, misspelt, doubled, or in no known unit."""
     header, by_name = sheet.header, {column.name: column for column in wanted}
@@ -228,14 +228,14 @@ def _check_header(
         except ValueError as error:
             table.note(str(error), name, sheet.line, _unit_line(name, place))
     absent = {column.name for column in wanted} - set(places)
-    for other in found.others:
+    for other in result.others:
         if guess := nearest(other, absent):
             table.note(f"unknown column, did you mean {by_name[guess]}?", other, sheet.line)
             absent.discard(guess)
     for column in wanted:
         if column.required and column.name in absent:
-            told = f"no column {column}; the header has {', '.join(c.strip() for c in header)}"
-            table.note(f"{told}; name it under [measured.columns]", line=sheet.line)
+            message = f"no column {column}; the header has {', '.join(c.strip() for c in header)}"
+            table.note(f"{message}; name it under [measured.columns]", line=sheet.line)
 
 
 def _fill(table: Table, rows: Rows, places: Mapping[str, Place], sheet: Sheet, *, gaps: bool) -> None:
@@ -257,8 +257,8 @@ def _fill(table: Table, rows: Rows, places: Mapping[str, Place], sheet: Sheet, *
     told_ragged = ragged & ~unclosed & ~apart
     table.flag(told_ragged, "", lambda row: f"{rows.counts[row]} cells where the header has {width}{comma}")
     for place, name in enumerate(places):
-        told = lambda row, place=place: _not_a_number(rows.text[row, place])  # noqa: E731
-        table.flag(bad[:, place] & ~(ragged | apart | empty), name, told)
+        message = lambda row, place=place: _not_a_number(rows.text[row, place])  # noqa: E731
+        table.flag(bad[:, place] & ~(ragged | apart | empty), name, message)
         table.columns[name] = rows.numbers[:, place]
     counts = {SUMMARY: tail.sum(), NO_NUMBER: empty.sum(), HEAD: head.sum(), AGAIN: len(rows.heads), CUT: rows.cut}
     table.left_out |= {reason: int(count) for reason, count in counts.items() if count}

@@ -37,11 +37,11 @@ class Quantity:
         plain = _plain(unit)
         if plain in self.units:
             return self.units[plain]
-        found = None if plain in _COMMON else self._looked_up(plain)
-        if found is None:
+        result = None if plain in _COMMON else self._looked_up(plain)
+        if result is None:
             more = "" if _registry() or not self.by_pint else "; others with twindisc[rigs]"
             raise ValueError(f"unknown unit [{unit}] for {self.name}; known: {known}{more}")
-        return found
+        return result
 
     def _looked_up(self, unit: str) -> tuple[float, float] | None:
         """Factor and offset of a unit that pint knows as one of this quantity."""

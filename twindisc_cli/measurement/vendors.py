@@ -64,11 +64,11 @@ VENDORS = (
 def vendor_of(content: Content, file: str) -> Vendor | None:
     """The maker of a file; MeasurementError where it holds what is none of ours."""
     head = _head(content, file)
-    found = next((vendor for vendor in VENDORS if vendor.sign.search(head)), None)
-    if found and found.holds:
-        what = f"is {found.holds} ({found.name}), no traction, profile, temperature or mass; nothing of it is read"
+    result = next((vendor for vendor in VENDORS if vendor.sign.search(head)), None)
+    if result and result.holds:
+        what = f"is {result.holds} ({result.name}), no traction, profile, temperature or mass; nothing of it is read"
         raise MeasurementError(Problem(what, file))
-    return found
+    return result
 
 
 def _head(content: Content, file: str) -> str:

@@ -125,14 +125,14 @@ class Rig:
 
         Raises OutOfRangeError where it would be larger than the radii: such discs are no half-spaces to each other.
         """
-        found = self._hertz()
-        size = max(float(found.a) * self.curvature_x, float(found.b) * self.curvature_y)
+        result = self._hertz()
+        size = max(float(result.a) * self.curvature_x, float(result.b) * self.curvature_y)
         if size > LARGEST_PATCH:
             raise OutOfRangeError(
                 f"the patch would be {size:.2g} times as large as the discs' radii, and the theory takes one that is "
                 "small against them: is the load too high, or the modulus too low?"
             )
-        return found
+        return result
 
     def _hertz(self) -> hertz.Ellipse | line_contact.Strip:
         if self.is_line:

@@ -56,13 +56,14 @@ SPIN_ARM_OF_A_LINE = 0.5
 <x^2> / 2 v^2), with <x^2> = a^2 / 4 under the pressure. To the creepage along rolling it adds - phi y."""
 _NOTHING = np.zeros((1, 1))
 SETTLED, COUNTED = 1e-7, 1e-4
-"""Change of the energy in a pass at which the chain stands still, and at which a march of local wear may begin."""
+"""Change of the energy in a pass at which the chain stands still, and at which an integration of local wear may
+begin."""
 MOST_MARCHES, MARCHED = 4, 1e-3
-"""How often a history of loads is marched through, and the relative change of the sections at which that ends."""
+"""How often a history of loads is integrated, and the relative change of the sections at which that ends."""
 _STANDING = 1e-9
 """A speed [m/s] at which nothing rolls."""
 Parameters = Mapping[str, Floats]
-Marched = Literal["each", "first", "none"]
+IntegratedSets = Literal["each", "first", "none"]
 
 
 @dataclass(frozen=True)
@@ -149,25 +150,25 @@ class ForwardModel:
         effects: Mapping[str, Parameters] | None = None,
         trial: Mapping[str, Effect] | None = None,
         *,
-        marched: Marched | Paths = "each",
+        integrated: IntegratedSets | Paths = "each",
         profiled: bool = True,
     ) -> Prediction:
         """Predict every channel.
 
         effects  parameters of each effect, (set,), beside those that the test declares
         trial    effects by name that are not in the catalogue
-        marched  where K differs from strip to strip or the load changes, the sets for which a march tells what that
-                 makes of profile and patch: each; the first, after which all of them go; none, and only what is taken
-                 off is counted; or the paths of a prediction nearby, which all of them go
+        integrated  where K differs from strip to strip or the load changes, the sets for which an integration tells
+                 what that makes of profile and patch: each; the first, after which all of them go; none, and only what
+                 is taken off is counted; or the paths of a prediction nearby, which all of them go
         profiled whether the measured profiles are asked for; without them there is no worn surface
         """
         base = BaseParameters.of(base)
         sets = max([base.sets, *(len(np.atleast_1d(value)) for value in _values(effects))])
         known = {**catalogue(), **(trial or {})}
         acting = [(known[name], columns) for name, columns in self._all_effects(effects or {}, sets).items()]
-        chain = _Chain(self, base.columns(sets), acting, sets, None if isinstance(marched, str) else marched)
-        if marched in ("each", "first") and chain.needs_march:
-            chain, state = chain.on_marched(slice(1 if marched == "first" else None))
+        chain = _Chain(self, base.columns(sets), acting, sets, None if isinstance(integrated, str) else integrated)
+        if integrated in ("each", "first") and chain.needs_integration:
+            chain, state = chain.on_integrated(slice(1 if integrated == "first" else None))
         else:
             state = chain.settled(chain._blank)
         return chain.read(state, profiled=profiled)
@@ -224,19 +225,19 @@ class _Chain:
         return state
 
     @property
-    def needs_march(self) -> bool:
+    def needs_integration(self) -> bool:
         """Whether no path of one load and one K all over holds for the history."""
         return self.is_local or self.model.loads_change
 
-    def on_marched(self, of: slice) -> tuple[_Chain, State]:
+    def on_integrated(self, of: slice) -> tuple[_Chain, State]:
         """The chain on paths of its own history, and what settles on them.
 
-        Where loads change, the march goes again until it has passed the sections that are worn on what it finds.
+        Where loads change, the integration goes again until it has passed the sections that are worn on what it finds.
         """
         state = self.settled(self._blank, COUNTED)
         for _ in range(MOST_MARCHES):
             passed = self.section(state)
-            chain = replace(self, own=self.marched(state, of))
+            chain = replace(self, own=self.integrated(state, of))
             state = chain.settled(state)
             section = chain.section(state)
             if self._one_load(state, section) or np.allclose(section, passed, rtol=MARCHED):
@@ -378,17 +379,19 @@ class _Chain:
             factor = factor * np.sum(load * own, axis=-1)
         return state.replace(wear_factor=state.wear_factor * factor)
 
-    def marched(self, state: State, of: slice) -> Paths:
+    def integrated(self, state: State, of: slice) -> Paths:
         """The paths on which the strips wear through a state's history, of every set or of the first."""
         section = self.section(state)
         paths = self._weighted(state, section)
-        found = [self._local_or_carried(path, state, section, of) for path in paths.parts if isinstance(path, WearPath)]
-        if len(found[0]) < self.sets:
-            return replace(paths, parts=[part[0] for part in found])
+        results = [
+            self._local_or_carried(path, state, section, of) for path in paths.parts if isinstance(path, WearPath)
+        ]
+        if len(results[0]) < self.sets:
+            return replace(paths, parts=[part[0] for part in results])
         weights = [np.broadcast_to(weight, (self.sets, 1)) for weight in paths.weights]
         return OwnPaths(
             [
-                WeightedPaths([part[i] for part in found], [weight[i : i + 1] for weight in weights])
+                WeightedPaths([part[i] for part in results], [weight[i : i + 1] for weight in weights])
                 for i in range(self.sets)
             ]
         )
@@ -400,11 +403,11 @@ class _Chain:
             course = self._course(state, section, path.profile_scale, of)
             factors = partial(self._factors, of=of)
             return [*local_paths(self.model.experiment.rig, path, course, factors, by_place=by_place)]
-        course, found = self._course(state, section, _as_it_is, of), list[AnyPath]()
+        course, result = self._course(state, section, _as_it_is, of), list[AnyPath]()
         for number, loads in enumerate(self._loads(state, section)[of]):
             one = slice(number, number + 1)
             weights = partial(weights_on, course=course.of(one), factors=partial(self._factors, of=one))
-            found.append(
+            result.append(
                 carried_path(
                     self.model.experiment.rig,
                     path.contact,
@@ -415,7 +418,7 @@ class _Chain:
                     by_place=by_place,
                 )
             )
-        return found
+        return result
 
     def _course(self, state: State, section: Floats, scale: Callable[[Floats], Scaled], of: slice) -> Course:
         """The history of some sets as strips see it, under the load of a path."""

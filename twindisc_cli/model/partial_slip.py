@@ -61,7 +61,7 @@ def _evened(weight: Floats, line_load: Floats, alone: Floats, reach: Floats) -> 
     between[..., :-1] = reach * (np.where((left > 0.0) & (right > 0.0), 0.5, 0.0) * (left + right))
     diagonal = np.where(line_load > 0.0, weight, 1.0) + between
     diagonal[..., 1:] += between[..., :-1]
-    _, _, found, failed = dptsv(diagonal.ravel(), -between.ravel()[:-1], (weight * alone).ravel())
+    _, _, result, failed = dptsv(diagonal.ravel(), -between.ravel()[:-1], (weight * alone).ravel())
     if failed:
         raise NoConvergenceError("the strips of a patch in partial slip do not hang together")
-    return np.asarray(found).reshape(alone.shape)
+    return np.asarray(result).reshape(alone.shape)

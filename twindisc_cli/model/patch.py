@@ -111,9 +111,9 @@ class WeightedPaths(Paths):
         return replace(self, weights=[weight[:1] for weight in self.weights])
 
     def read(self, quantity: Callable[..., Floats], section: Floats, load_ratio: Floats, *where: Floats) -> Floats:  # noqa: D102
-        found = [path.read(quantity, section, load_ratio, *where) for path in self.parts]
-        extra = found[0].ndim - section.ndim
-        parts = [w[(..., *[None] * extra)] * f for w, f in zip(self.weights, found, strict=True)]
+        results = [path.read(quantity, section, load_ratio, *where) for path in self.parts]
+        extra = results[0].ndim - section.ndim
+        parts = [w[(..., *[None] * extra)] * f for w, f in zip(self.weights, results, strict=True)]
         return np.asarray(sum(parts[1:], parts[0]))
 
     def through(self, section: Floats) -> WeightedPaths:  # noqa: D102

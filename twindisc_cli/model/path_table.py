@@ -1,12 +1,12 @@
-"""Wear paths that were marched once, for rigs of any size, crown, load and modulus.
+"""Wear paths that were integrated once, for rigs of any size, crown, load and modulus.
 
-The march along a wear path knows five numbers of a rig: curvatures kappa_x, kappa_y, load, E* and the wander. Hertz's
-unworn patch (a, b, p0) takes up the scales, and what is left is
+The integration along a wear path knows five numbers of a rig: curvatures kappa_x, kappa_y, load, E* and the wander.
+Hertz's unworn patch (a, b, p0) takes up the scales, and what is left is
 
     q = kappa_y / kappa_x,   s = S / S1,   w = wander / b,   S1 = kappa_y (2 b)^3 / 12, a facet as wide as the patch
     lengths along rolling over a, across over b;  pressure over p0;  line load over N / b;  depth over S / b
 
-Two rigs with one q and one w are marched along the same path over s to rounding, whatever their radii, load, moduli
+Two rigs with one q and one w are integrated along the same path over s to rounding, whatever their radii, load, moduli
 and Poisson's ratios. So the paths of all rigs are one function of q, s and w for each contact. It is known at ln q and
 t = ln(1 + s / FIRST) on uniform grids, cubic between them, and at the WANDERS, between which `patch.weighted_paths`
 interpolates.

@@ -127,15 +127,15 @@ def _greatest(history: History) -> Floats:
 
 def _direction(history: History) -> Floats:
     """Sign of the last change of the creepage's size in each test (iteration,); pauses change nothing."""
-    found, last, sign = np.zeros(len(history.step)), np.nan, 0.0
+    result, last, sign = np.zeros(len(history.step)), np.nan, 0.0
     begins = np.diff(history.begin_time, prepend=-1.0) != 0.0
     for i, size in enumerate(np.abs(history.creepage)):
         last, sign = (np.nan, 0.0) if begins[i] else (last, sign)
         if history.driven[i]:
             sign = float(np.sign(size - last)) if size != last and last == last else sign
             last = size
-        found[i] = sign
-    return found
+        result[i] = sign
+    return result
 
 
 def sample_times(history: History, samples: TractionSamples | None) -> Floats:

@@ -116,8 +116,8 @@ def _disc_and_shaft(
         stays = of_disc + of_shaft
         known[..., row] = environment * (1.0 - stays) + steps.gained[row] * warming
         known[..., row] += np.where(fresh, initial * stays, 0.0)
-    found = dtbsv(3, bands.reshape(-1, 4).T, known.ravel(), lower=1, diag=1)
-    return np.asarray(found.reshape(*shape, 2)[..., 0])
+    result = dtbsv(3, bands.reshape(-1, 4).T, known.ravel(), lower=1, diag=1)
+    return np.asarray(result.reshape(*shape, 2)[..., 0])
 
 
 def implicit_step(

@@ -71,8 +71,8 @@ def unsaturation(fraction: ArrayLike, a_over_b: ArrayLike, poisson: float) -> Fl
     last = _lerp(curves[:, row, -1], curves[:, row + 1, -1], share).sum(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         beyond = KNOTS[-1] * np.sqrt((1.0 - last) / (1.0 - target))
-    found = np.where(target > last, beyond, _STEP * (interval + t))
-    return np.where(target >= 1.0, np.inf, found)
+    result = np.where(target > last, beyond, _STEP * (interval + t))
+    return np.where(target >= 1.0, np.inf, result)
 
 
 def _interval_of(target: Floats, values: Floats, row: NDArray[np.intp], share: Floats) -> NDArray[np.intp]:

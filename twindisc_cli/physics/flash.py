@@ -85,12 +85,12 @@ def flash_temperature(
         slow = [s * per_length * b * elliprf(0.0, a**2, b**2) for s in SLOW]
         quick = [size * fast for size in FAST]
     speeds = [np.maximum(np.abs(speed * (1.0 + side * creepage)), _STANDING) for side in (0.5, -0.5)]
-    found = []
+    results = []
     for kind in (0, 1):
         pairs = [(quick[kind] / np.sqrt(v), slow[kind]) for v in speeds]
         factors = [1.0 if line else _correction(kind, a / b, *pair) for pair in pairs]
-        found.append(_meeting(*(factor * _joined(*pair) for factor, pair in zip(factors, pairs, strict=True))))
-    return Flash(*found)
+        results.append(_meeting(*(factor * _joined(*pair) for factor, pair in zip(factors, pairs, strict=True))))
+    return Flash(*results)
 
 
 def _correction(kind: int, ratio: Floats, fast: Floats, slow: Floats) -> Floats:

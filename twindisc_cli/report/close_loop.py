@@ -15,7 +15,7 @@ from twindisc_cli.effects import catalogue
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.channels._held_out import BANDS, EVERY
 from twindisc_cli.loop.diagnosis import Curve, Diagnosis, FoundEffect, NextExperiment
-from twindisc_cli.report import told, words
+from twindisc_cli.report import sentences, words
 from twindisc_cli.version import __version__
 
 
@@ -37,7 +37,7 @@ def render(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.globals |= {"told": told, "words": words, "channels": channels(), "catalogue": catalogue()}
+    environment.globals |= {"sentences": sentences, "words": words, "channels": channels(), "catalogue": catalogue()}
     environment.globals |= {"meaning": meaning, "measured": _measured, "held_out": held_out, "history": history_toml}
     environment.tests["effect"] = lambda term: isinstance(term, FoundEffect)
     template = environment.get_template("close_loop.html")
@@ -46,7 +46,7 @@ def render(
         tests=tests,
         validate=validate,
         title=words.listed([test.experiment.name for test in tests]),
-        provenance=told.provenance([test.experiment.measured.provenance for test in tests]),
+        provenance=sentences.provenance([test.experiment.measured.provenance for test in tests]),
         figure=b64encode(figure).decode("ascii"),
         plots=plots,
         numbers=json.dumps(plots).replace("<", "\\u003c"),

@@ -11,7 +11,7 @@ from twindisc_cli.laws.law import Law, formula_text
 from twindisc_cli.laws.shapes import SHAPES
 from twindisc_cli.laws.trial import formula
 from twindisc_cli.model.experiment import Experiment
-from twindisc_cli.report.told import range_of, transfer_text
+from twindisc_cli.report.sentences import range_of, transfer_text
 from twindisc_cli.report.words import channel_name, sentence
 from twindisc_cli.version import __version__
 

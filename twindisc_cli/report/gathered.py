@@ -45,11 +45,11 @@ def parts_of(folder: Path) -> list[Part]:
     """The results of all commands that lie in the folder of a test and are whole."""
     parts = []
     for command, title in TITLES.items():
-        found = recorded(folder / f"{command}.h5")
-        if isinstance(found, Recorded):
+        result = recorded(folder / f"{command}.h5")
+        if isinstance(result, Recorded):
             picture = folder / f"{command}.png"
-            figure = picture.read_bytes() if picture in found.stored.files else b""
-            parts.append(Part(command, title, found.stored.summary, found.stored.json, figure))
+            figure = picture.read_bytes() if picture in result.stored.files else b""
+            parts.append(Part(command, title, result.stored.summary, result.stored.json, figure))
     if not parts:
         what = f"holds no result of a command; run one first, for example twindisc check. Known: {', '.join(TITLES)}"
         raise DefinitionError(Problem(what, folder))
@@ -64,9 +64,9 @@ def key_numbers(parts: Sequence[Part]) -> list[tuple[str, str]]:
     rows: list[tuple[str, str]] = []
     base = by_command.get("close-loop", {}).get("base", {})
     for key, name in (("mu", "coefficient of friction μ"), ("K", "wear coefficient K"), ("convection_W_K", "hS")):
-        found = base.get(key)
-        if found:
-            rows.append((f"{name}, with what was added", with_error(found["value"], found["std"], found["unit"])))
+        result = base.get(key)
+        if result:
+            rows.append((f"{name}, with what was added", with_error(result["value"], result["std"], result["unit"])))
     wear, worn, heat = (by_command.get(name, {}) for name in ("fit-k", "simulate-wear", "thermal"))
     if wear:
         rows.append(("K of the base model", with_error(wear["K"], wear["K_std"], "1")))

@@ -134,7 +134,7 @@ def listed(items: Sequence[str], last: str = "and") -> str:
 
 
 def look_at(channel: str, covariate: str) -> str:
-    """Where to look for the cause of a leftover."""
+    """Where to look for the cause of an unexplained residual."""
     return channels()[channel].look_at.get(
         covariate, f"what changes with the {channels()[channel].covariate(covariate).label}"
     )

@@ -66,8 +66,8 @@ def _record(data: bytes) -> dict[str, Any]:
 
 def up_to_date(path: Path, run_key: str) -> Stored | None:
     """The stored outcome, where the file is whole, has this run key, and its neighbours are the ones it knows."""
-    found = recorded(path)
-    return found.stored if isinstance(found, Recorded) and found.run_key == run_key else None
+    result = recorded(path)
+    return result.stored if isinstance(result, Recorded) and result.run_key == run_key else None
 
 
 def recorded(path: Path) -> Recorded | str:
@@ -81,7 +81,7 @@ def recorded(path: Path) -> Recorded | str:
     except OSError:
         return "cannot be read"
     try:
-        found = _understood(path, record)
+        result = _understood(path, record)
         for name, digest in record["files"].items():
             neighbour = path.parent / Path(name).name
             if not neighbour.is_file():
@@ -90,7 +90,7 @@ def recorded(path: Path) -> Recorded | str:
                 return f"{name} beside it was changed"
     except (OSError, KeyError, ValueError, TypeError, AttributeError):
         return "cannot be read"
-    return found
+    return result
 
 
 def beside(path: Path) -> list[str]:
@@ -124,40 +124,40 @@ def _understood(path: Path, record: Mapping[str, Any]) -> Recorded:
 
 def why(path: Path, command: str, origin: Origin) -> str:
     """Why a result has to be made; an empty text where it is up to date."""
-    found = recorded(path)
-    if isinstance(found, str):
-        return found
-    if found.run_key == origin.run_key(command):
+    result = recorded(path)
+    if isinstance(result, str):
+        return result
+    if result.run_key == origin.run_key(command):
         return ""
-    if not _by_this_program(found):
-        return made_by_another(found)
-    return "; ".join(_differences(found, origin)) or "something it was made from has changed"
+    if not _by_this_program(result):
+        return made_by_another(result)
+    return "; ".join(_differences(result, origin)) or "something it was made from has changed"
 
 
-def _by_this_program(found: Recorded) -> bool:
+def _by_this_program(result: Recorded) -> bool:
     """Whether a result was made by the files of the program as they are now."""
-    return (found.program, found.schema) == (program_digest(), SCHEMA)
+    return (result.program, result.schema) == (program_digest(), SCHEMA)
 
 
-def made_by_another(found: Recorded | str) -> str:
+def made_by_another(result: Recorded | str) -> str:
     """That a result was made by another version of the program; an empty text where it was not."""
-    if isinstance(found, str) or _by_this_program(found):
+    if isinstance(result, str) or _by_this_program(result):
         return ""
-    return f"made by another version{f' ({found.version})' if found.version != __version__ else ''}: made again"
+    return f"made by another version{f' ({result.version})' if result.version != __version__ else ''}: made again"
 
 
-def _differences(found: Recorded, origin: Origin) -> Iterator[str]:
+def _differences(result: Recorded, origin: Origin) -> Iterator[str]:
     """What is another than it was, in the order in which a user would look."""
-    if len(found.configs) != len(origin.configs):
+    if len(result.configs) != len(origin.configs):
         yield "is of other tests"
         return
-    keys = [key for pair in zip(found.configs, origin.configs, strict=True) for key in _changed(*map(_flat, pair))]
+    keys = [key for pair in zip(result.configs, origin.configs, strict=True) for key in _changed(*map(_flat, pair))]
     if keys:
         more = f" and {len(keys) - _SHOWN} more" if len(keys) > _SHOWN else ""
         yield f"the definition says something else at {', '.join(keys[:_SHOWN])}{more}"
-    yield from (f"{name} was changed" for name in _changed(found.inputs, origin.inputs))
+    yield from (f"{name} was changed" for name in _changed(result.inputs, origin.inputs))
     options = json.loads(json.dumps(origin.options))
-    yield from (f"{name} is another" for name in _changed(found.options, options))
+    yield from (f"{name} is another" for name in _changed(result.options, options))
 
 
 def _changed(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
@@ -179,17 +179,17 @@ def _flat(text: str) -> dict[str, str]:
 
 def unchanged(path: Path, definitions: Sequence[Path], options: Mapping[str, Any]) -> Stored | None:
     """The stored outcome, where nothing it was made from has changed by a byte; no definition is checked for that."""
-    found = recorded(path)
-    if isinstance(found, str) or not _by_this_program(found):
+    result = recorded(path)
+    if isinstance(result, str) or not _by_this_program(result):
         return None
-    if found.options != json.loads(json.dumps(options)) or len(found.sources) != len(definitions):
+    if result.options != json.loads(json.dumps(options)) or len(result.sources) != len(definitions):
         return None
     inputs: list[Path] = []
-    for definition, source in zip(definitions, found.sources, strict=True):
+    for definition, source in zip(definitions, result.sources, strict=True):
         if digest_of_text(definition) != source["definition"]:
             return None
         named = {definition.parent / name: digest for name, digest in source["inputs"].items()}
         if any(digest_of(path) != digest for path, digest in named.items()):
             return None
         inputs += named
-    return replace(found.stored, inputs=tuple(inputs))
+    return replace(result.stored, inputs=tuple(inputs))

@@ -101,7 +101,7 @@ def _undefined(value: Any, name: str) -> Iterator[str]:
         for key, item in value.items():
             yield from _undefined(item, str(key))
     elif isinstance(value, (list, tuple)):
-        yield from dict.fromkeys(found for item in value for found in _undefined(item, name))
+        yield from dict.fromkeys(result for item in value for result in _undefined(item, name))
     elif not isinstance(value, str) and value is not None and not _finite(value):
         yield name
 

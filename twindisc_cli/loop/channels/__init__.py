@@ -26,9 +26,9 @@ def channels() -> Mapping[str, Channel]:
     from twindisc_cli.loop.channels._channel import Channel
 
     names = [m.name for m in iter_modules(__path__) if not m.name.startswith("_")]
-    found: dict[str, Channel] = {name: import_module(f"{__name__}.{name}").CHANNEL for name in names}
-    _folders.join(found, Channel)
-    return MappingProxyType(dict(sorted(found.items(), key=lambda pair: pair[1].order)))
+    results: dict[str, Channel] = {name: import_module(f"{__name__}.{name}").CHANNEL for name in names}
+    _folders.join(results, Channel)
+    return MappingProxyType(dict(sorted(results.items(), key=lambda pair: pair[1].order)))
 
 
 _folders = Folders("channel", __name__, channels.cache_clear)

@@ -55,10 +55,10 @@ def noise(test: Experiment) -> Noise:
     size = float(np.ptp(profile.height))
     if flank.sum() >= 6 * FEWEST_FREE:
         trend = polynomials(profile.y[flank], series[flank], 1, 6)
-        found = estimate(profile.height[flank], [trend], position[flank], series[flank], size, correlated=True)
+        result = estimate(profile.height[flank], [trend], position[flank], series[flank], size, correlated=True)
     else:
         trend = polynomials(profile.y, record, 24, 3)
-        found = estimate(profile.height, [trend], position, record, size, correlated=True)
+        result = estimate(profile.height, [trend], position, record, size, correlated=True)
     order = np.lexsort((profile.y, record))
     spacing = float(np.median(np.diff(profile.y[order])[np.diff(record[order]) == 0]))
     kept = np.ones(len(profile.y), dtype=bool)
@@ -66,9 +66,9 @@ def noise(test: Experiment) -> Noise:
         here = np.flatnonzero(record == number)
         here = here[np.argsort(profile.y[here])]
         rough = profile.height[here] - median_filter(profile.height[here], NEIGHBOURS, mode="nearest")
-        far = np.abs(rough) > SPIKE * max(found.std, scatter(rough))
+        far = np.abs(rough) > SPIKE * max(result.std, scatter(rough))
         kept[here] = ~far | in_a_run(far)
-    return found.at(kept, position / spacing, record)
+    return result.at(kept, position / spacing, record)
 
 
 def _records(profile: ProfileSamples) -> Ints:

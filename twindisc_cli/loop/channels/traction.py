@@ -9,9 +9,9 @@ import numpy as np
 
 from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, known
 from twindisc_cli.loop.channels._held_out import held_out_samples
+from twindisc_cli.loop.creep_curve import Curve, creepage_error
 from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, waves
 from twindisc_cli.loop.noise import Noise, detrended, estimate, given, growing, polynomials, recurring
-from twindisc_cli.loop.swept import Curve, creepage_error
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, TractionSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.points import sample_times
@@ -49,13 +49,13 @@ def noises(tests: Sequence[Experiment]) -> list[Noise]:
     """Noise of the traction of several tests; how much the creepage errs in swept curves, all of a rig tell."""
     curves = [_curve(test) for test in tests]
     rigs = [replace(test.rig, normal_load=0.0, rolling_speed=0.0) for test in tests]
-    found = []
+    results = []
     for test, curve, rig in zip(tests, curves, rigs, strict=True):
         alike = [other for other, its in zip(curves, rigs, strict=True) if other is not None and its == rig]
         error = creepage_error(alike) if curve is not None else 0
         times = sample_times(test.history, _measured(test))
-        found.append(curve.noise(error, times) if curve is not None and error else noise(test))
-    return found
+        results.append(curve.noise(error, times) if curve is not None and error else noise(test))
+    return results
 
 
 def _curve(test: Experiment) -> Curve | None:
@@ -85,9 +85,9 @@ def noise(test: Experiment) -> Noise:
             trends += [recurring(times, samples.step, trend, KNOTS) for trend in trends]
     size = float(np.sqrt(np.mean(samples.ratio**2)))
     series = samples.step if test.history.separate else np.zeros_like(samples.step)
-    found = estimate(samples.ratio, trends, times, series, size, correlated=timed)
+    result = estimate(samples.ratio, trends, times, series, size, correlated=timed)
     load = np.log(test.history.load_factor[test.history.iteration_at(times)])
-    return growing(found, detrended(samples.ratio, trends[-1], found.kept), [load, *([times] if timed else [])])
+    return growing(result, detrended(samples.ratio, trends[-1], result.kept), [load, *([times] if timed else [])])
 
 
 def _conditions(history: History) -> Ints:

@@ -13,9 +13,9 @@ lets the patch follow the worn profile. Partial slip moves the wear from strip t
 profile, since what is dissipated there is a small part of any test that wears. The wear index of a strip has it, by
 `partial_slip`.
 
-A path comes from the table (`tabulated`) where that reaches, else from a march (`marched`), and of straight discs from
-a closed form (`line`); where the load changes, from a march through its history (`carried`), and where K differs from
-strip to strip, from a march of its own (`local`). `provider` chooses among the first three.
+A path comes from the table (`tabulated`) where that reaches, else from an integration (`integrated`), and of straight
+discs from a closed form (`line`); where the load changes, from an integration through its history (`carried`), and
+where K differs from strip to strip, from an integration of its own (`local`). `provider` chooses among the first three.
 """
 
 from twindisc_cli.model.wear_path.carried import CarriedPath, LoadHistory, carried_path

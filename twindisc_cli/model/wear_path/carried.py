@@ -5,8 +5,8 @@
     N(S)  load [N] at the worn section S [m2]; the other symbols as in `wear_path`
 
 A path under one load scales to any other, but the profile that one load has made is not the one that another would
-have made with the same section: a change of load would give back what is worn. So the march itself goes through the
-history's loads. It leaves the profile as a function of the section, and the contact of that profile under each load
+have made with the same section: a change of load would give back what is worn. So the integration itself goes through
+the history's loads. It leaves the profile as a function of the section, and the contact of that profile under each load
 of the history as a function of both; in between, contacts are linear in ln N. Beyond the smallest and the greatest
 load they go as Hertz's.
 
@@ -21,9 +21,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from twindisc_cli.model import march as marching
+from twindisc_cli.model import integration
 from twindisc_cli.model.experiment import Contact, Floats, Ints, Rig, Start
-from twindisc_cli.model.march import March, Pressed, Weights, march
+from twindisc_cli.model.integration import Pressed, WearIntegration, Weights, integrate
 from twindisc_cli.model.wear_path import grid
 from twindisc_cli.model.wear_path.path import CROWNED, Scaled, WearPath, paths_of
 
@@ -39,7 +39,7 @@ SMALLEST = 1e-9
 STRIPS_ACROSS = 20
 """Strips that the unworn patch of the smallest load spans at least."""
 ERROR, PRESSURE_ERROR = 3e-3, 0.03
-"""Of the greatest depth and of the peak pressure, relative: against other marches in many small steps."""
+"""Of the greatest depth and of the peak pressure, relative: against other integrations in many small steps."""
 
 
 @dataclass(frozen=True)
@@ -141,8 +141,8 @@ class CarriedPath:
         for number, path in enumerate(self.levels):
             weight = np.maximum(1.0 - np.abs(at - number), 0.0)
             if weight.any():
-                found = quantity(path, section / self.grown, *where)
-                total = total + weight[(..., *[None] * (found.ndim - weight.ndim))] * found
+                result = quantity(path, section / self.grown, *where)
+                total = total + weight[(..., *[None] * (result.ndim - weight.ndim))] * result
         return np.asarray(total)
 
 
@@ -158,32 +158,33 @@ def carried_path(
 ) -> CarriedPath:
     """Wear the new discs through a history of loads.
 
-    weights: of the march, from its nodes [m2] and strips [m], where K differs from strip to strip; by_place: on each
-    side of the track in its own way.
+    weights: of the integration, from its nodes [m2] and strips [m], where K differs from strip to strip; by_place: on
+    each side of the track in its own way.
     """
     ends, ratios = loads.pieces()
     nodes, load = _nodes(rig, ends, ratios)
     y = _strips(rig, float(nodes[-1]), ratios, wander)
-    found = march(
+    result = integrate(
         rig, contact, y, nodes, wander=wander, start=start, loads=load, mirrored=not by_place,
-        weights=marching.even if weights is None else weights(nodes, y),
+        weights=integration.even if weights is None else weights(nodes, y),
     )  # fmt: skip
     rise = np.zeros_like(y) if start is None else start.on(y)
     kept = np.flatnonzero(np.diff(nodes, append=np.inf) > 0.0)
-    gap = 0.5 * rig.curvature_y * y**2 + found.depth[0] - rise
+    gap = 0.5 * rig.curvature_y * y**2 + result.depth[0] - rise
     levels, paths = np.unique(ratios), []
     for level in levels:
-        pressed = marching.pressed_on(rig, contact, y, gap[kept], rig.normal_load * float(level))
-        pressed = _with_own(pressed, found.contact, np.flatnonzero(load == level), nodes, kept)
+        pressed = integration.pressed_on(rig, contact, y, gap[kept], rig.normal_load * float(level))
+        pressed = _with_own(pressed, result.contact, np.flatnonzero(load == level), nodes, kept)
         paths += paths_of(
-            rig, March(found.depth[:, kept], pressed, found.carried), y=y, nodes=nodes[kept], contact=contact,
-            wander=wander, start=start, errors=(ERROR, PRESSURE_ERROR),
+            rig, WearIntegration(result.depth[:, kept], pressed, result.carried), y=y, nodes=nodes[kept],
+            contact=contact, wander=wander, start=start, errors=(ERROR, PRESSURE_ERROR),
         )  # fmt: skip
     return CarriedPath(levels, tuple(paths), float(ends[-1]))
 
 
 def _nodes(rig: Rig, ends: Floats, ratios: Floats) -> tuple[Floats, Floats]:
-    """Sections [m2] at which the march stops, twice where the load changes, and the load over the rig's there [1]."""
+    """Sections [m2] at which the integration stops, twice where the load changes, and the load over the rig's there
+    [1]."""
     nodes, loads = [np.zeros(1)], [ratios[:1]]
     begins = np.append(0.0, ends[:-1])
     ends = np.append(ends[:-1], BEYOND * ends[-1])
@@ -205,12 +206,13 @@ def _strips(rig: Rig, section: float, ratios: Floats, wander: float) -> Floats:
     )
 
 
-def _with_own(pressed: Pressed, marched: Pressed, at: Ints, nodes: Floats, kept: Ints) -> Pressed:
-    """The contact of the kept nodes under a load, (1, node, ...): the march's own where it went under this load."""
+def _with_own(pressed: Pressed, integrated: Pressed, at: Ints, nodes: Floats, kept: Ints) -> Pressed:
+    """The contact of the kept nodes under a load, (1, node, ...): the integration's own where it went under this
+    load."""
     places = np.searchsorted(nodes[kept], nodes[at])
     values = {}
     for name in vars(pressed):
         own = getattr(pressed, name).copy()
-        own[:, places] = getattr(marched, name)[:, at]
+        own[:, places] = getattr(integrated, name)[:, at]
         values[name] = own
     return Pressed(**values)

@@ -1,4 +1,4 @@
-"""Strips across the track and nodes along a wear path: what a march and the table are read on."""
+"""Strips across the track and nodes along a wear path: what an integration and the table are read on."""
 
 from __future__ import annotations
 

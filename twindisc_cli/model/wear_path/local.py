@@ -1,4 +1,4 @@
-"""Wear paths on which every strip wears by its own K: marched beside one on which all wear by the same."""
+"""Wear paths on which every strip wears by its own K: integrated beside one on which all wear by the same."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from twindisc_cli.model.experiment import Contact, Floats, Rig, Start
-from twindisc_cli.model.march import Loaded, Weights, march
+from twindisc_cli.model.integration import Loaded, Weights, integrate
 from twindisc_cli.model.wear_path.path import (
     CREEPAGES,
     STRAIGHT,
@@ -22,15 +22,16 @@ from twindisc_cli.model.wear_path.path import (
 from twindisc_cli.physics.half_space import OutOfRangeError
 
 SAMPLES = 4
-"""How often in a step of a march the history is asked."""
+"""How often in a step of an integration the history is asked."""
 BEYOND = 1.2
-"""How far beyond the sections that are counted a march of local wear goes."""
+"""How far beyond the sections that are counted an integration of local wear goes."""
 FEWEST_STEPS = 32
-"""Steps of a march of local wear, at least."""
+"""Steps of an integration of local wear, at least."""
 PASSING = 0.1
-"""Where a step of a march of local wear is left, as `march.SETTLED`: ten times less moves depths by up to 0.08 %."""
+"""Where a step of an integration of local wear is left, as `integration.SETTLED`: ten times less moves depths by up to
+0.08 %."""
 EVEN_STEPS = 8
-"""The even march beside it goes on to a multiple of so many steps, to serve others."""
+"""The even integration beside it goes on to a multiple of so many steps, to serve others."""
 Factors = Callable[[Floats, Floats, Floats], Floats]
 """K over its base value for wear indices [N/m2], places across the track [m] and passes of strips, (case, any)."""
 
@@ -69,7 +70,7 @@ def local_paths(rig: Rig, path: WearPath, course: Course, factors: Factors, *, b
     path, steps = _divided(path, BEYOND * float(section.max()))
     nodes = path.section[: steps + 1]
     favoured = weights_on(nodes, path.y, course=course, factors=factors)
-    marched = march(
+    integrated = integrate(
         rig, path.contact, path.y, nodes,
         wander=path.wander, cases=len(section), weights=favoured, mirrored=not by_place, start=path.start,
         settled=PASSING,
@@ -79,7 +80,7 @@ def local_paths(rig: Rig, path: WearPath, course: Course, factors: Factors, *, b
         rig, path.contact, path.wander, path.start, float(path.y[-1]), len(path.y), tuple(further.tolist())
     )
     own = paths_of(
-        rig, marched, y=path.y, nodes=nodes, contact=path.contact, wander=path.wander, start=path.start,
+        rig, integrated, y=path.y, nodes=nodes, contact=path.contact, wander=path.wander, start=path.start,
         errors=(path.error, path.pressure_error), creepages=CREEPAGES[-1:],
     )  # fmt: skip
     path, even = path.on(nodes), even.on(nodes)
@@ -87,7 +88,7 @@ def local_paths(rig: Rig, path: WearPath, course: Course, factors: Factors, *, b
 
 
 def weights_on(nodes: Floats, y: Floats, *, course: Course, factors: Factors) -> Weights:
-    """The weights of a march through nodes [m2] on strips y [m], of each case of a history."""
+    """The weights of an integration through nodes [m2] on strips y [m], of each case of a history."""
     section = course.section
     along = nodes[:-1, None] + (np.arange(SAMPLES) + 0.5) / SAMPLES * np.diff(nodes)[:, None]
     piece = np.minimum([np.searchsorted(own, along) for own in section], section.shape[1] - 1)
@@ -108,11 +109,11 @@ def _divided(path: WearPath, section: float) -> tuple[WearPath, int]:
 def _marched_evenly(
     rig: Rig, contact: Contact, wander: float, start: Start | None, half: float, count: int, nodes: tuple[float, ...]
 ) -> WearPath:
-    """The path marched through nodes [m2] on so many strips within a half-width [m], all of which wear by one K."""
+    """The path integrated nodes [m2] on so many strips within a half-width [m], all of which wear by one K."""
     y, along = np.linspace(-half, half, count), np.array(nodes)
-    marched = march(rig, contact, y, along, wander=wander, start=start, settled=PASSING)
+    integrated = integrate(rig, contact, y, along, wander=wander, start=start, settled=PASSING)
     (own,) = paths_of(
-        rig, marched, y=y, nodes=along, contact=contact, wander=wander, start=start,
+        rig, integrated, y=y, nodes=along, contact=contact, wander=wander, start=start,
         errors=(np.nan, np.nan), creepages=CREEPAGES[-1:],
     )  # fmt: skip
     return own
@@ -128,10 +129,10 @@ def _share(part: Floats, whole: Floats) -> Floats:
 
 
 def _moved(path: WearPath, own: WearPath, even: WearPath) -> WearPath:
-    """The path, moved as far as the march with own wear coefficients lies from that with even ones, node by node.
+    """The path, moved as far as the integration with own wear coefficients lies from that with even ones, node by node.
 
-    What the steps of both marches leave of error is the same to first order, and falls out. Wear indices of both are
-    known where all slides; in partial slip they lie as far apart.
+    What the steps of both integrations leave of error is the same to first order, and falls out. Wear indices of both
+    are known where all slides; in partial slip they lie as far apart.
     """
 
     def ratio(name: str) -> Floats:
@@ -158,11 +159,11 @@ def _moved(path: WearPath, own: WearPath, even: WearPath) -> WearPath:
 
 @dataclass(frozen=True)
 class _Favoured:
-    """Weights of a march by the wear index of each strip, its place and the passes over it.
+    """Weights of an integration by the wear index of each strip, its place and the passes over it.
 
     pace: energy per length rolled [N], creepage: normalised [1], cycles: revolutions so far, at SAMPLES of each step
     (case, step, sample); first: revolutions before the first contact of each strip (case, strip), filled in as the
-    march goes.
+    integration goes.
     """
 
     pace: Floats

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from twindisc_cli.model import partial_slip
 from twindisc_cli.model.experiment import Contact, Floats, Rig, Start
-from twindisc_cli.model.march import March
+from twindisc_cli.model.integration import WearIntegration
 from twindisc_cli.model.traction_law import creep_stiffness
 
 _EDGES = np.linspace(0.0, 1.0, 33)
@@ -71,7 +71,7 @@ class WearPath:
     patch that sticks all over, square [1] its squareness (`worn`), edge [m] half-width of the worn zone: each (node,);
     y [m] (strip,); depth [m], line_load [N/m]: (node, strip); spread: wear index of a strip over the mean of the patch,
     at CREEPAGES and PLACES (node, creepage, place); error: relative error of the greatest depth; pressure_error: of
-    p0, at the node where it is largest. contact, wander [m] and start are those of the march.
+    p0, at the node where it is largest. contact, wander [m] and start are those of the integration.
     """
 
     section: Floats
@@ -134,7 +134,7 @@ class WearPath:
 
     def spread_at(self, section: Floats, creepage: Floats) -> Floats:
         """`spread` at worn sections [m2] and normalised creepages (...), linear between what is known: (..., place)."""
-        found = self.at(self.spread[:, -1], section)
+        result = self.at(self.spread[:, -1], section)
         partly = creepage < CREEPAGES[-1]
         if partly.any():
             (node, part), (column, share) = (
@@ -144,8 +144,8 @@ class WearPath:
                 (1.0 - share)[:, None] * self.spread[row, column - 1] + share[:, None] * self.spread[row, column]
                 for row in (node - 1, node)
             )
-            found[partly] = (1.0 - part)[:, None] * below + part[:, None] * above
-        return found
+            result[partly] = (1.0 - part)[:, None] * below + part[:, None] * above
+        return result
 
 
 def between(known: Floats, values: Floats) -> tuple[NDArray[np.intp], Floats]:
@@ -157,7 +157,7 @@ def between(known: Floats, values: Floats) -> tuple[NDArray[np.intp], Floats]:
 
 def paths_of(
     rig: Rig,
-    marched: March,
+    integrated: WearIntegration,
     *,
     y: Floats,
     nodes: Floats,
@@ -167,31 +167,31 @@ def paths_of(
     errors: tuple[float, float],
     creepages: Floats = CREEPAGES,
 ) -> list[WearPath]:
-    """The path of each case of a march, with the wear index of strips at some of the CREEPAGES."""
-    found = marched.contact
-    stiffness, stiffness_y = creep_stiffness(rig, found.a, found.b)
+    """The path of each case of an integration, with the wear index of strips at some of the CREEPAGES."""
+    result = integrated.contact
+    stiffness, stiffness_y = creep_stiffness(rig, result.a, result.b)
     return [
         WearPath(
             section=nodes,
             y=y,
             depth=depth,
-            line_load=found.line_load[i],
-            a=found.a[i],
-            b=found.b[i],
-            p0=found.p0[i],
-            area=found.area[i],
-            stiffness=stiffness[i] * found.stiffening[i],
-            stiffness_y=stiffness_y[i] * found.stiffening[i],
-            square=found.square[i],
-            edge=edges_of(y, depth, found.b[i]),
-            spread=spread_of(y, found.line_load[i], found.intensity[i], found.area[i], creepages),
+            line_load=result.line_load[i],
+            a=result.a[i],
+            b=result.b[i],
+            p0=result.p0[i],
+            area=result.area[i],
+            stiffness=stiffness[i] * result.stiffening[i],
+            stiffness_y=stiffness_y[i] * result.stiffening[i],
+            square=result.square[i],
+            edge=edges_of(y, depth, result.b[i]),
+            spread=spread_of(y, result.line_load[i], result.intensity[i], result.area[i], creepages),
             error=errors[0],
             pressure_error=errors[1],
             contact=contact,
             wander=wander,
             start=start,
         )
-        for i, depth in enumerate(marched.depth)
+        for i, depth in enumerate(integrated.depth)
     ]
 
 
@@ -211,8 +211,8 @@ def spread_of(y: Floats, line_load: Floats, intensity: Floats, area: Floats, cre
     shares, order = 0.5 * PLACES * (3.0 - PLACES**2), np.argsort(-index, axis=-1)
     energy, index = (np.take_along_axis(v, order, axis=-1).reshape(-1, len(y)) for v in (energy, index))
     middle = (np.cumsum(energy, axis=-1) - 0.5 * energy) / energy.sum(axis=-1, keepdims=True)
-    found = [np.interp(shares, *strips) for strips in zip(middle, index, strict=True)]
-    return np.array(found).reshape(*power.shape[:-1], len(PLACES))
+    results = [np.interp(shares, *strips) for strips in zip(middle, index, strict=True)]
+    return np.array(results).reshape(*power.shape[:-1], len(PLACES))
 
 
 def power_of_strips(y: Floats, line_load: Floats, intensity: Floats, creepage: Floats) -> Floats:

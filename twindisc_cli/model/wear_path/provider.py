@@ -1,4 +1,4 @@
-"""Where a wear path comes from: the table, a march, or the closed form of a line."""
+"""Where a wear path comes from: the table, an integration, or the closed form of a line."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from functools import lru_cache
 from twindisc_cli.model import path_table
 from twindisc_cli.model.experiment import Contact, Rig, Start
 from twindisc_cli.model.wear_path.grid import first_section, tier
+from twindisc_cli.model.wear_path.integrated import integrated_path
 from twindisc_cli.model.wear_path.line import worn_strip
-from twindisc_cli.model.wear_path.marched import marched_path
 from twindisc_cli.model.wear_path.path import WearPath
 from twindisc_cli.model.wear_path.tabulated import tabulated_path
 from twindisc_cli.physics.half_space import OutOfRangeError
@@ -31,4 +31,4 @@ def remembered(rig: Rig, contact: Contact, section: float, wander: float, start:
     scaled = section / first_section(rig), wander / float(rig.patch.b)
     if start is None and path_table.is_covered(rig.curvature_y / rig.curvature_x, *scaled):
         return tabulated_path(rig, contact, section, wander)
-    return marched_path(rig, contact, section, wander, start)
+    return integrated_path(rig, contact, section, wander, start)

@@ -54,13 +54,13 @@ def strip_functions(t: Array) -> StripFunctions:
     position = (position - _LOG_FIRST) / _LOG_STEP
     node = position.astype(np.intp)
     position -= node
-    found = []
+    results = []
     for values, steps in _strip_table():
         value = steps.take(node, mode="clip")
         value *= position
         value += values.take(node, mode="clip")
-        found.append(np.copysign(value, t, out=value))
-    return StripFunctions(*found)
+        results.append(np.copysign(value, t, out=value))
+    return StripFunctions(*results)
 
 
 @cache

@@ -301,8 +301,8 @@ def _deflection(x: Array, y: Array) -> Callable[[Array], Array]:
     spectrum = rfft2(kernel)
 
     def deflect(pressure: Array) -> Array:
-        found: Array = irfft2(rfft2(pressure, size) * spectrum, size)
-        return found[: y.size, : x.size]
+        array: Array = irfft2(rfft2(pressure, size) * spectrum, size)
+        return array[: y.size, : x.size]
 
     return deflect
 

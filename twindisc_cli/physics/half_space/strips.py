@@ -432,10 +432,10 @@ def _influence(problem: _Problem, half_length: Array) -> StripFunctions:
     seen = edges[:, None] - y
     if problem.mirrored:
         seen = np.concatenate([seen, edges[:, None] + y])
-    found = strip_functions(seen / half_length[:, None, :])
-    over_strip = StripFunctions(*(values[:, 1 : y.size + 1] - values[:, : y.size] for values in found))
+    result = strip_functions(seen / half_length[:, None, :])
+    over_strip = StripFunctions(*(values[:, 1 : y.size + 1] - values[:, : y.size] for values in result))
     if problem.mirrored:
-        for here, values in zip(over_strip, found, strict=True):
+        for here, values in zip(over_strip, result, strict=True):
             here[..., problem.twins] += (values[:, y.size + 2 :] - values[:, y.size + 1 : -1])[..., problem.twins]
     if problem.compliance is not None:
         growth = np.pi * problem.modulus[..., None] * problem.compliance
@@ -446,9 +446,9 @@ def _influence(problem: _Problem, half_length: Array) -> StripFunctions:
 
 def _window(loaded: Mask, mirrored: bool) -> slice:
     """The loaded strips of all cases and some beyond each end."""
-    found = np.flatnonzero(loaded.any(axis=0))
-    margin = 3 + (found[-1] - found[0]) // 32
-    return slice(0 if mirrored else max(0, found[0] - margin), found[-1] + 1 + margin)
+    result = np.flatnonzero(loaded.any(axis=0))
+    margin = 3 + (result[-1] - result[0]) // 32
+    return slice(0 if mirrored else max(0, result[0] - margin), result[-1] + 1 + margin)
 
 
 def _cut(state: _State, part: slice) -> _State:

@@ -1,4 +1,4 @@
-"""A worn profile marched through a history of loads in many small steps, with none of the model's paths.
+"""A worn profile integrated over a history of loads in many small steps, with none of the model's paths.
 
 Wear goes strip by strip with the load, du/dS = g / N, by backward differences of order 1 in half-space contact and by
 explicit steps with the best circle in Hertz's; force by the law of the patch as it is at each step.
@@ -43,7 +43,7 @@ def hertz_line_load(rig: Rig, y: Floats, worn: Floats, load: float) -> tuple[Flo
     return load * share / (2.0 * half), a, b
 
 
-def marched(
+def integrated(
     rig: Rig, contact: Contact, y: Floats, *, loads: Floats, creepage: Floats, mu: float, wear: float, steps: int
 ) -> tuple[Floats, Floats]:
     """Greatest depth [m] and T/N [1] at the end of each piece (piece,).

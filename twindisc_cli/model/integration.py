@@ -1,4 +1,4 @@
-"""The march along a wear path: which strip loses how much, step by step, for many cases at once.
+"""The integration along a wear path: which strip loses how much, step by step, for many cases at once.
 
     du/dS (y) = w(y) g(y) / N,   mean of w over the load = 1
 
@@ -28,7 +28,8 @@ from twindisc_cli.physics.half_space.strips import StripContact, Strips, equival
 
 FLAT = np.geomspace(1e-10, 1e-4, 300, endpoint=False)
 SETTLED = 1e-2
-"""Change of the line load, over its largest, at which a step of the half-space march ends; the next sets it right."""
+"""Change of the line load, over its largest, at which a step of the half-space integration ends; the next sets it
+right."""
 FEWEST = 2
 """Strips on either side of the middle one that a circle is fitted to, at least; a pressure hangs on more than these."""
 FINE = np.linspace(0.0, 1.0, 9)
@@ -46,7 +47,7 @@ class Loaded:
 
 @dataclass(frozen=True)
 class Pressed(Loaded):
-    """The contact at the nodes of a march: strips (case, node, strip), the others (case, node).
+    """The contact at the nodes of an integration: strips (case, node, strip), the others (case, node).
 
     a, b semi-axes [m], in half-space contact those of `equivalent_ellipse`; p0 peak pressure [Pa]; area [m2];
     square, stiffening [1]: squareness of the patch, and its stiffness over that of the ellipse (`worn`).
@@ -65,7 +66,7 @@ Weights = Callable[[int, Floats, Loaded], Floats]
 
 
 @dataclass(frozen=True)
-class March:
+class WearIntegration:
     """Depth [m] (case, node, strip), contact at the nodes, mean load carried in each step [N/m] (case, step, strip)."""
 
     depth: Floats
@@ -75,7 +76,7 @@ class March:
 
 @dataclass(frozen=True)
 class _Way:
-    """What is marched: strips y [m], sections `nodes` [m2] and the load [N] at each, and how the load is spread.
+    """What is integrated: strips y [m], sections `nodes` [m2] and the load [N] at each, and how the load is spread.
 
     rise [m] of the new discs (strip,); spread: shares of the line load of each strip on each (strip, strip).
     """
@@ -95,7 +96,7 @@ def even(step: int, y: Floats, loaded: Loaded) -> Floats:
     return np.ones_like(loaded.line_load)
 
 
-def march(
+def integrate(
     rig: Rig,
     contact: Contact,
     y: Floats,
@@ -108,7 +109,7 @@ def march(
     start: Start | None = None,
     settled: float = SETTLED,
     loads: Floats | None = None,
-) -> March:
+) -> WearIntegration:
     """Wear the unworn discs through the sections `nodes` [m2] on uniform strips y, an odd number about 0.
 
     wander    standard deviation of the contact's lateral position [m]
@@ -121,14 +122,14 @@ def march(
     loads = rig.normal_load * (np.ones_like(nodes) if loads is None else loads)
     way = _Way(rig, y, nodes, loads, spreading(y, wander), rise, cases, weights)
     if contact == "hertz":
-        return _march_hertz(way)
+        return _integrate_hertz(way)
     if start is not None or not mirrored:
-        return _march_half_space(way, settled, mirrored=False)
+        return _integrate_half_space(way, settled, mirrored=False)
     middle = len(y) // 2
     folded = way.spread[middle:, middle:].copy()
     folded[:, 1:] += way.spread[middle:, :middle][:, ::-1]
-    half = _march_half_space(replace(way, y=y[middle:], spread=folded, rise=rise[middle:]), settled, mirrored=True)
-    return March(_unfolded(half.depth), half.contact, _unfolded(half.carried))
+    half = _integrate_half_space(replace(way, y=y[middle:], spread=folded, rise=rise[middle:]), settled, mirrored=True)
+    return WearIntegration(_unfolded(half.depth), half.contact, _unfolded(half.carried))
 
 
 def _unfolded(values: Floats) -> Floats:
@@ -144,35 +145,35 @@ def spreading(y: Floats, wander: float) -> Floats:
     return np.asarray(kernel / kernel.sum(axis=0))
 
 
-def _march_half_space(way: _Way, settled: float, *, mirrored: bool) -> March:
+def _integrate_half_space(way: _Way, settled: float, *, mirrored: bool) -> WearIntegration:
     gap = np.tile(0.5 * way.rig.curvature_y * way.y**2 - way.rise, (way.cases, 1))
     strips = _strips(way.rig, way.y, (way.cases,), way.loads[0], mirrored=mirrored)
-    found = last = strips.pressed(gap)
+    result = last = strips.pressed(gap)
     loss = rate = np.zeros_like(gap)
-    depths, contacts, means, before = [loss], [found], [found.line_load], np.inf
+    depths, contacts, means, before = [loss], [result], [result.line_load], np.inf
     for number, (step, load) in enumerate(zip(np.diff(way.nodes), way.loads[1:], strict=True)):
         if step == 0.0:
             strips, before = replace(strips, load=np.full_like(strips.load, load)), np.inf
-            found = strips.pressed(gap + loss)
+            result = strips.pressed(gap + loss)
         else:
             ratio = step / before
             new = (1.0 + ratio) / (1.0 + 2.0 * ratio)
-            favoured = way.weights(number, way.y, _loaded(found, load))
-            guess = _ahead(last, found, ratio)
-            last, before = found, step
-            found = strips.pressed(
+            favoured = way.weights(number, way.y, _loaded(result, load))
+            guess = _ahead(last, result, ratio)
+            last, before = result, step
+            result = strips.pressed(
                 gap + loss + (1.0 - new) * step * rate,
                 compliance=new * step / load * way.spread * favoured[:, None, :],
                 start=guess,
                 relative_accuracy=settled,
             )
-            rate = (1.0 - new) * rate + new * _worn(way.spread / load, favoured, found.line_load, mirrored=mirrored)
-            means.append((1.0 - new) * means[-1] + new * found.line_load)
+            rate = (1.0 - new) * rate + new * _worn(way.spread / load, favoured, result.line_load, mirrored=mirrored)
+            means.append((1.0 - new) * means[-1] + new * result.line_load)
             loss = loss + step * rate
         depths.append(loss)
-        contacts.append(found)
+        contacts.append(result)
     pressed = _pressed(_stacked(contacts), way.loads[:, None], mirrored)
-    return March(np.stack(depths, axis=1), pressed, np.stack(means[1:], axis=1))
+    return WearIntegration(np.stack(depths, axis=1), pressed, np.stack(means[1:], axis=1))
 
 
 def _strips(rig: Rig, y: Floats, cases: tuple[int, ...], load: float, *, mirrored: bool) -> Strips:
@@ -205,25 +206,25 @@ def pressed_on(rig: Rig, contact: Contact, y: Floats, gap: Floats, load: float) 
     mirrored = bool(np.abs(gap - gap[:, ::-1]).max() <= MIRRORED * np.ptp(gap))
     side = slice(len(y) // 2 if mirrored else 0, None)
     strips = _strips(rig, y[side], gap.shape[:1], load, mirrored=mirrored)
-    found = strips.pressed(gap[:, side])
-    found = replace(
-        found,
-        line_load=found.line_load[None],
-        half_length=found.half_length[None],
-        approach=found.approach[None],
+    state = strips.pressed(gap[:, side])
+    state = replace(
+        state,
+        line_load=state.line_load[None],
+        half_length=state.half_length[None],
+        approach=state.approach[None],
     )
-    return _pressed(found, np.full((1, 1), load), mirrored)
+    return _pressed(state, np.full((1, 1), load), mirrored)
 
 
-def _ahead(last: StripContact, found: StripContact, part: float) -> StripContact:
+def _ahead(last: StripContact, contact: StripContact, part: float) -> StripContact:
     """The contact on the line through two, so many times their distance further on; strips that come to an end stay."""
-    load = found.line_load + part * (found.line_load - last.line_load)
-    square = found.half_length**2 + part * (found.half_length**2 - last.half_length**2)
-    held = (load <= 0.5 * found.line_load) | (square <= 0.5 * found.half_length**2) | (last.line_load == 0.0)
+    load = contact.line_load + part * (contact.line_load - last.line_load)
+    square = contact.half_length**2 + part * (contact.half_length**2 - last.half_length**2)
+    held = (load <= 0.5 * contact.line_load) | (square <= 0.5 * contact.half_length**2) | (last.line_load == 0.0)
     return replace(
-        found,
-        line_load=np.where(held, found.line_load, load),
-        half_length=np.where(held, found.half_length, np.sqrt(np.maximum(square, 0.0))),
+        contact,
+        line_load=np.where(held, contact.line_load, load),
+        half_length=np.where(held, contact.half_length, np.sqrt(np.maximum(square, 0.0))),
     )
 
 
@@ -299,7 +300,7 @@ def _integral(y: Floats, values: Floats, ends: Floats) -> Floats:
     return np.asarray((1.0 - part) * np.take_along_axis(sums, left, -1) + part * np.take_along_axis(sums, left + 1, -1))
 
 
-def _march_hertz(way: _Way) -> March:
+def _integrate_hertz(way: _Way) -> WearIntegration:
     rig, y = way.rig, way.y
     circle = _BestCircle.on(replace(rig, normal_load=float(way.loads[0])), y)
     worn, curvature = np.zeros((way.cases, len(y))), np.full(way.cases, rig.curvature_y)
@@ -328,7 +329,7 @@ def _march_hertz(way: _Way) -> March:
         effective_modulus=rig.effective_modulus,
     )
     contact = circle.pressed(ellipse.a, ellipse.b, way.loads)
-    return March(np.stack(depths, axis=1), contact, np.stack(means, axis=1))
+    return WearIntegration(np.stack(depths, axis=1), contact, np.stack(means, axis=1))
 
 
 @dataclass(frozen=True)

@@ -69,15 +69,15 @@ class Curve:
     @cached_property
     def _tried(self) -> list[tuple[float, Floats]]:
         """Restricted likelihood, and sizes s_i / s_T (sample,), for every standard deviation of the creepage."""
-        found = []
+        results = []
         size = np.ones(len(self.ratio))
         beta, std, likelihood = _robust(self.trend, self.ratio, size)
         for error in ERRORS:
             for _ in range(PASSES if error > 0.0 else 0):
                 size = np.hypot(1.0, error / std * (self._slopes @ beta))
                 beta, std, likelihood = _robust(self.trend, self.ratio, size)
-            found.append((likelihood, size))
-        return found
+            results.append((likelihood, size))
+        return results
 
     @property
     def likelihoods(self) -> Floats:
@@ -89,15 +89,15 @@ class Curve:
         size = self._tried[number][1]
         alone = np.zeros(len(size), dtype=np.int64)
         values, trend = self.ratio / size, self.trend / size[:, None]
-        found = estimate(values, [trend], position, alone, float(np.sqrt(np.mean(values**2))), correlated=False)
+        result = estimate(values, [trend], position, alone, float(np.sqrt(np.mean(values**2))), correlated=False)
         mean = float(np.sqrt(np.mean(size**2)))
-        return replace(found, std=found.std * mean, cautious=None, sizes=size / mean)
+        return replace(result, std=result.std * mean, cautious=None, sizes=size / mean)
 
 
 def creepage_error(curves: Sequence[Curve]) -> int:
     """The number in ERRORS of the standard deviation that the creepage has in all curves of a rig; 0 for none."""
-    told = [curve.likelihoods for curve in curves if len(curve.ratio) >= FEWEST]
-    gain = np.sum([t - t[0] for t in told], axis=0) if told else np.zeros(1)
+    message = [curve.likelihoods for curve in curves if len(curve.ratio) >= FEWEST]
+    gain = np.sum([t - t[0] for t in message], axis=0) if message else np.zeros(1)
     best = int(np.argmax(gain))
     return best if gain[best] > GROWS else 0
 

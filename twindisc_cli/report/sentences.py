@@ -9,7 +9,7 @@ import numpy as np
 from twindisc_cli.laws.law import Law
 from twindisc_cli.loop.channels import base_named, channels
 from twindisc_cli.loop.diagnose import DIFFERENCE
-from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis, Estimate, FoundEffect, FoundLaw, Tried
+from twindisc_cli.loop.diagnosis import CandidateResult, ChannelError, Diagnosis, Estimate, FoundEffect, FoundLaw
 from twindisc_cli.loop.terms import Term
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.report.words import (
@@ -45,7 +45,7 @@ def provenance(kinds: Sequence[str]) -> str:
 def together(diagnosis: Diagnosis) -> dict[str, list[FoundTerm]]:
     """The effects and laws that were added, by the channel they were added for."""
     every: list[FoundTerm] = [*diagnosis.effects, *diagnosis.laws]
-    return {c: found for c in channels() if (found := [term for term in every if term.channel == c])}
+    return {c: results for c in channels() if (results := [term for term in every if term.channel == c])}
 
 
 def name_of(term: FoundTerm) -> str:
@@ -63,7 +63,7 @@ def weighed(term: FoundTerm) -> list[tuple[Term, str]]:
     return [(a.term, percent(a.probability) if np.isfinite(a.probability) else "") for a in term.alternatives]
 
 
-def probability(diagnosis: Diagnosis, tried: Tried) -> float:
+def probability(diagnosis: Diagnosis, tried: CandidateResult) -> float:
     """The probability of what was tried: of a term of the answer, the one that the answer gives it."""
     every: list[FoundTerm] = [*diagnosis.effects, *diagnosis.laws]
     given = [term.probability for term in every if tried.chosen and tried.replaces == term.name]
@@ -71,13 +71,13 @@ def probability(diagnosis: Diagnosis, tried: Tried) -> float:
 
 
 def answers(diagnosis: Diagnosis) -> list[tuple[str, list[str]]]:
-    """The answer as questions that a reader asks, each with its sentences."""
-    terms = [term for found in together(diagnosis).values() for term in found]
+    """The answer as questions that a reader asks, each with its told."""
+    terms = [term for result in together(diagnosis).values() for term in result]
     rows = [
         ("How sure is it?", [f"{sentence(name_of(term))}: {_how_sure(term)}." for term in terms]),
         ("What changed?", [_fall(c, error) for c, error in diagnosis.errors.items() if terms]),
         ("What else could it be?", [_what_else(term) for term in terms]),
-        ("What is still open?", [f"{sentence(rest)}." for rest in leftovers(diagnosis)]),
+        ("What is still open?", [f"{sentence(rest)}." for rest in open_questions(diagnosis)]),
     ]
     if diagnosis.next_experiment is not None:
         rows.append(("What should be measured next?", [f"{sentence(diagnosis.next_experiment.why)}."]))
@@ -119,12 +119,12 @@ def taken(term: FoundTerm) -> str:
     return f"takes away {percent(1.0 - term.remains)} of the misfit" if term.remains > TOLD else ""
 
 
-def law_text(found: FoundLaw) -> str:
+def law_text(result: FoundLaw) -> str:
     """The law in words: what is changed, by what formula, and over what range of what."""
-    law, low, high = found.law, float(np.min(found.curve.value)), float(np.max(found.curve.value))
+    law, low, high = result.law, float(np.min(result.curve.value)), float(np.max(result.curve.value))
     act = "times" if law.of.kind == "factor" else "shifted by"
     own = "" if law.of.kind == "factor" else f" {unit(law.of.unit)}"
-    formula = f"({found.formula})" if law.of.kind == "factor" else found.formula
+    formula = f"({result.formula})" if law.of.kind == "factor" else result.formula
     form = formula if law.shape else f"a curve from {number(low)} to {number(high)}{own}".rstrip()
     return f"{law.of.label} {act} {form}, with {law.over.symbol} the {law.over.label} {range_of(law)}".rstrip()
 
@@ -144,9 +144,9 @@ def transfer_text(law: Law) -> str:
     return f"{what}: on another the law may not hold"
 
 
-def resembles_text(found: FoundLaw) -> str:
+def resembles_text(law: FoundLaw) -> str:
     """What of the catalogue does nearly the same."""
-    return listed([f"{plain_name(name)} ({percent(share)} of it)" for name, share in found.resembles])
+    return listed([f"{plain_name(name)} ({percent(share)} of it)" for name, share in law.resembles])
 
 
 # ------------------------------------------------------------------------------------------------- the verdict
@@ -159,13 +159,13 @@ def sentences(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.verdict == "unexplained":
         return _what_is_unexplained(diagnosis)
     groups = together(diagnosis)
-    told = [_what_was_found(diagnosis, groups), *difference(diagnosis), *_laws(diagnosis.laws)]
+    said = [_what_was_found(diagnosis, groups), *difference(diagnosis), *_laws(diagnosis.laws)]
     doubtful = [channel_name(c) for c, terms in groups.items() if any(rivals(term) for term in terms)]
     if doubtful:
-        told.append(f"These data cannot separate the ones named for the {listed(doubtful)} from each other.")
-    told += [f"{sentence(name_of(t))} {taken(t)}." for terms in groups.values() for t in terms if taken(t)]
-    told += [_fall(c, diagnosis.errors[c]) for c in groups if c in diagnosis.errors]
-    return told + [f"Part of the disagreement stays unexplained: {rest}." for rest in leftovers(diagnosis)]
+        said.append(f"These data cannot separate the ones named for the {listed(doubtful)} from each other.")
+    said += [f"{sentence(name_of(t))} {taken(t)}." for terms in groups.values() for t in terms if taken(t)]
+    said += [_fall(c, diagnosis.errors[c]) for c in groups if c in diagnosis.errors]
+    return said + [f"Part of the disagreement stays unexplained: {rest}." for rest in open_questions(diagnosis)]
 
 
 def difference(diagnosis: Diagnosis) -> list[str]:
@@ -188,11 +188,11 @@ def _what_was_found(diagnosis: Diagnosis, groups: Mapping[str, Sequence[FoundTer
 
 
 def _laws(laws: Sequence[FoundLaw]) -> list[str]:
-    return [f"Learnt from the data: {law_text(found)}; {transfer_text(found.law)}." for found in laws]
+    return [f"Learnt from the data: {law_text(result)}; {transfer_text(result.law)}." for result in laws]
 
 
 def _what_is_unexplained(diagnosis: Diagnosis) -> list[str]:
-    rest, refused = leftovers(diagnosis), _refused(diagnosis)
+    rest, refused = open_questions(diagnosis), _refused(diagnosis)
     parts = [f"Something is missing in the {listed(_open(diagnosis))} that no effect and no learnt law explains"]
     first = f"{parts[0]}: {'; '.join(rest)}." if rest else f"{parts[0]}."
     return [first, *refused, *scatter(diagnosis), *difference(diagnosis)]
@@ -213,15 +213,15 @@ def _refused(diagnosis: Diagnosis) -> list[str]:
 
 def scatter(diagnosis: Diagnosis) -> list[str]:
     """The steps that differ beyond the noise, and what was recorded that differs with them."""
-    sentences = []
+    said = []
     for each in diagnosis.step_scatter:
         varied = [f"{name} ({percent(share)})" for name, share in each.varied_with.items()]
         with_what = f"; squared rank correlation with what was recorded: {listed(varied)}" if varied else ""
-        sentences.append(
+        said.append(
             f"The {each.steps} steps of {each.test} differ in the {channel_name(each.channel)} by {number(each.size)} "
             f"standard deviations of the noise beyond what the model explains{with_what}."
         )
-    return sentences
+    return said
 
 
 def _nothing_missing(diagnosis: Diagnosis) -> list[str]:
@@ -229,8 +229,8 @@ def _nothing_missing(diagnosis: Diagnosis) -> list[str]:
     return [f"Nothing is missing: model and measured {seen} agree within the noise.", *difference(diagnosis)]
 
 
-def leftovers(diagnosis: Diagnosis) -> list[str]:
-    """One phrase a channel: what its leftover depends on."""
+def open_questions(diagnosis: Diagnosis) -> list[str]:
+    """One phrase a channel: what its unexplained residual depends on."""
     phrases = []
     for channel in channels():
         here = [u for u in diagnosis.unexplained if u.channel == channel]
@@ -265,7 +265,7 @@ def against_noise(error: ChannelError) -> str:
 # ------------------------------------------------------------------------------------------------- what was tried
 
 
-def outcome(tried: Tried) -> str:
+def outcome(tried: CandidateResult) -> str:
     """What came of an explanation."""
     if tried.refused:
         return f"refused: {tried.refused}"
@@ -277,7 +277,7 @@ def length(gain: float) -> float:
     return float(np.sqrt(max(gain, 0.0)))
 
 
-def ranked(diagnosis: Diagnosis, channel: str) -> list[Tried]:
+def ranked(diagnosis: Diagnosis, channel: str) -> list[CandidateResult]:
     """What was tried for a channel, in the place of one term after the other: what holds first, then by its gain."""
     place = {term.name: c for c, terms in together(diagnosis).items() for term in terms}
     here = [t for t in diagnosis.tried if place.get(t.replaces, t.channel) == channel]
@@ -309,7 +309,7 @@ def base_note(diagnosis: Diagnosis) -> str:
 def seen(diagnosis: Diagnosis) -> str:
     """What is to be seen in the figure of this diagnosis, for those who do not see it."""
     parts = [_seen_of(diagnosis, channel) for channel in channels() if channel in diagnosis.errors]
-    parts += [f"A learnt curve: {law_text(found)}." for found in diagnosis.laws]
+    parts += [f"A learnt curve: {law_text(result)}." for result in diagnosis.laws]
     return " ".join(parts)
 
 
