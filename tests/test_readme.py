@@ -20,7 +20,7 @@ if not (ROOT / "README.md").exists():
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 MOST_WORDS, MOST_COMMANDS = 1400, 5
 UNUSUAL = re.compile(
-    r"\b(foret\w+|outlier\w*|alike|edged|polished|favoured|residuals?|told|tells?|hangs? on|kin|imitate[sd]?|eased|"
+    r"\b(foret\w+|stray\w*|alike|edged|polished|favoured|leftovers?|told|tells?|hangs? on|kin|imitate[sd]?|eased|"
     r"march(es|ed|ing)?|white numbers|(?<!there )is no(?! longer))\b",
     re.IGNORECASE,
 )

@@ -19,7 +19,7 @@ from score.rig import VICKERS, March, Rig
 from score.scoring import calibration_error, is_right, reliability, table
 from score.sensors import CHANNELS, covariates, draw_plan, noise, read, whiten
 from score.sizing import Bench, Ruler
-from score.temperature import Plant, thermocouple
+from score.heat import Plant, thermocouple
 from score.traction import equivalent_ellipse, linear_force, saturation
 from score.unknowns import STAGES, equivalent, imitations, is_separable, parts
 from score.worn_patch import XI, beyond_ellipse
