@@ -77,11 +77,11 @@ def faults(figure: Figure) -> list[str]:
     told = [f"leaves the page: {name!r}" for name, box in boxes if not inside(box, page_box)]
     for (one, first), (other, second) in combinations(boxes, 2):
         if first.padded(-SLACK).overlaps(second.padded(-SLACK)):
-            sentences.append(f"{one!r} lies on {other!r}")
+            told.append(f"{one!r} lies on {other!r}")
     for axes in figure.axes:
         legend = axes.get_legend()
         if legend is not None and legend.get_window_extent().overlaps(axes.get_window_extent()):
-            sentences.append(f"a legend lies on {axes.get_title(loc='left')!r}")
+            told.append(f"a legend lies on {axes.get_title(loc='left')!r}")
     return told
 
 

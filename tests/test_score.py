@@ -10,6 +10,7 @@ import pytest
 from score.cases import GROUPS, plan
 from score.contact import HalfSpace, hertz_ellipse
 from score.effects import CATALOGUE
+from score.heat import Plant, thermocouple
 from score.hidden import NOTHING, Hidden, Moment
 from score.hiding import channel_of, draw
 from score.histories import GEOMETRIES, draw_rig, off_by_tolerance
@@ -19,7 +20,6 @@ from score.rig import VICKERS, March, Rig
 from score.scoring import calibration_error, is_right, reliability, table
 from score.sensors import CHANNELS, covariates, draw_plan, noise, read, whiten
 from score.sizing import Bench, Ruler
-from score.heat import Plant, thermocouple
 from score.traction import equivalent_ellipse, linear_force, saturation
 from score.unknowns import STAGES, equivalent, imitations, is_separable, parts
 from score.worn_patch import XI, beyond_ellipse
