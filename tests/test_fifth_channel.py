@@ -102,7 +102,7 @@ Valid for: surfaces that are smoothed by sliding.
 
 import numpy as np
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 
 
 def apply(s, *, fall, distance_m):
@@ -111,11 +111,9 @@ def apply(s, *, fall, distance_m):
 
 EFFECT = Effect(
     stage="friction",
-    channel="traction",
-    seen_in=seen("traction", "profile", "temperature"),
     params=(
         Param("fall", "1", off=0.0, start=0.2, lower=-2.0, upper=0.95, meaning="relative fall of mu"),
-        Param("distance_m", "m", off=None, start=50.0, lower=1.0, upper=1e4, meaning="distance of the fall", log=True),
+        Param("distance_m", "m", start=50.0, lower=1.0, upper=1e4, meaning="distance of the fall", log=True),
     ),
     apply=apply,
     over="sliding_distance",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
@@ -18,6 +18,15 @@ Channel = str
 """The name of a measured channel."""
 Stage = Literal["operation", "friction", "traction", "contact", "wear", "heat", "surface", "sensor"]
 STAGES: tuple[Stage, ...] = get_args(Stage)
+FIRST_SEEN: Mapping[Stage, Channel] = {
+    "operation": "traction", "friction": "traction", "traction": "traction",
+    "contact": "profile", "wear": "profile", "surface": "profile", "heat": "temperature",
+}  # fmt: skip
+"""The channel in which an effect of a stage shows first."""
+SEEN_IN: Mapping[Stage, frozenset[Channel]] = dict.fromkeys(
+    ("operation", "friction", "traction", "contact", "wear"), frozenset({"traction", "profile", "temperature"})
+)
+"""The channels that an effect of a stage may change; of another stage it is the one in which it shows first."""
 
 
 @dataclass(frozen=True)
@@ -31,11 +40,11 @@ class Param:
 
     name: str
     unit: str
-    off: float | None
     start: float
     lower: float
     upper: float
     meaning: str
+    off: float | None = None
     log: bool = False
     normal: bool = False
 
@@ -44,7 +53,8 @@ class Param:
 class Effect:
     """A physical effect the base model lacks.
 
-    `channel` is where it shows first; `seen_in` every channel that may change when it is switched on. An effect that
+    `channel` is where it shows first; `seen_in` every channel that may change when it is switched on: those of its
+    stage (FIRST_SEEN, SEEN_IN) unless it names others; an effect of a sensor names its channel. An effect that
     `needs_stops` cannot be told from the base model by one final profile; one that `needs_temperature` does nothing
     where the disc's temperature is not known; one that `needs_time` is not tried on samples recorded without time;
     one that `needs_yaw` not where no step declares a yaw: its longitudinal force alone is that of a softer contact.
@@ -55,17 +65,23 @@ class Effect:
     """
 
     stage: Stage
-    channel: Channel
-    seen_in: frozenset[Channel]
     params: tuple[Param, ...]
     apply: Callable[..., State]
     source: str
+    channel: Channel = ""
+    seen_in: frozenset[Channel] = frozenset()
     needs_stops: bool = False
     needs_temperature: bool = False
     needs_time: bool = False
     needs_yaw: bool = False
     local: bool = False
     over: str = ""
+
+    def __post_init__(self) -> None:
+        """Take from the stage what is not named."""
+        channel = self.channel or FIRST_SEEN[self.stage]
+        object.__setattr__(self, "channel", channel)
+        object.__setattr__(self, "seen_in", self.seen_in or SEEN_IN.get(self.stage, frozenset({channel})))
 
     def is_off(self, **parameters: Floats) -> bool:
         """Whether every parameter that can switch the effect off does so."""

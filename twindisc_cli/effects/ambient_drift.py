@@ -11,7 +11,7 @@ Valid for: rooms and cryostats that are not controlled.
 
 from __future__ import annotations
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -22,20 +22,11 @@ def apply(s: State, *, K_per_hour: Floats) -> State:
 
 EFFECT = Effect(
     stage="heat",
-    channel="temperature",
-    seen_in=seen("temperature"),
     params=(
-        Param(
-            "K_per_hour",
-            "K h-1",
-            off=0.0,
-            start=1.0,
-            lower=-60.0,
-            upper=60.0,
-            meaning="drift of the environment per hour",
-        ),
+        Param("K_per_hour", "K h-1", off=0.0, start=1.0, lower=-60.0, upper=60.0,
+              meaning="drift of the environment per hour"),
     ),
     apply=apply,
     over="time",
     source="F. P. Incropera, D. P. DeWitt, Fundamentals of Heat and Mass Transfer, chapter 5",
-)
+)  # fmt: skip

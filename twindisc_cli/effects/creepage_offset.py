@@ -10,7 +10,7 @@ Valid for: rolling radii or speeds that are not what the definition says.
 
 from __future__ import annotations
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -21,19 +21,10 @@ def apply(s: State, *, offset_percent: Floats) -> State:
 
 EFFECT = Effect(
     stage="operation",
-    channel="traction",
-    seen_in=seen("traction", "profile", "temperature"),
     params=(
-        Param(
-            "offset_percent",
-            "%",
-            off=0.0,
-            start=0.05,
-            lower=-1.0,
-            upper=1.0,
-            meaning="true creepage minus nominal creepage",
-        ),
+        Param("offset_percent", "%", off=0.0, start=0.05, lower=-1.0, upper=1.0,
+              meaning="true creepage minus nominal creepage"),
     ),
     apply=apply,
     source="L. Chevalier et al., Tribology International 39 (2006) 1376-1387, Eq. 1",
-)
+)  # fmt: skip

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -27,30 +27,12 @@ def apply(s: State, *, ratio: Floats, decay_s_m: Floats) -> State:
 
 EFFECT = Effect(
     stage="friction",
-    channel="traction",
-    seen_in=seen("traction", "profile", "temperature"),
     params=(
-        Param(
-            "ratio",
-            "1",
-            off=1.0,
-            start=0.6,
-            lower=0.05,
-            upper=1.0,
-            meaning="mu at infinite sliding speed over mu at rest",
-        ),
-        Param(
-            "decay_s_m",
-            "s m-1",
-            off=None,
-            start=2.0,
-            lower=0.05,
-            upper=30.0,
-            meaning="decay with sliding speed",
-            log=True,
-        ),
+        Param("ratio", "1", off=1.0, start=0.6, lower=0.05, upper=1.0,
+              meaning="mu at infinite sliding speed over mu at rest"),
+        Param("decay_s_m", "s m-1", start=2.0, lower=0.05, upper=30.0, log=True, meaning="decay with sliding speed"),
     ),
     apply=apply,
     over="creepage",
     source="O. Polach, Wear 258 (2005) 992-1000",
-)
+)  # fmt: skip

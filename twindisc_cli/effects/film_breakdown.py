@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import expit
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -27,34 +27,14 @@ def apply(s: State, *, film_ratio: Floats, critical_creepage_percent: Floats, wi
 
 EFFECT = Effect(
     stage="friction",
-    channel="traction",
-    seen_in=seen("traction", "profile", "temperature"),
     params=(
-        Param(
-            "film_ratio", "1", off=1.0, start=0.5, lower=0.01, upper=1.0, meaning="mu of the film over mu without it"
-        ),
-        Param(
-            "critical_creepage_percent",
-            "%",
-            off=None,
-            start=2.5,
-            lower=0.1,
-            upper=9.0,
-            meaning="creepage at which half of the film is gone",
-            log=True,
-        ),
-        Param(
-            "width_percent",
-            "%",
-            off=None,
-            start=0.4,
-            lower=0.03,
-            upper=3.0,
-            meaning="width of the transition",
-            log=True,
-        ),
+        Param("film_ratio", "1", off=1.0, start=0.5, lower=0.01, upper=1.0,
+              meaning="mu of the film over mu without it"),
+        Param("critical_creepage_percent", "%", start=2.5, lower=0.1, upper=9.0, log=True,
+              meaning="creepage at which half of the film is gone"),
+        Param("width_percent", "%", start=0.4, lower=0.03, upper=3.0, log=True, meaning="width of the transition"),
     ),
     apply=apply,
     over="creepage",
     source="S. C. Lim, M. F. Ashby, Acta Metall. 35 (1987) 1-24; L. Chevalier et al., Tribol. Int. 39 (2006) 1376",
-)
+)  # fmt: skip

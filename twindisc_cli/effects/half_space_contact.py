@@ -11,7 +11,7 @@ Valid for: elastic discs of one material.
 
 from __future__ import annotations
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -22,8 +22,6 @@ def apply(s: State, *, share: Floats) -> State:
 
 EFFECT = Effect(
     stage="contact",
-    channel="profile",
-    seen_in=seen("traction", "profile", "temperature"),
     params=(Param("share", "1", off=0.0, start=1.0, lower=0.0, upper=1.0, meaning="share of the half-space patch"),),
     apply=apply,
     source="J. J. Kalker, Three-dimensional elastic bodies in rolling contact (1990), chapter 5",

@@ -10,7 +10,7 @@ Valid for: q = 1/2 for equal discs; less where debris or coolant takes heat away
 
 from __future__ import annotations
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -21,19 +21,10 @@ def apply(s: State, *, share: Floats) -> State:
 
 EFFECT = Effect(
     stage="heat",
-    channel="temperature",
-    seen_in=seen("temperature"),
     params=(
-        Param(
-            "share",
-            "1",
-            off=1.0,
-            start=0.7,
-            lower=0.05,
-            upper=1.5,
-            meaning="part of the dissipated power that enters the disc",
-        ),
+        Param("share", "1", off=1.0, start=0.7, lower=0.05, upper=1.5,
+              meaning="part of the dissipated power that enters the disc"),
     ),
     apply=apply,
     source="H. Blok, Proc. General Discussion on Lubrication, IMechE 2 (1937) 222-235",
-)
+)  # fmt: skip

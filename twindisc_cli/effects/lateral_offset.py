@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -38,18 +38,10 @@ def apply(s: State, *, offset_mm: Floats) -> State:
 EFFECT = Effect(
     stage="sensor",
     channel="profile",
-    seen_in=seen("profile"),
     params=(
-        Param(
-            "offset_mm",
-            "mm",
-            off=0.0,
-            start=0.05,
-            lower=-1.0,
-            upper=1.0,
-            meaning="position of the middle of the worn zone",
-        ),
+        Param("offset_mm", "mm", off=0.0, start=0.05, lower=-1.0, upper=1.0,
+              meaning="position of the middle of the worn zone"),
     ),
     apply=apply,
     source="ISO 25178-600:2019",
-)
+)  # fmt: skip

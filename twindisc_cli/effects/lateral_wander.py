@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -23,19 +23,10 @@ def apply(s: State, *, std_mm: Floats) -> State:
 
 EFFECT = Effect(
     stage="contact",
-    channel="profile",
-    seen_in=seen("traction", "profile", "temperature"),
     params=(
-        Param(
-            "std_mm",
-            "mm",
-            off=0.0,
-            start=0.15,
-            lower=0.0,
-            upper=0.6,
-            meaning="standard deviation of the lateral position",
-        ),
+        Param("std_mm", "mm", off=0.0, start=0.15, lower=0.0, upper=0.6,
+              meaning="standard deviation of the lateral position"),
     ),
     apply=apply,
     source="R. Enblom, M. Berg, Wear 258 (2005) 1055-1063",
-)
+)  # fmt: skip

@@ -10,7 +10,7 @@ Valid for: static load cells with a wrong factor; friction in the loading arm.
 
 from __future__ import annotations
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -21,19 +21,10 @@ def apply(s: State, *, error_percent: Floats) -> State:
 
 EFFECT = Effect(
     stage="operation",
-    channel="traction",
-    seen_in=seen("traction", "profile", "temperature"),
     params=(
-        Param(
-            "error_percent",
-            "%",
-            off=0.0,
-            start=5.0,
-            lower=-40.0,
-            upper=40.0,
-            meaning="true load over nominal load, minus one",
-        ),
+        Param("error_percent", "%", off=0.0, start=5.0, lower=-40.0, upper=40.0,
+              meaning="true load over nominal load, minus one"),
     ),
     apply=apply,
     source="K. L. Johnson, Contact Mechanics (1985), section 4.2",
-)
+)  # fmt: skip

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -30,41 +30,16 @@ def apply(s: State, *, share: Floats, eyring_speed_m_s: Floats, slope_ratio: Flo
 
 EFFECT = Effect(
     stage="friction",
-    channel="traction",
-    seen_in=seen("traction", "profile", "temperature"),
     params=(
-        Param(
-            "share",
-            "1",
-            off=0.0,
-            start=0.6,
-            lower=0.0,
-            upper=1.0,
-            meaning="share of the friction at a tenth of the rolling speed that the film carries",
-        ),
-        Param(
-            "eyring_speed_m_s",
-            "m s-1",
-            off=None,
-            start=0.03,
-            lower=1e-4,
-            upper=3.0,
-            meaning="sliding speed at which the film shears at the Eyring stress",
-            log=True,
-        ),
-        Param(
-            "slope_ratio",
-            "1",
-            off=1.0,
-            start=0.5,
-            lower=0.02,
-            upper=1.0,
-            meaning="initial slope of film and discs over that of the discs",
-            log=True,
-        ),
+        Param("share", "1", off=0.0, start=0.6, lower=0.0, upper=1.0,
+              meaning="share of the friction at a tenth of the rolling speed that the film carries"),
+        Param("eyring_speed_m_s", "m s-1", start=0.03, lower=1e-4, upper=3.0, log=True,
+              meaning="sliding speed at which the film shears at the Eyring stress"),
+        Param("slope_ratio", "1", off=1.0, start=0.5, lower=0.02, upper=1.0, log=True,
+              meaning="initial slope of film and discs over that of the discs"),
     ),
     apply=apply,
     over="creepage",
     source="K. L. Johnson, J. L. Tevaarwerk, Proc. R. Soc. A 356 (1977) 215-236; C. R. Evans, K. L. Johnson, "
     "Proc. IMechE C 200 (1986) 303-312",
-)
+)  # fmt: skip

@@ -12,7 +12,7 @@ Valid for: small angles; along a line contact under an even load, where tilt giv
 
 from __future__ import annotations
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -26,29 +26,13 @@ def apply(s: State, *, yaw_mrad: Floats, tilt_mrad: Floats) -> State:
 
 EFFECT = Effect(
     stage="operation",
-    channel="traction",
-    seen_in=seen("traction", "profile", "temperature"),
     params=(
-        Param(
-            "yaw_mrad",
-            "mrad",
-            off=0.0,
-            start=2.0,
-            lower=-40.0,
-            upper=40.0,
-            meaning="angle between the axes in the contact plane",
-        ),
-        Param(
-            "tilt_mrad",
-            "mrad",
-            off=0.0,
-            start=5.0,
-            lower=0.0,
-            upper=100.0,
-            meaning="angle between the axes out of the contact plane",
-        ),
+        Param("yaw_mrad", "mrad", off=0.0, start=2.0, lower=-40.0, upper=40.0,
+              meaning="angle between the axes in the contact plane"),
+        Param("tilt_mrad", "mrad", off=0.0, start=5.0, lower=0.0, upper=100.0,
+              meaning="angle between the axes out of the contact plane"),
     ),
     apply=apply,
     needs_yaw=True,
     source="L. Chevalier et al., Tribology International 39 (2006) 1376-1387, Eqs. 2-4",
-)
+)  # fmt: skip

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 _REFERENCE = 10.0  # K
@@ -28,17 +28,11 @@ def apply(s: State, *, exponent: Floats, onset_K: Floats) -> State:
 
 EFFECT = Effect(
     stage="heat",
-    channel="temperature",
-    seen_in=seen("temperature"),
     params=(
-        Param(
-            "exponent", "1", off=0.0, start=0.25, lower=-2.0, upper=4.0,
-            meaning="exponent of the heat transfer over the warming",
-        ),
-        Param(
-            "onset_K", "K", off=None, start=10.0, lower=0.1, upper=200.0, log=True,
-            meaning="warming below which the heat transfer stands still",
-        ),
+        Param("exponent", "1", off=0.0, start=0.25, lower=-2.0, upper=4.0,
+              meaning="exponent of the heat transfer over the warming"),
+        Param("onset_K", "K", start=10.0, lower=0.1, upper=200.0, log=True,
+              meaning="warming below which the heat transfer stands still"),
     ),
     apply=apply,
     over="temperature",

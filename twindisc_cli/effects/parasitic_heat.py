@@ -10,7 +10,7 @@ Valid for: constant speed.
 
 from __future__ import annotations
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -21,8 +21,6 @@ def apply(s: State, *, power_W: Floats) -> State:
 
 EFFECT = Effect(
     stage="heat",
-    channel="temperature",
-    seen_in=seen("temperature"),
     params=(
         Param("power_W", "W", off=0.0, start=2.0, lower=-20.0, upper=100.0, meaning="constant power into the disc"),
     ),

@@ -10,7 +10,7 @@ Valid for: a disc that does not sit level under the stylus.
 
 from __future__ import annotations
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -25,21 +25,12 @@ def apply(s: State, *, slope_um_mm: Floats, offset_um: Floats) -> State:
 EFFECT = Effect(
     stage="sensor",
     channel="profile",
-    seen_in=seen("profile"),
     params=(
-        Param(
-            "slope_um_mm", "um mm-1", off=0.0, start=0.1, lower=-5.0, upper=5.0, meaning="slope of the recorded profile"
-        ),
-        Param(
-            "offset_um",
-            "um",
-            off=0.0,
-            start=0.1,
-            lower=-5.0,
-            upper=5.0,
-            meaning="height of the recorded profile at y = 0",
-        ),
+        Param("slope_um_mm", "um mm-1", off=0.0, start=0.1, lower=-5.0, upper=5.0,
+              meaning="slope of the recorded profile"),
+        Param("offset_um", "um", off=0.0, start=0.1, lower=-5.0, upper=5.0,
+              meaning="height of the recorded profile at y = 0"),
     ),
     apply=apply,
     source="ISO 25178-2:2021, form removal",
-)
+)  # fmt: skip

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -25,31 +25,14 @@ def apply(s: State, *, excess: Floats, settling_cycles: Floats) -> State:
 
 EFFECT = Effect(
     stage="wear",
-    channel="profile",
-    seen_in=seen("traction", "profile", "temperature"),
     params=(
-        Param(
-            "excess",
-            "1",
-            off=0.0,
-            start=2.0,
-            lower=-0.95,
-            upper=20.0,
-            meaning="relative excess of K at the first revolution",
-        ),
-        Param(
-            "settling_cycles",
-            "1",
-            off=None,
-            start=30000.0,
-            lower=500.0,
-            upper=1e6,
-            meaning="revolutions of the settling",
-            log=True,
-        ),
+        Param("excess", "1", off=0.0, start=2.0, lower=-0.95, upper=20.0,
+              meaning="relative excess of K at the first revolution"),
+        Param("settling_cycles", "1", start=30000.0, lower=500.0, upper=1e6, log=True,
+              meaning="revolutions of the settling"),
     ),
     apply=apply,
     over="time",
     source="P. J. Blau, Wear 26 (1981) 29-43; M. M. Khruschov, Wear 28 (1974) 69-88",
     needs_stops=True,
-)
+)  # fmt: skip

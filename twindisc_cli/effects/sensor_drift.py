@@ -12,7 +12,7 @@ Valid for: strain gauges that warm up; zero checked only before the test.
 
 from __future__ import annotations
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -25,20 +25,12 @@ def apply(s: State, *, per_hour: Floats) -> State:
 EFFECT = Effect(
     stage="sensor",
     channel="traction",
-    seen_in=seen("traction"),
     params=(
-        Param(
-            "per_hour",
-            "h-1",
-            off=0.0,
-            start=0.02,
-            lower=-0.5,
-            upper=0.5,
-            meaning="drift of the recorded traction ratio at the nominal load per hour",
-        ),
+        Param("per_hour", "h-1", off=0.0, start=0.02, lower=-0.5, upper=0.5,
+              meaning="drift of the recorded traction ratio at the nominal load per hour"),
     ),
     apply=apply,
     over="time",
     needs_time=True,
     source="ISO/IEC Guide 98-3:2008, section F.2.4",
-)
+)  # fmt: skip

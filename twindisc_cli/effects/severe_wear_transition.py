@@ -19,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import expit
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -31,43 +31,17 @@ def apply(s: State, *, ratio: Floats, critical_N_mm2: Floats, width: Floats) -> 
 
 EFFECT = Effect(
     stage="wear",
-    channel="profile",
-    seen_in=seen("traction", "profile", "temperature"),
     params=(
-        Param(
-            "ratio",
-            "1",
-            off=1.0,
-            start=3.0,
-            lower=0.1,
-            upper=30.0,
-            meaning="K above the transition over K below",
-            log=True,
-        ),
-        Param(
-            "critical_N_mm2",
-            "N mm-2",
-            off=None,
-            start=6.0,
-            lower=0.1,
-            upper=60.0,
-            meaning="critical wear index of a strip",
-            log=True,
-        ),
-        Param(
-            "width",
-            "1",
-            off=None,
-            start=0.1,
-            lower=0.02,
-            upper=0.6,
-            meaning="width of the transition in the logarithm of the wear index",
-            log=True,
-        ),
+        Param("ratio", "1", off=1.0, start=3.0, lower=0.1, upper=30.0, log=True,
+              meaning="K above the transition over K below"),
+        Param("critical_N_mm2", "N mm-2", start=6.0, lower=0.1, upper=60.0, log=True,
+              meaning="critical wear index of a strip"),
+        Param("width", "1", start=0.1, lower=0.02, upper=0.6, log=True,
+              meaning="width of the transition in the logarithm of the wear index"),
     ),
     apply=apply,
     over="wear_index",
     source="R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE J 218 (2004) 467-478",
     needs_stops=True,
     local=True,
-)
+)  # fmt: skip

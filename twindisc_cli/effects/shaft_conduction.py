@@ -11,7 +11,7 @@ Valid for: shafts that are long and poorly cooled.
 
 from __future__ import annotations
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -22,29 +22,12 @@ def apply(s: State, *, conductance_W_K: Floats, shaft_capacity_J_K: Floats) -> S
 
 EFFECT = Effect(
     stage="heat",
-    channel="temperature",
-    seen_in=seen("temperature"),
     params=(
-        Param(
-            "conductance_W_K",
-            "W K-1",
-            off=0.0,
-            start=0.5,
-            lower=0.0,
-            upper=20.0,
-            meaning="conductance between disc and shaft",
-        ),
-        Param(
-            "shaft_capacity_J_K",
-            "J K-1",
-            off=None,
-            start=500.0,
-            lower=20.0,
-            upper=20000.0,
-            meaning="heat capacity of the shaft",
-            log=True,
-        ),
+        Param("conductance_W_K", "W K-1", off=0.0, start=0.5, lower=0.0, upper=20.0,
+              meaning="conductance between disc and shaft"),
+        Param("shaft_capacity_J_K", "J K-1", start=500.0, lower=20.0, upper=20000.0, log=True,
+              meaning="heat capacity of the shaft"),
     ),
     apply=apply,
     source="R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE J 218 (2004) 467-478, section 4",
-)
+)  # fmt: skip

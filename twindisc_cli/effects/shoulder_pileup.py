@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -30,19 +30,11 @@ def apply(s: State, *, height_ratio: Floats, width_mm: Floats) -> State:
 EFFECT = Effect(
     stage="sensor",
     channel="profile",
-    seen_in=seen("profile"),
     params=(
-        Param(
-            "height_ratio",
-            "1",
-            off=0.0,
-            start=0.1,
-            lower=0.0,
-            upper=1.0,
-            meaning="height of a shoulder over the worn depth",
-        ),
-        Param("width_mm", "mm", off=None, start=0.08, lower=0.02, upper=0.5, meaning="width of a shoulder", log=True),
+        Param("height_ratio", "1", off=0.0, start=0.1, lower=0.0, upper=1.0,
+              meaning="height of a shoulder over the worn depth"),
+        Param("width_mm", "mm", start=0.08, lower=0.02, upper=0.5, log=True, meaning="width of a shoulder"),
     ),
     apply=apply,
     source="K. L. Johnson, Contact Mechanics (1985), section 9.3; A. Kapoor, Wear 175 (1994) 119-127",
-)
+)  # fmt: skip

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -30,7 +30,6 @@ def apply(s: State, *, std_mm: Floats) -> State:
 EFFECT = Effect(
     stage="sensor",
     channel="profile",
-    seen_in=seen("profile"),
     params=(Param("std_mm", "mm", off=0.0, start=0.05, lower=0.0, upper=0.4, meaning="width of the tip and filter"),),
     apply=apply,
     source="ISO 16610-21:2011",

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -24,22 +24,13 @@ def apply(s: State, *, per_kelvin: Floats) -> State:
 
 EFFECT = Effect(
     stage="friction",
-    channel="traction",
-    seen_in=seen("traction", "profile", "temperature"),
     params=(
-        Param(
-            "per_kelvin",
-            "K-1",
-            off=0.0,
-            start=-0.01,
-            lower=-0.15,
-            upper=0.15,
-            meaning="relative change of mu per kelvin",
-        ),
+        Param("per_kelvin", "K-1", off=0.0, start=-0.01, lower=-0.15, upper=0.15,
+              meaning="relative change of mu per kelvin"),
     ),
     apply=apply,
     over="temperature",
     needs_time=True,
     source="K. Six, A. Meierhofer, G. Mueller, P. Dietmaier, Vehicle System Dynamics 53 (2015) 726-747",
     needs_temperature=True,
-)
+)  # fmt: skip

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -24,16 +24,13 @@ def apply(s: State, *, per_kelvin: Floats) -> State:
 
 EFFECT = Effect(
     stage="wear",
-    channel="profile",
-    seen_in=seen("traction", "profile", "temperature"),
     params=(
-        Param(
-            "per_kelvin", "K-1", off=0.0, start=0.05, lower=-0.4, upper=0.4, meaning="relative change of K per kelvin"
-        ),
+        Param("per_kelvin", "K-1", off=0.0, start=0.05, lower=-0.4, upper=0.4,
+              meaning="relative change of K per kelvin"),
     ),
     apply=apply,
     over="temperature",
     source="S. C. Lim, M. F. Ashby, Acta Metallurgica 35 (1987) 1-24",
     needs_stops=True,
     needs_temperature=True,
-)
+)  # fmt: skip

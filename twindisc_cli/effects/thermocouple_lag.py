@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -40,12 +40,10 @@ def apply(s: State, *, time_constant_s: Floats) -> State:
 EFFECT = Effect(
     stage="sensor",
     channel="temperature",
-    seen_in=seen("temperature"),
     params=(
-        Param(
-            "time_constant_s", "s", off=0.0, start=30.0, lower=0.0, upper=2000.0, meaning="time constant of the sensor"
-        ),
+        Param("time_constant_s", "s", off=0.0, start=30.0, lower=0.0, upper=2000.0,
+              meaning="time constant of the sensor"),
     ),
     apply=apply,
     source="R. J. Moffat, Experimental Thermal and Fluid Science 1 (1988) 3-17",
-)
+)  # fmt: skip

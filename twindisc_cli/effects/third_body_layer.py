@@ -11,7 +11,7 @@ Valid for: thin layers of debris, sand, oxide or leaves.
 
 from __future__ import annotations
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -22,20 +22,10 @@ def apply(s: State, *, slope_ratio: Floats) -> State:
 
 EFFECT = Effect(
     stage="traction",
-    channel="traction",
-    seen_in=seen("traction", "profile", "temperature"),
     params=(
-        Param(
-            "slope_ratio",
-            "1",
-            off=1.0,
-            start=0.6,
-            lower=0.02,
-            upper=1.0,
-            meaning="initial slope over that of clean discs",
-            log=True,
-        ),
+        Param("slope_ratio", "1", off=1.0, start=0.6, lower=0.02, upper=1.0, log=True,
+              meaning="initial slope over that of clean discs"),
     ),
     apply=apply,
     source="J. J. Kalker, Rolling contact phenomena (1990); E. A. H. Vollebregt, Wear 314 (2014) 276-287",
-)
+)  # fmt: skip

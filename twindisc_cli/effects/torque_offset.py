@@ -12,7 +12,7 @@ Valid for: zero errors and constant bearing drag.
 
 from __future__ import annotations
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -24,18 +24,10 @@ def apply(s: State, *, offset: Floats) -> State:
 EFFECT = Effect(
     stage="sensor",
     channel="traction",
-    seen_in=seen("traction"),
     params=(
-        Param(
-            "offset",
-            "1",
-            off=0.0,
-            start=0.02,
-            lower=-0.3,
-            upper=0.3,
-            meaning="recorded minus true traction ratio at the nominal load",
-        ),
+        Param("offset", "1", off=0.0, start=0.02, lower=-0.3, upper=0.3,
+              meaning="recorded minus true traction ratio at the nominal load"),
     ),
     apply=apply,
     source="R. S. Dwyer-Joyce, R. Lewis, Proc. IMechE J 218 (2004) 467-478",
-)
+)  # fmt: skip

@@ -14,7 +14,7 @@ Valid for: wet, dirty or worn-in surfaces measured over the whole creep curve.
 
 from __future__ import annotations
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -25,31 +25,13 @@ def apply(s: State, *, adhesion: Floats, slip_to_adhesion: Floats) -> State:
 
 EFFECT = Effect(
     stage="traction",
-    channel="traction",
-    seen_in=seen("traction", "profile", "temperature"),
     params=(
-        Param(
-            "adhesion",
-            "1",
-            off=1.0,
-            start=0.7,
-            lower=0.02,
-            upper=1.0,
-            meaning="slope in the area of adhesion over that of clean discs",
-            log=True,
-        ),
-        Param(
-            "slip_to_adhesion",
-            "1",
-            off=1.0,
-            start=0.4,
-            lower=0.02,
-            upper=1.0,
-            meaning="slope in the area of slip over that in the area of adhesion",
-            log=True,
-        ),
+        Param("adhesion", "1", off=1.0, start=0.7, lower=0.02, upper=1.0, log=True,
+              meaning="slope in the area of adhesion over that of clean discs"),
+        Param("slip_to_adhesion", "1", off=1.0, start=0.4, lower=0.02, upper=1.0, log=True,
+              meaning="slope in the area of slip over that in the area of adhesion"),
     ),
     apply=apply,
     over="creepage",
     source="O. Polach, Wear 258 (2005) 992-1000",
-)
+)  # fmt: skip

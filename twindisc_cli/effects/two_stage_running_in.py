@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -30,50 +30,18 @@ def apply(s: State, *, fast_excess: Floats, fast_cycles: Floats, slow_excess: Fl
 
 EFFECT = Effect(
     stage="friction",
-    channel="traction",
-    seen_in=seen("traction", "profile", "temperature"),
     params=(
-        Param(
-            "fast_excess",
-            "1",
-            off=0.0,
-            start=-0.2,
-            lower=-0.45,
-            upper=2.0,
-            meaning="relative excess of mu of the fast stage at the first revolution",
-        ),
-        Param(
-            "fast_cycles",
-            "1",
-            off=None,
-            start=8000.0,
-            lower=300.0,
-            upper=1e5,
-            meaning="revolutions of the fast stage",
-            log=True,
-        ),
-        Param(
-            "slow_excess",
-            "1",
-            off=0.0,
-            start=-0.2,
-            lower=-0.45,
-            upper=2.0,
-            meaning="relative excess of mu of the slow stage at the first revolution",
-        ),
-        Param(
-            "slow_to_fast",
-            "1",
-            off=None,
-            start=8.0,
-            lower=3.0,
-            upper=50.0,
-            meaning="revolutions of the slow stage over those of the fast one",
-            log=True,
-        ),
+        Param("fast_excess", "1", off=0.0, start=-0.2, lower=-0.45, upper=2.0,
+              meaning="relative excess of mu of the fast stage at the first revolution"),
+        Param("fast_cycles", "1", start=8000.0, lower=300.0, upper=1e5, log=True,
+              meaning="revolutions of the fast stage"),
+        Param("slow_excess", "1", off=0.0, start=-0.2, lower=-0.45, upper=2.0,
+              meaning="relative excess of mu of the slow stage at the first revolution"),
+        Param("slow_to_fast", "1", start=8.0, lower=3.0, upper=50.0, log=True,
+              meaning="revolutions of the slow stage over those of the fast one"),
     ),
     apply=apply,
     over="time",
     needs_time=True,
     source="P. J. Blau, Tribology International 38 (2005) 1007-1012; P. J. Blau, Wear 71 (1981) 29-43",
-)
+)  # fmt: skip

@@ -22,19 +22,11 @@ def apply(s: State, *, disc1_share: Floats) -> State:
 
 EFFECT = Effect(
     stage="wear",
-    channel="profile",
     seen_in=seen("profile"),
     params=(
-        Param(
-            "disc1_share",
-            "1",
-            off=0.0,
-            start=0.3,
-            lower=0.0,
-            upper=0.95,
-            meaning="part of the worn depth that disc 1 bears",
-        ),
+        Param("disc1_share", "1", off=0.0, start=0.3, lower=0.0, upper=0.95,
+              meaning="part of the worn depth that disc 1 bears"),
     ),
     apply=apply,
     source="J. F. Archard, Journal of Applied Physics 24 (1953) 981-988",
-)
+)  # fmt: skip

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from twindisc_cli.effects._effect import Effect, Param, seen
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
@@ -27,22 +27,13 @@ def apply(s: State, *, threshold_N_mm2: Floats) -> State:
 
 EFFECT = Effect(
     stage="wear",
-    channel="profile",
-    seen_in=seen("traction", "profile", "temperature"),
     params=(
-        Param(
-            "threshold_N_mm2",
-            "N mm-2",
-            off=0.0,
-            start=2.0,
-            lower=0.0,
-            upper=60.0,
-            meaning="wear index below which a strip does not wear",
-        ),
+        Param("threshold_N_mm2", "N mm-2", off=0.0, start=2.0, lower=0.0, upper=60.0,
+              meaning="wear index below which a strip does not wear"),
     ),
     apply=apply,
     over="wear_index",
     source="S. Fouvry, P. Kapsa, L. Vincent, Wear 200 (1996) 186-205",
     needs_stops=True,
     local=True,
-)
+)  # fmt: skip

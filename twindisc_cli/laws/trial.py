@@ -41,9 +41,9 @@ class Trial(Effect):
     def unfixed(self) -> Effect:
         """The same formula with all its parameters free, for a scan of those that have no slope."""
         assert self.shape is not None
-        extra = tuple(Param(key, "1", None, value, -np.inf, np.inf, key) for key, value in self.fixed.items())
+        extra = tuple(Param(key, "1", value, -np.inf, np.inf, key) for key, value in self.fixed.items())
         act = partial(_act, self.quantity, self.covariate, self.shape, {})
-        return Effect(self.stage, self.channel, self.seen_in, (*self.params, *extra), act, self.source)
+        return Effect(self.stage, (*self.params, *extra), act, self.source, self.channel, self.seen_in)
 
     def fixed_at(self, values: Mapping[str, float]) -> Trial:
         """The same formula with other values of what is not fitted."""
@@ -77,7 +77,7 @@ def formula(
     fixed = {over.key(name): start[over.key(name)] for name in form.fixed}
     lower, upper = (-0.95, 20.0) if of.kind == "factor" else (-most, most)
     first = start[of.size_key]
-    params = [Param(of.size_key, of.unit, 0.0, first, lower, upper, f"size of the change of {of.label}")]
+    params = [Param(of.size_key, of.unit, first, lower, upper, f"size of the change of {of.label}", off=0.0)]
     length = span[1] - span[0]
     for name in (*form.along, *form.pure):
         key = over.key(name) if name in form.along else name
@@ -92,10 +92,10 @@ def formula(
             "exponent": (-4.0, 4.0, False),
         }[name]
         unit = over.unit if name in form.along else "1"
-        params.append(Param(key, unit, None, float(np.clip(start[key], low, high)), low, high, name, log))
+        params.append(Param(key, unit, float(np.clip(start[key], low, high)), low, high, name, log=log))
     act = partial(_act, quantity, covariate, shape, fixed)
     return Trial(
-        of.stage, of.channel, seen(of.channel), tuple(params), act, "learnt",
+        of.stage, tuple(params), act, "learnt", of.channel, seen(of.channel),
         quantity=quantity, covariate=covariate, shape=shape, fixed=fixed,
     )  # fmt: skip
 
@@ -111,11 +111,11 @@ def curve(quantity: str, covariate: str, at: Floats, mix: Floats) -> Trial:
     """A curve on trial through knots (knot,), with the square root of its prior covariance (knot, parameter)."""
     of = QUANTITIES[quantity]
     params = tuple(
-        Param(f"u{k}", "1", 0.0, 0.0, -LARGEST, LARGEST, "coordinate of the curve", normal=True)
+        Param(f"u{k}", "1", 0.0, -LARGEST, LARGEST, "coordinate of the curve", off=0.0, normal=True)
         for k in range(mix.shape[1])
     )
     return Trial(
-        of.stage, of.channel, seen(of.channel), params, partial(_bend, quantity, covariate, at, mix), "learnt",
+        of.stage, params, partial(_bend, quantity, covariate, at, mix), "learnt", of.channel, seen(of.channel),
         quantity=quantity, covariate=covariate, at=tuple(float(x) for x in at), mix=mix,
     )  # fmt: skip
 
@@ -147,8 +147,8 @@ def bins(quantity: str, covariate: str, edges: Floats) -> Effect:
     """
     of = QUANTITIES[quantity]
     params = (
-        Param("level", "1", 0.0, 1e-3, -1.0, 1.0, "change in the bin"),
-        Param("bin", "1", None, 0.0, 0.0, float(len(edges)), "number of the bin"),
+        Param("level", "1", 1e-3, -1.0, 1.0, "change in the bin", off=0.0),
+        Param("bin", "1", 0.0, 0.0, float(len(edges)), "number of the bin"),
     )
 
     def act(s: State, *, level: Floats, bin: Floats) -> State:
@@ -156,4 +156,4 @@ def bins(quantity: str, covariate: str, edges: Floats) -> Effect:
             level, bin = level[..., None], bin[..., None]
         return acted(quantity, covariate, lambda x: level * (np.searchsorted(edges[1:-1], x) == bin), s)
 
-    return Effect(of.stage, of.channel, seen(of.channel), params, act, "learnt")
+    return Effect(of.stage, params, act, "learnt", of.channel, seen(of.channel))

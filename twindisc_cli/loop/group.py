@@ -193,7 +193,7 @@ def scaled(law: Law) -> Effect:
         "size", "1", off=0.0, start=1.0, lower=-5.0, upper=5.0, meaning="size of the change, to the learnt one"
     )
     channel = law.of.channel
-    return Effect(law.stage, channel, seen(channel), (size,), partial(_scaled, law), "learnt")
+    return Effect(law.stage, (size,), partial(_scaled, law), "learnt", channel, seen(channel))
 
 
 def _scaled(law: Law, state: State, *, size: Floats) -> State:

@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Mapping
 from textwrap import fill
 
-from twindisc_cli.effects._effect import Param
+from twindisc_cli.effects._effect import FIRST_SEEN, Param
 from twindisc_cli.laws.law import Law, formula_text
 from twindisc_cli.laws.shapes import SHAPES
 from twindisc_cli.laws.trial import formula
@@ -16,19 +16,11 @@ from twindisc_cli.report.words import channel_name, sentence
 from twindisc_cli.version import __version__
 
 WIDTH = 116
-SEEN: Mapping[str, tuple[str, ...]] = {
-    "heat": ("temperature",),
-    "surface": ("profile",),
-    "wear": ("traction", "profile", "temperature"),
-}
-"""Channels that an effect of a stage may change, where these are not all three; a sensor's is its own."""
-EVERY = ("traction", "profile", "temperature")
 TIMED = ("time", "cycles", "energy", "sliding_distance", "time_in_step", "greatest_creepage", "direction")
 
 
 def effect_file(name: str, law: Law, test: Experiment) -> str:
     """The text of an effect file that does what a law of a test does."""
-    seen = (law.of.channel,) if law.stage == "sensor" else SEEN.get(law.stage, EVERY)
     params, fixed = _params(law)
     source = f"learnt by twindisc close-loop {__version__} on the test {test.name} ({test.measured.provenance} data)"
     needs = [("temperature", law.covariate == "temperature"), ("time", law.covariate in TIMED)]
@@ -38,7 +30,7 @@ def effect_file(name: str, law: Law, test: Experiment) -> str:
             "from __future__ import annotations\n",
             *(["from typing import Any\n"] if law.shape else []),
             "import numpy as np\n",
-            "from twindisc_cli.effects._effect import Effect, Param, seen",
+            "from twindisc_cli.effects._effect import Effect, Param",
             "from twindisc_cli.effects._state import Floats, State\n",
             *(f"{key.upper()} = {value!r}" for key, value in fixed.items()),
             "\n",
@@ -47,8 +39,7 @@ def effect_file(name: str, law: Law, test: Experiment) -> str:
             *(_function(part) + "\n\n" for part in _parts(law)),
             "EFFECT = Effect(",
             f'    stage="{law.stage}",',
-            f'    channel="{law.of.channel}",',
-            f"    seen_in=seen({', '.join(repr(c).replace(chr(39), chr(34)) for c in seen)}),",
+            *([f'    channel="{law.of.channel}",'] if law.of.channel != FIRST_SEEN.get(law.stage) else []),
             "    params=(",
             *(_param(p) for p in params),
             "    ),",
@@ -65,7 +56,7 @@ def _params(law: Law) -> tuple[list[Param], dict[str, object]]:
     """The parameters of the effect, and what it holds fixed: origins and ends of a formula, the places of a curve."""
     if law.shape is None:
         meaning = "the learnt change, 1 as it was learnt"
-        return [Param("strength", "1", 0.0, 1.0, 0.0, 3.0, meaning)], {"at": law.at, "value": law.value}
+        return [Param("strength", "1", 1.0, 0.0, 3.0, meaning, off=0.0)], {"at": law.at, "value": law.value}
     along = [law.parameters[law.over.key(name)] for name in SHAPES[law.shape].along]
     span = law.valid or (0.0, 2.0 * max(map(abs, along), default=1.0))
     trial = formula(
