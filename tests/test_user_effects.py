@@ -172,7 +172,7 @@ def failed(name: str, text: str, folder: Path, part: str) -> list[str]:
         ("declared", "Journal 1 (2000) 1-10", "a paper", "the source has a year, a volume or a section"),
         ("declared", 'start=0.2, lower=-0.9', 'start=0.0, lower=-0.9', "growth: start lies in the bounds and is not"),
         ("declared", "growth: Floats, energy_kJ", "energy_kJ: Floats, growth", "apply takes each parameter as a"),
-        ("acting", 'over="energy"', 'seen_in=frozenset({"profile"})', "on, it changes the channels of seen_in and no others"),
+        ("acting", 'over="energy"', 'seen_in=frozenset({"profile"})', "on, it changes the channels of seen_in and no"),
         ("acting", "1e3 * energy_kJ", "3e3 + 0.0 * energy_kJ", "energy_kJ does something"),
         ("sound", "growth * -np.expm1", "growth / (growth - 2.0) * -np.expm1", "finite anywhere in its bounds"),
     ],

@@ -18,7 +18,7 @@ from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, Mea
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.traction_law import traction_law
 
-_FULL = 1.0 - 1e-13
+_FULL = 1.0 - 1e-13  # full slip is reached asymptotically: where rounding ends
 _MOMENT = 1e-9  # s; long enough for a traction, too short to wear or to warm
 _SMALLEST, _LARGEST = 1e-9, 2.0
 

@@ -23,7 +23,7 @@ from twindisc_cli.model.experiment import Floats, Ints
 
 SATURATED, PARTIAL_SLIP, ABOVE_LIMIT = "saturated", "partial_slip", "above_elastic_limit"
 NO_CREEPAGE = "no_creepage"
-LIGHT_LINE = 0.98
+LIGHT_LINE = 0.98  # of saturation: from there T/N itself is mu within 2 %
 CONFIDENCE = 0.90
 """What every interval that is printed holds: the level of every command."""
 _LOWEST, HIGHEST = 1e-9, 1e4

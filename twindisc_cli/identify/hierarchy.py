@@ -26,8 +26,8 @@ from twindisc_cli.model.experiment import Floats, Ints
 
 OUTLYING = 0.05
 """A test is an outlier where the others let one of them lie that far out with this probability at most."""
-FEWEST_FOR_OUTLIERS = 4
-_ITERATIONS = 500
+FEWEST_FOR_OUTLIERS = 4  # with three members the odd one cannot be told from the other two
+_ITERATIONS = 500  # of the variance, at the most
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,8 @@ import numpy as np
 from twindisc_cli.model.experiment import Floats
 
 _GRID = np.geomspace(1.0 / 64.0, 64.0, 49)
-_STEPS = 12
-_DIFFERENCE = 1e-4
+_STEPS = 12  # of Gauss and Newton; it ends earlier where nothing changes
+_DIFFERENCE = 1e-4  # of a logarithm, for the derivative
 
 NINETY = 1.645
 """Half a 90 % interval in standard deviations."""

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from twindisc_cli.model.experiment import Floats, ProfileSamples
 
-WIDTH_LEVEL = 0.05
-SMOOTHED_OVER = 40
+WIDTH_LEVEL = 0.05  # of the depth: below it a track's edge is roughness
+SMOOTHED_OVER = 40  # parts of a profile: a mean over one keeps a track of 20 of them
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-TOLERANCE = 1.0
-_WIDENINGS = 12
-_HALVINGS = 60
+TOLERANCE = 1.0  # in the tolerance of depth that the caller gives
+_WIDENINGS = 12  # by a factor of ten each: no K is further off
+_HALVINGS = 60  # all digits of a double
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.experiment import Floats
 
-SIZES = (1.0, 0.25)
+SIZES = (1.0, 0.25)  # of the typical size: a response may be steep or saturated
 
 
 @dataclass(frozen=True)

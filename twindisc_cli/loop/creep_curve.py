@@ -28,11 +28,11 @@ from twindisc_cli.model.experiment import Floats
 
 ERRORS = np.concatenate([[0.0], np.geomspace(1e-5, 0.03, 30)])
 """Standard deviations of the creepage that are tried [1]."""
-KNEES = (2.0, 6.0)
-FREEDOM = 4.0
-STEPS = 12
-PASSES = 4
-FEWEST = 12
+KNEES = (2.0, 6.0)  # powers of the bend: a soft and a sharp knee
+FREEDOM = 4.0  # degrees of freedom of Student's t, as Lange et al. recommend
+STEPS = 12  # of the reweighting, at the most
+PASSES = 4  # of trend and sizes in turn
+FEWEST = 12  # samples: three for each column of the trend
 
 
 @dataclass(frozen=True)

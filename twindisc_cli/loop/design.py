@@ -30,10 +30,10 @@ from twindisc_cli.model.experiment import (
 )
 from twindisc_cli.model.forward import ForwardModel
 
-SAMPLES = 4
-SLIGHTLY = 0.01
-CLEAR = 5.0
-HARDLY = 1.0
+SAMPLES = 4  # a stop: noise falls by two, as with a short hold
+SLIGHTLY = 0.01  # relative step of a derivative that is drawn, not fitted
+CLEAR = 5.0  # standard deviations: separated beyond doubt
+HARDLY = 1.0  # standard deviation: not separated
 
 
 def next_experiment(alive: Sequence[tuple[Fit, float]], names: Sequence[str]) -> NextExperiment:

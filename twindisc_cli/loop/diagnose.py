@@ -44,10 +44,10 @@ from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.loop.validate import PredictedTest, at_its_own_level, predict_test, rms
 from twindisc_cli.model.experiment import Experiment, Floats
 
-PLACES = 60
+PLACES = 60  # on the axis of a curve that is drawn
 DIFFERENCE = "the answer was found without the samples held out"
 """How the note begins that a choice on all samples would be another."""
-DRAWS = 400
+DRAWS = 400  # of a band that is drawn
 
 
 def diagnose(

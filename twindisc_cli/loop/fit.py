@@ -23,10 +23,10 @@ from twindisc_cli.loop.problem import Case, Parameter, Problem
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Floats
 
-STEP = 1e-4
-MOST_STEPS = 40
-TYPICAL = 3.0
-FREE = 4.0
+STEP = 1e-4  # of the derivatives; inner parameters are of order one
+MOST_STEPS = 40  # of the trust region, at the most
+TYPICAL = 3.0  # typical sizes: the width of the prior of a size
+FREE = 4.0  # fall of chi2 of two standard deviations, which a bound must cost to be held there
 EDGE = 1e-3
 """Nearer to a bound than this share of the range a parameter is at it."""
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from twindisc_cli.model.experiment import Floats, History, Ints
 
-SMOOTH = 5
-WAVES = 24
-RIPPLES = 12
+SMOOTH = 5  # cubic splines with so few knots follow trends, not noise
+WAVES = 24  # sines across the track, down to a twelfth of its width
+RIPPLES = 12  # cosines of one step
 
 
 def smooth(covariate: Floats, degree: int) -> Floats:

@@ -46,7 +46,7 @@ SINGLE = 0.05
 """One set of parameters for all tests is refused below this probability."""
 FOLDS = 4
 """A group is left out in so many parts, one after the other."""
-LEAST_FACTOR = -0.95
+LEAST_FACTOR = -0.95  # a factor stays positive
 _SHARES = np.linspace(0.0, 1.0, 401)
 
 

@@ -28,8 +28,8 @@ from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.term_intervals import INTERVAL, widening
 from twindisc_cli.model.experiment import Floats
 
-LEVELS = (0.05, 0.95)
-TINY = 1e-300
+LEVELS = (0.05, 0.95)  # the interval of 90 %
+TINY = 1e-300  # keeps a logarithm finite
 NORMAL = np.asarray(ndtri((np.arange(401) + 0.5) / 401))
 
 

@@ -29,16 +29,16 @@ from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import Prediction
 
-MOST_BINS = 28
-TIME_BINS = 60
-ACROSS_BINS = 40
-KNOTS = 20
-ACROSS_KNOTS = 27
+MOST_BINS = 28  # of a covariate, more than a curve has knots
+TIME_BINS = 60  # steps in time are sharper than any other change
+ACROSS_BINS = 40  # across the track: narrower than a shoulder
+KNOTS = 20  # of a curve, at the most
+ACROSS_KNOTS = 27  # of a curve across the track, both sides of it
 LEVELS = np.array([0.1, 0.3, 1.0, 3.0])
 LENGTHS = np.array([0.08, 0.15, 0.3, 0.6, 1.2])
 UNTIMED = ("creepage", "y_over_edge", "load", "pressure", "rolling_speed", "order")
 """Covariates that samples recorded without time can show."""
-NOTHING = 1e-12
+NOTHING = 1e-12  # rounding, relative to the longest response
 
 
 @dataclass(frozen=True)

@@ -28,15 +28,15 @@ from twindisc_cli.model.experiment import Floats, Ints
 Mask = NDArray[np.bool_]
 
 CORRELATIONS = np.concatenate([[0.0], np.linspace(0.05, 0.9, 18), [0.93, 0.96]])
-FEWEST_FREE = 8
-ASSUMED_SHARE = 0.01
-STILL = 1e-4
-NEAR = 2.0
-LONGER = 2.5
-LONGEST_OUTLIER = 3
-FAR = 5.0
-PASSES = 3
-MOST_STRAYS = 0.05
+FEWEST_FREE = 8  # samples beyond the trends, without which a variance is not estimated
+ASSUMED_SHARE = 0.01  # of the typical size, where samples are too few or without scatter
+STILL = 1e-4  # of the typical size: a record with less scatter is computed, not measured
+NEAR = 2.0  # nats of likelihood that a longer memory may be behind the best
+LONGER = 2.5  # standard errors of a correlation
+LONGEST_OUTLIER = 3  # samples in a row: a longer run is a change, not an outlier
+FAR = 5.0  # standard deviations: one in two million of normal noise
+PASSES = 3  # of outliers and trend in turn
+MOST_STRAYS = 0.05  # of the samples: more are no outliers
 GROWS = 8.0
 """Gain in log likelihood [nats] from which a noise is taken to grow: one record of even noise in 16,000 shows it."""
 GROWTHS = np.linspace(-3.0, 3.0, 61)

@@ -20,7 +20,7 @@ from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.experiment import Floats, Ints
 
-SEED = 20061139
+SEED = 20061139  # the same draws in every run
 
 
 def blocks(fitted: Fit) -> Ints:

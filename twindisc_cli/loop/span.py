@@ -6,7 +6,7 @@ import numpy as np
 
 from twindisc_cli.model.experiment import Floats
 
-NOTHING = 1e-9
+NOTHING = 1e-9  # length of a unit column that others leave over by rounding
 
 
 def span_of(columns: Floats) -> Floats:

@@ -25,7 +25,7 @@ from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.experiment import Floats, History, Ints
 
-FEWEST_STEPS = 3
+FEWEST_STEPS = 3  # two steps have no scatter beyond a difference
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from twindisc_cli.model.experiment import History, MassSamples, Rig, Temperature
 
 CREEPAGE_TOLERANCE = (0.25, 2e-4)
 """How far a creepage may lie from its step's: relative, of a step without creepage to the smallest; plus absolute."""
-LARGEST_RATIO = 3.0
+LARGEST_RATIO = 3.0  # no dry contact transmits thrice its load: the units are wrong
 HEAVIEST = 0.1
 """A mass loss [kg] that no test discs survive."""
 SLIP = ("slide-roll ratio", "slide roll ratio", "srr", "slip", "slip ratio")

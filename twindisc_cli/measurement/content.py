@@ -9,7 +9,7 @@ from twindisc_cli.errors import MeasurementError, Problem, did_you_mean
 from twindisc_cli.reading import read_regular
 
 _GZIP = b"\x1f\x8b"
-_LARGEST = 1 << 31
+_LARGEST = 1 << 31  # 2 GiB unpacked: what a packed file may grow to
 
 
 @dataclass(frozen=True)

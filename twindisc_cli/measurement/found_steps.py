@@ -16,18 +16,18 @@ import numpy as np
 from twindisc_cli.measurement.sheet import Bools, Floats, Ints
 from twindisc_cli.model.experiment import History, Rig
 
-MOST_AVERAGES = 4000
+MOST_AVERAGES = 4000  # places at which a change of step is looked for
 GAP = 5.0
 """A gap in time of so many intervals is a pause."""
 _RELATIVE, _SCATTERS = 0.12, 3.0
 _SAME = 0.02
 """Share by which the load or the speed of a step must differ from the rig's to be its own."""
-_SHORT = 0.05
-_WAIT = 0.2
-_ITERATIONS = 100
-_LEVEL = 1.3
-_NOTHING = 2e-3
-_REVOLUTIONS = 10.0
+_SHORT = 0.05  # of the usual length: a ramp between two steps
+_WAIT = 0.2  # of the first step: a longer rest before it is a pause
+_ITERATIONS = 100  # in the history that is found: a hundredth of the wear in each
+_LEVEL = 1.3  # creepages within 30 % are of one nominal value
+_NOTHING = 2e-3  # of the largest creepage: pure rolling
+_REVOLUTIONS = 10.0  # of an iteration of a curve without times
 
 
 @dataclass(frozen=True)

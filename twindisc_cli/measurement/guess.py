@@ -95,12 +95,12 @@ _OTHER_PLACES = re.compile(
     re.IGNORECASE,
 )
 """Temperatures with such a word are not the disc's."""
-_FEWEST = 2
-_CARRYING = 0.1
-_RADIUS = 0.0235
+_FEWEST = 2  # a column alone is no table
+_CARRYING = 0.1  # of the largest load: below it the discs are apart
+_RADIUS = 0.0235  # [m] of the paper's discs, named as a guess
 
 
-_SAMPLE = 60
+_SAMPLE = 60  # rows that show what a column is
 _WEIGHED = ("mass loss", "mass 1", "mass 2")
 _WHEN = ("iteration", "cycles", "revolutions", "time", "distance")
 

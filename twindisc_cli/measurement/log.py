@@ -36,17 +36,17 @@ CLOCK = (
 """The columns that tell when a row was written."""
 UNLOADED = 0.1
 """Share of the least nominal load below which the discs are not pressed together."""
-LARGEST_RATIO = 3.0
-LARGEST_CREEPAGE = 2.001
-_STANDING = 0.02
-_FEWEST_ANEW = 5
-_FEWEST_STUCK = 4
-_CHANGING = 0.8
-_SPREADS = 12.0
+LARGEST_RATIO = 3.0  # no dry contact transmits thrice its load: the units are wrong
+LARGEST_CREEPAGE = 2.001  # 2 where one disc stands still, and its rounding
+_STANDING = 0.02  # of the rolling speed: a motor at rest still counts pulses
+_FEWEST_ANEW = 5  # rows after which a clock may begin again
+_FEWEST_STUCK = 4  # equal readings in a row: fewer happen by chance
+_CHANGING = 0.8  # of the rows: a signal of coarse steps repeats itself without being stuck
+_SPREADS = 12.0  # standard deviations of an outlier: far beyond those of a motor that starts
 SMALLEST_RATIO = 0.003
 """A T/N below which a unit is more likely wrong than a contact that slippery."""
-_MOST_OUTLIERS = 0.01
-_MOST_DEAD = 0.2
+_MOST_OUTLIERS = 0.01  # of the rows: more are a state of the rig
+_MOST_DEAD = 0.2  # of the rows: more are a signal that was never there
 _TOLD = {"torque": (1e3, "mN m"), "traction force": (1.0, "N"), "traction ratio": (1.0, "")}
 
 

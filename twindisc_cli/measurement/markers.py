@@ -19,12 +19,12 @@ _NINES = frozenset(
 """Nines, eights and integers that overflowed; with either sign."""
 _OPEN = frozenset((850.0, 1200.0, 1370.0, 1371.0, 1372.0, 1372.4, 1768.0, 1820.0, 2320.0))
 """Temperatures [degC] where the tables of sensors end: an open thermocouple or resistor."""
-_LARGEST = 1e29
-_APART = 0.01
-_FAR = 10.0
-_MOST = 0.1
-_PASSES = 8
-_FEWEST = 5
+_LARGEST = 1e29  # floats of four bytes end at 3e38; 1e30 is LabVIEW's marker
+_APART = 0.01  # of the scale: a marker stands clear of the values
+_FAR = 10.0  # times the scale: no reading jumps so far and back
+_MOST = 0.1  # of the rows: more are a state
+_PASSES = 8  # markers of one column, at the most
+_FEWEST = 5  # rows that are left to tell the scale from
 
 
 def found(values: Floats, quantity: str) -> Iterator[tuple[float, Bools]]:

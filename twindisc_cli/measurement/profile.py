@@ -34,14 +34,14 @@ NO_DEPTH = 0.1
 """A height of this share of the smaller rolling radius is none that wear made."""
 CHORD_MARGIN = 1.5
 """How far the chord of a depth may exceed the profile: heights of a profile that is not quite level reach so far."""
-_FEWEST = 8
-_OUTER = 0.85
-_MARGIN = 0.15
-_FEWEST_IN_FLANK = 5
-_SPREADS = 4.0
-_PASSES = 4
-_WIDER = 3.0
-_CLEAR = 3.0
+_FEWEST = 8  # points on a track: a parabola and its scatter
+_OUTER = 0.85  # of the half width: beyond it discs are not worn
+_MARGIN = 0.15  # of the worn zone on either side, for its rounded shoulders
+_FEWEST_IN_FLANK = 5  # points of a straight line with a scatter
+_SPREADS = 4.0  # standard deviations by which a track is deeper than its flanks
+_PASSES = 4  # of zone and level in turn
+_WIDER = 3.0  # times the zone that is seen above the noise, at the most
+_CLEAR = 3.0  # standard errors of the place of a track
 _STILL_CROWNED = 0.5
 """Share of the discs' curvature that the profile of a new disc departs from its nominal shape by at most."""
 

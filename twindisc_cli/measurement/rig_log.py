@@ -43,11 +43,11 @@ from twindisc_cli.model.experiment import History, Rig, TemperatureSamples, Torq
 Bools = NDArray[np.bool_]
 ZeroSetting = Literal["unloaded", "as recorded"] | float | None
 
-_PER_ITERATION = 20
-_LONGEST = 1.05
-_SHORTEST = 0.5
-_WRONG_LOAD = 0.2
-_WRONG_SPEED = 0.1
+_PER_ITERATION = 20  # means an iteration: the change within one is seen, noise is halved
+_LONGEST = 1.05  # of the planned time: rigs stop late, not by more
+_SHORTEST = 0.5  # of the planned time: a shorter log is of another test
+_WRONG_LOAD = 0.2  # of the planned load: another load, not its control
+_WRONG_SPEED = 0.1  # of the planned speed: another speed, not its control
 _CHANGING, _OTHER = REASONS.index("at a change of step"), REASONS.index("at the creepage of no step")
 
 

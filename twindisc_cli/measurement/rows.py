@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-_MOST_LINES = 44
+_MOST_LINES = 44  # of remarks: a screen
 
 
 @dataclass(frozen=True)

@@ -26,16 +26,16 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 Integers = NDArray[np.integer[Any]]
 
-_BLOCK = 1 << 23
-_HEAD = 1 << 16
+_BLOCK = 1 << 23  # 8 MiB: parsed at a time, so that memory stays bounded
+_HEAD = 1 << 16  # 64 KiB, in which a table has begun
 _MARK = b"\xef\xbb\xbf"
-_MOST_PREAMBLE = 500
-UNCLOSED = -1
+_MOST_PREAMBLE = 500  # lines before a header
+UNCLOSED = -1  # a count that no row has
 BLANKS = " "
 """The delimiter of columns that stand below each other: any number of blanks."""
 _REMARK = ("#", "//")
-_MOST_UNREAD = 50
-_FEWEST_LIKE = 5
+_MOST_UNREAD = 50  # lines after the table, which are shown
+_FEWEST_LIKE = 5  # rows that show how long a row is
 
 
 @dataclass(frozen=True)

@@ -32,9 +32,9 @@ from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import UNCLOSED, Bools, Floats, Integers, Ints, Rows, Sheet, open_sheet
 from twindisc_cli.measurement.units import COUNT
 
-_SHOWN = 3
+_SHOWN = 3  # rows named one by one
 _GAP = re.compile(r"[-*#\s]*|[-+]?(?:nan|inf|infinity|na|n/a|#n/a|null|none|ovl|ol)", re.IGNORECASE)
-_MOST_GAPS = 0.5
+_MOST_GAPS = 0.5  # of a column: more is no column of this table
 NO_NUMBER, SUMMARY, CUT = "no number", "summary at the end", "cut off at the end"
 AGAIN, HEAD = "header again", "head of a block"
 _SAME = 1e-3

@@ -19,9 +19,9 @@ from twindisc_cli.measurement.sheet import Floats
 
 UNLOADED = 0.02
 """Share of the nominal load below which a row carries none: the torque of a load being put on is no zero."""
-FEWEST = 5
-_STRETCHES = 20
-_ALIKE = 1.05
+FEWEST = 5  # rows: a level and its scatter
+_STRETCHES = 20  # means whose scatter tells what a level is worth
+_ALIKE = 1.05  # creepages within 5 % are the same both ways
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from twindisc_cli.measurement.content import Content, unpacked
 from twindisc_cli.measurement.header import Named
 from twindisc_cli.measurement.readers import parts_of
 
-_HEAD = 6000
-_HEAD_ROWS = 60
+_HEAD = 6000  # bytes in which a vendor names itself
+_HEAD_ROWS = 60  # rows in which a vendor names itself
 
 
 @dataclass(frozen=True)

@@ -50,7 +50,7 @@ from twindisc_cli.model.wear_path.carried import PIECE
 from twindisc_cli.physics import combined, disc_heat, line_contact, polach, spin
 from twindisc_cli.physics.flash import flash_temperature
 
-MOST_PASSES = 40
+MOST_PASSES = 40  # of energy and temperature in turn, at the most
 SPIN_ARM_OF_A_LINE = 0.5
 """On each strip of a line spin acts on T like a lateral creepage of phi a / 2: in full sliding T = mu N (1 - phi^2
 <x^2> / 2 v^2), with <x^2> = a^2 / 4 under the pressure. To the creepage along rolling it adds - phi y."""

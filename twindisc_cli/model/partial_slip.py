@@ -27,7 +27,7 @@ import numpy as np
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.physics.half_space import NoConvergenceError
 
-REACH = 0.4
+REACH = 0.4  # fitted to half_space.rolling, see above
 LEAST = 1e-3
 """Normalised creepage that any smaller one is taken for."""
 

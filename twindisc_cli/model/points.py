@@ -18,7 +18,7 @@ from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, Tra
 
 Mask = NDArray[np.bool_]
 
-FEWEST_PARTS = 4
+FEWEST_PARTS = 4  # operating points of an iteration without samples
 MOST_PARTS = 4096
 """Parts of the whole history that samples may cut: a sample is at most two of them from its points, so that the line
 between these errs by (2 T / (4096 tau))^2 / 8 of what relaxes with a time constant tau; 3e-5 for tau = T/60."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from twindisc_cli.physics._arrays import Floats
 
-_HALF_TURNED = 12.0
+_HALF_TURNED = 12.0  # cube of xi at which the direction is half that of the slip
 
 
 def direction(along: Floats, across: Floats, creepage: Floats, sideways: Floats) -> tuple[Floats, Floats]:

@@ -29,7 +29,7 @@ from scipy.special import exprel
 
 from twindisc_cli.physics._arrays import Floats, arrays
 
-_NO_LOSS = 1e-12
+_NO_LOSS = 1e-12  # [W/K] in the place of zero: a disc without losses warms on
 _SLOWEST = 1e-30
 """A rate [1/s] at which nothing changes."""
 

@@ -29,7 +29,7 @@ from twindisc_cli.physics.kalker import POISSON_RANGE, RATIO_RANGE, require, req
 
 Floats = NDArray[np.float64]
 
-_STEP = 0.1
+_STEP = 0.1  # of the normalised creepage
 KNOTS = _STEP * np.arange(36)  # normalised creepages of the table
 _INTERVALS = KNOTS.size - 1
 _NEWTON_STEPS = 8  # inside one interval of the table, from its middle

@@ -43,7 +43,7 @@ RATIOS, WAYS = np.log(np.geomspace(0.05, 20.0, 10)), np.linspace(-4.0, 4.0, 19)
 _ENDS = 8.0
 """ln of the limits' ratio at which one of them holds alone."""
 _WAYS_AND_ENDS = np.concatenate([[-_ENDS], WAYS, [_ENDS]])
-_FAST_MEAN_OF_A_LINE = 1.5084944665
+_FAST_MEAN_OF_A_LINE = 1.5084944665  # mean over a fast line source with Hertz's pressure, by quadrature
 _SLOW_LINE_MAXIMUM, _SLOW_LINE_MEAN = 0.5, -0.1401861528
 _STANDING = 1e-12
 """A surface speed [m/s] at which the slow limit holds."""

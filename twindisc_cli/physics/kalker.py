@@ -36,7 +36,7 @@ Floats = NDArray[np.float64]
 
 RATIO_RANGE = (0.05, 20.0)
 """Ratios a/b of the tables; those below follow by the limit of the line contact."""
-POISSON_RANGE = (0.0, 0.5)
+POISSON_RANGE = (0.0, 0.5)  # of isotropic solids that do not widen when pulled
 
 
 @dataclass(frozen=True)

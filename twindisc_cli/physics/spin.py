@@ -34,7 +34,7 @@ from numpy.typing import ArrayLike, NDArray
 from twindisc_cli.physics._arrays import Floats, arrays, together
 from twindisc_cli.physics.kalker import POISSON_RANGE, require, require_ratio
 
-RATIO_RANGE = (0.05, 5.0)
+RATIO_RANGE = (0.05, 5.0)  # of semi-axes in the table
 POISSON = (0.0, 0.3, 0.5)
 """Poisson's ratios of the table: the middle one is in full, the others as differences from it."""
 _HALF_WAY = 2.5  # drive at rho = 1/2

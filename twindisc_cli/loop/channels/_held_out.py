@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from twindisc_cli.model.experiment import Experiment, Floats, Ints
 
-BANDS = 40
-EVERY = 5
+BANDS = 40  # narrow beside a track, wide beside the roughness
+EVERY = 5  # a fifth of the bands is held out
 
 
 def held_out_bands(y: Floats) -> NDArray[np.bool_]:

@@ -17,8 +17,8 @@ from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.surface import recorded_sections
 from twindisc_cli.quantities import Quantity
 
-NEIGHBOURS = 9
-SPIKE = 6.0
+NEIGHBOURS = 9  # points of a running median: longer than a spike, shorter than a waviness
+SPIKE = 6.0  # standard deviations: one in 5e8 of normal noise
 
 
 def recorded_stops(test: Experiment) -> set[tuple[int, int]]:

@@ -29,7 +29,7 @@ from twindisc_cli.model.wear_path.path import CROWNED, Scaled, WearPath, paths_o
 
 PIECE = 0.03
 """Relative change of the load that is none."""
-MOST_LEVELS = 16
+MOST_LEVELS = 16  # loads of one history that are told apart
 BEYOND = 1.2
 """How far beyond the history's last section a path goes on under its last load."""
 GROWTH = 0.09

@@ -44,10 +44,10 @@ SlipLaw = Callable[[Floats], Floats]
 """What the size of the local slip over the rolling speed (y, x) decides."""
 
 _COARSEST = 10  # elements along the shorter side of the first grid
-_MOST_STEPS = 60
+_MOST_STEPS = 60  # of Newton's active set, at the most
 _KRYLOV = 40  # largest subspace of an inner solve
 _INNER = 0.1  # its relative accuracy
-_COARSE_TOLERANCE = 1e-3
+_COARSE_TOLERANCE = 1e-3  # of a start, which the fine grid sets right
 _MATCHED = 5e-3  # tolerance times the root of the number of elements: the grid's error of T/(mu N) is near 0.25 over it
 _OF_A_LAW = 1e-5  # tolerance where mu falls with slip, for the bound is put in again from the slip found
 _PRACTICALLY_SLIPPING = 0.98  # of the bound, on a guess from a coarser grid

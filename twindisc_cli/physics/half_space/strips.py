@@ -52,19 +52,19 @@ from twindisc_cli.physics.half_space.influence import StripFunctions, strip_func
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-FEWEST_STRIPS = 8
-_MOST_ITERATIONS = 80
+FEWEST_STRIPS = 8  # of a track
+_MOST_ITERATIONS = 80  # of pressure and strips in contact, at the most
 # Winkler stiffness of the first guess over E*: the value that makes it exact for a Hertz ellipse with a/b near 0.6.
-_FIRST_STIFFNESS = 1.45
+_FIRST_STIFFNESS = 1.45  # line load over E* and approach of a strip: between a disc and a line
 # Load of a strip that has just entered, over the largest.
-_ENTRY_LOAD = 1e-3
+_ENTRY_LOAD = 1e-3  # of the largest: a strip that comes into contact begins with so little
 # What a strip that has entered or left may yet change in the load, over the largest.
-_ENTRY_CHANGE = 1e-2
+_ENTRY_CHANGE = 1e-2  # so that no step ends in which strips came or went
 # A strip right at the edge may pull once loaded and overlap once unloaded. After leaving n times it enters again at
 # this overlap times 4^n, over the largest deflection.
-_REENTRY_OVERLAP = 5e-5
+_REENTRY_OVERLAP = 5e-5  # forgiven to a strip that left, times four each time it does: it ends coming and going
 # Strips squared times cases that are solved together: keeps the matrices in the processor's cache.
-_CHUNK = 40_000
+_CHUNK = 40_000  # elements of an influence matrix at a time: they stay in the processor's cache
 
 
 @dataclass(frozen=True)
