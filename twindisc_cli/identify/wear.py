@@ -15,7 +15,7 @@ from twindisc_cli.identify.least_squares import Fit, fit_positive
 from twindisc_cli.identify.track import Track, last_profile, worn_track
 from twindisc_cli.identify.wear_coefficient import TOLERANCE, Bisection, bisect_depth
 from twindisc_cli.model.base import BaseParameters
-from twindisc_cli.model.experiment import Floats
+from twindisc_cli.model.experiment import Experiment, Floats, Ints, ProfileSamples
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.physics.archard import allowed_coefficient
 
@@ -57,14 +57,8 @@ class WearFit:
 def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
     """Fit K to the measured profiles with mu (step,) in the contact."""
     test = model.experiment
-    profile = test.measured.profile
-    if profile is None:
-        raise MeasurementError("no profile was measured; name its file under [measured]")
-    last = last_profile(profile)
+    profile, last, measured, section = _measured_track(test)
     y, height = profile.y[last], profile.height[last]
-    measured, section = worn_track(y, height, smooth=True), -float(np.trapezoid(height, y))
-    if not (measured.depth > 0.0 and section > 0.0):
-        raise MeasurementError("nothing is worn off in the last measured profile: no height in it is below the rest")
 
     def heights(k: Floats) -> Floats:
         base = BaseParameters.declared(test, np.broadcast_to(mu, (len(k), len(mu))))
@@ -105,6 +99,19 @@ def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
         energy=energy,
         sliding=sliding,
     )
+
+
+def _measured_track(test: Experiment) -> tuple[ProfileSamples, Ints, Track, float]:
+    """The profiles, which samples are those of the last, its track and its section [m2]."""
+    profile = test.measured.profile
+    if profile is None:
+        raise MeasurementError("no profile was measured; name its file under [measured]")
+    last = last_profile(profile)
+    y, height = profile.y[last], profile.height[last]
+    track, section = worn_track(y, height, smooth=True), -float(np.trapezoid(height, y))
+    if not (track.depth > 0.0 and section > 0.0):
+        raise MeasurementError("nothing is worn off in the last measured profile: no height in it is below the rest")
+    return profile, last, track, section
 
 
 def _spent(model: ForwardModel, mu: Floats, iterations: int, disc: int) -> tuple[float, float, float]:

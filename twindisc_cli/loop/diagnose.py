@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from time import monotonic
 
@@ -35,6 +35,7 @@ from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.holdout import steps_withheld
 from twindisc_cli.loop.intervals import base_parameters
 from twindisc_cli.loop.judge import Kind
+from twindisc_cli.loop.problem import Case
 from twindisc_cli.loop.screen import Residual, unexplained_residual
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.step_scatter import step_scatter
@@ -86,13 +87,7 @@ def diagnose(
         curves=_curves(outcome),
         p_values={channel: rest.p_value for channel, rest in before.items()},
         held_out_steps={test.name: steps_withheld(test) for test in tests},
-        notes=[
-            *_differences(outcome),
-            *_unfixed(effects),
-            *_equal_covariates(weights),
-            *(note for test in [*predict, *([validate] if validate else [])] for note in _warned(outcome, laws, test)),
-            *_notes(outcome),
-        ],
+        notes=_notes(outcome, effects, laws, weights, [*predict, *([validate] if validate else [])]),
         next_experiment=_next(outcome, weights, left),
         validation=validation,
         step_scatter=scattered,
@@ -393,40 +388,18 @@ def _equal_covariates(weights: Mapping[str, Weighed]) -> list[str]:
     return notes
 
 
-def _notes(outcome: Outcome) -> list[str]:
-    """What the reader must know to weigh the verdict."""
-    cases, notes = outcome.problem.cases, []
-    for case in cases:
-        name = case.test.name
-        for channel, noise in case.noise.items():
-            if not noise.estimated:
-                notes.append(
-                    f"{name}: the {channel} has no scatter to estimate its noise from; one percent of its size is "
-                    f"assumed, and every significance in that channel rests on this"
-                )
-        if case.test.effects:
-            notes.append(
-                f"{name}: {' and '.join(case.test.effects)} declared: the parameters stay as given; taken out of the "
-                f"definition, an effect is looked for and fitted"
-            )
-        showing = {effect.channel for effect in catalogue().values()}
-        missing = [c for c in channels() if c in showing and c not in measured_channels(case.test)]
-        if missing:
-            notes.append(f"{name}: {' and '.join(missing)} not measured; effects seen only there stay unseen")
-        if len(recorded_stops(case.test)) == 1:
-            notes.append(
-                f"{name}: a single profile cannot show a wear coefficient that changed over the history; "
-                f"profiles at several stops would"
-            )
-        if len(np.unique(case.test.history.step_creepage)) < 3:
-            notes.append(
-                f"{name}: fewer than three creepages; what depends on creepage cannot be separated from the rest"
-            )
-        if case.test.thermal is not None and not np.isfinite(case.held["convection_W_K"]):
-            notes.append(
-                f"{name}: the convection is neither given nor identified, so that the temperature is not known; "
-                f"effects and laws of the temperature are left out"
-            )
+def _notes(
+    outcome: Outcome,
+    effects: Sequence[FoundEffect],
+    laws: Sequence[FoundLaw],
+    weights: Mapping[str, Weighed],
+    others: Sequence[Experiment],
+) -> list[str]:
+    """What the reader must know to weigh the verdict; others: tests that are predicted."""
+    cases = outcome.problem.cases
+    notes = [*_differences(outcome), *_unfixed(effects), *_equal_covariates(weights)]
+    notes += [note for test in others for note in _warned(outcome, laws, test)]
+    notes += [f"{case.test.name}: {note}" for case in cases for note in _notes_on(case)]
     stops = max((len(recorded_stops(case.test)) for case in cases), default=0)
     for name in outcome.answer.terms:
         effect = outcome.answer.effect(name)
@@ -440,6 +413,38 @@ def _notes(outcome: Outcome) -> list[str]:
             "the tests are of different rigs or materials; K, effects and laws are shared between them all the same"
         )
     return notes
+
+
+def _notes_on(case: Case) -> Iterator[str]:
+    """What one test does not say, or what is assumed of it."""
+    test = case.test
+    for channel, noise in case.noise.items():
+        if not noise.estimated:
+            yield (
+                f"the {channel} has no scatter to estimate its noise from; one percent of its size is "
+                f"assumed, and every significance in that channel rests on this"
+            )
+    if test.effects:
+        yield (
+            f"{' and '.join(test.effects)} declared: the parameters stay as given; taken out of the "
+            f"definition, an effect is looked for and fitted"
+        )
+    showing = {effect.channel for effect in catalogue().values()}
+    missing = [c for c in channels() if c in showing and c not in measured_channels(test)]
+    if missing:
+        yield f"{' and '.join(missing)} not measured; effects seen only there stay unseen"
+    if len(recorded_stops(test)) == 1:
+        yield (
+            "a single profile cannot show a wear coefficient that changed over the history; "
+            "profiles at several stops would"
+        )
+    if len(np.unique(test.history.step_creepage)) < 3:
+        yield "fewer than three creepages; what depends on creepage cannot be separated from the rest"
+    if test.thermal is not None and not np.isfinite(case.held["convection_W_K"]):
+        yield (
+            "the convection is neither given nor identified, so that the temperature is not known; "
+            "effects and laws of the temperature are left out"
+        )
 
 
 # ------------------------------------------------------------------------------------------------- next, validation

@@ -169,56 +169,51 @@ def _matern(at: Floats, length: float) -> Floats:
     return np.asarray((1.0 + distance + distance**2 / 3.0) * np.exp(-distance))
 
 
-def _families(x: Floats, edges: Floats) -> Iterator[tuple[str, list[dict[str, float]], list[Floats]]]:
-    """Families of formulas over places x (bin,): the start values of their members, and their values."""
+Family = tuple[str, list[dict[str, float]], list[Floats]]
+"""A shape, the start values of its members, and their values (bin,)."""
+
+
+def _families(x: Floats, edges: Floats) -> Iterator[Family]:
+    """Families of formulas over places x (bin,)."""
     low, high = float(x[0]), float(x[-1])
     span = high - low
     origin = 0.0 if low >= 0.0 and low < 0.5 * span else low
     yield "linear", [{"begin": low, "end": high}], [(x - low) / span]
     scales = span * np.geomspace(0.03, 3.0, 10)
-    yield (
-        "exponential",
-        [{"origin": origin, "scale": float(s)} for s in scales],
-        [np.exp(-(x - origin) / s) for s in scales],
-    )
+    settling = [np.exp(-(x - origin) / s) for s in scales]
+    yield "exponential", [{"origin": origin, "scale": float(s)} for s in scales], settling
     if len(x) > 2:
-        inner = edges[1:-1]
-        yield "step", [{"at": float(e)} for e in inner], [np.where(x > e, 1.0, 0.0) for e in inner]
+        yield from _sharp(x, edges[1:-1])
+    if len(x) > 3:
+        yield from _smooth(x, low, high)
+    if len(x) >= 12:
+        waves = [(span / n, np.pi * p) for n in np.arange(1.0, len(x) / 4.0, 0.5) for p in (0.0, 0.25, 0.5, 0.75)]
+        swinging = [np.sin(2.0 * np.pi * x / t + p) for t, p in waves]
+        yield "sine", [{"period": float(t), "phase": float(p)} for t, p in waves], swinging
+
+
+def _sharp(x: Floats, inner: Floats) -> Iterator[Family]:
+    """Steps and windows between the inner edges of bins."""
+    yield "step", [{"at": float(e)} for e in inner], [np.where(x > e, 1.0, 0.0) for e in inner]
     if len(x) > 3:
         ends = inner if len(inner) <= 40 else inner[:: len(inner) // 40 + 1]
         spans = [(float(a), float(b)) for i, a in enumerate(ends) for b in ends[i + 1 :]]
-        yield (
-            "window",
-            [{"begin": a, "end": b} for a, b in spans],
-            [np.where((x > a) & (x <= b), 1.0, 0.0) for a, b in spans],
-        )
-        centres = np.linspace(low, high, 14)
-        humps = [(float(c), float(w * span)) for c in centres for w in (0.04, 0.08, 0.15, 0.3)]
-        yield (
-            "bump",
-            [{"at": c, "width": w} for c, w in humps],
-            [np.exp(-0.5 * ((x - c) / w) ** 2) for c, w in humps],
-        )
-        rises = [(float(c), float(w * span)) for c in centres[1:-1] for w in (0.015, 0.04, 0.1)]
-        yield (
-            "logistic",
-            [{"at": c, "width": w} for c, w in rises],
-            [0.5 * (1.0 + np.tanh(0.5 * (x - c) / w)) for c, w in rises],
-        )
-        if low >= 0.0 and high > 0.0:
-            powers = [e for e in (-2.0, -1.0, -0.5, 0.5, 2.0, 3.0) if e > 0.0 or low > 0.02 * high]
-            yield (
-                "power",
-                [{"reference": high, "exponent": e} for e in powers],
-                [np.maximum(x / high, 1e-6) ** e - 1.0 for e in powers],
-            )
-    if len(x) >= 12:
-        waves = [(span / n, p) for n in np.arange(1.0, len(x) / 4.0, 0.5) for p in (0.0, 0.25, 0.5, 0.75)]
-        yield (
-            "sine",
-            [{"period": float(t), "phase": float(np.pi * p)} for t, p in waves],
-            [np.sin(2.0 * np.pi * x / t + np.pi * p) for t, p in waves],
-        )
+        inside = [np.where((x > a) & (x <= b), 1.0, 0.0) for a, b in spans]
+        yield "window", [{"begin": a, "end": b} for a, b in spans], inside
+
+
+def _smooth(x: Floats, low: float, high: float) -> Iterator[Family]:
+    """Bumps, rises, and powers of what is never negative."""
+    span, centres = high - low, np.linspace(low, high, 14)
+    humps = [(float(c), float(w * span)) for c in centres for w in (0.04, 0.08, 0.15, 0.3)]
+    yield "bump", [{"at": c, "width": w} for c, w in humps], [np.exp(-0.5 * ((x - c) / w) ** 2) for c, w in humps]
+    rises = [(float(c), float(w * span)) for c in centres[1:-1] for w in (0.015, 0.04, 0.1)]
+    rising = [0.5 * (1.0 + np.tanh(0.5 * (x - c) / w)) for c, w in rises]
+    yield "logistic", [{"at": c, "width": w} for c, w in rises], rising
+    if low >= 0.0 and high > 0.0:
+        powers = [e for e in (-2.0, -1.0, -0.5, 0.5, 2.0, 3.0) if e > 0.0 or low > 0.02 * high]
+        growing = [np.maximum(x / high, 1e-6) ** e - 1.0 for e in powers]
+        yield "power", [{"reference": high, "exponent": e} for e in powers], growing
 
 
 @dataclass(frozen=True)

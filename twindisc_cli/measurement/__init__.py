@@ -20,7 +20,7 @@ from twindisc_cli.measurement.rig_log import ZeroSetting, log_samples, log_tempe
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.table import read_table
 from twindisc_cli.measurement.units import kind_of
-from twindisc_cli.model.experiment import Floats, History, Measured, Provenance, Rig
+from twindisc_cli.model.experiment import Floats, History, Measured, Provenance, Rig, TorqueZero, TractionSamples
 
 __all__ = ["Named", "Other", "Recorded", "RowCount", "Source", "Sources", "ZeroSetting", "column", "read"]
 
@@ -86,74 +86,88 @@ class Recorded:
     rows: tuple[RowCount, ...]
 
 
-def read(sources: Sources, *, rig: Rig, history: History | None, provenance: Provenance) -> Recorded:
-    """Every measured channel; MeasurementError holds the mistakes of all files. history None: it is found in them."""
-    problems: list[Problem] = []
-    hashes: dict[str, str] = {}
-    rows: list[RowCount] = []
+@dataclass
+class _Reading:
+    """Files that are read one after another: their digests, rows and mistakes."""
 
-    def content(source: Source) -> tuple[Content, str]:
-        data = read_bytes(sources.folder / source.file)
-        hashes[source.file] = sha256(data).hexdigest()
-        read = Content(data, source.sheet, source.skip, source.ignore)
-        return read, str(sources.folder / source.file)
+    sources: Sources
+    problems: list[Problem] = field(default_factory=list)
+    hashes: dict[str, str] = field(default_factory=dict)
+    rows: list[RowCount] = field(default_factory=list)
+
+    def content(self, source: Source) -> tuple[Content, str]:
+        """What a file holds, and its path."""
+        path = self.sources.folder / source.file
+        data = read_bytes(path)
+        self.hashes[source.file] = sha256(data).hexdigest()
+        return Content(data, source.sheet, source.skip, source.ignore), str(path)
 
     @contextmanager
-    def gathered() -> Iterator[None]:
+    def of(self, source: Source | None) -> Iterator[list[RowCount]]:
+        """Keep the mistakes of a file, and what became of its rows."""
+        counts: list[RowCount] = []
         try:
-            yield
+            yield counts
         except MeasurementError as error:
-            problems.extend(error.problems)
+            self.problems.extend(error.problems)
+        self.rows.extend(replace(count, file=source.file) for count in counts if source is not None)
 
-    traction = profile = place = start = temperature = mass = zero = begin = None
-    named, result = sources.columns, history is None
-    with gathered():
-        if sources.log:
-            recorded = read_log(*content(sources.log), rig=rig, torque_disc=sources.torque_disc, naming=named)
-            log = log_samples(recorded, rig=rig, history=history, torque_zero=sources.torque_zero)
-            traction, history, zero = log.samples, log.history, log.zero
-            begin = log.begin if result or _same(sources.temperature, sources.log) else None
-            rows.append(replace(log.rows, file=sources.log.file))
-        elif sources.traction:
-            data = content(sources.traction)
-            traction, history, count = read_traction(*data, rig=rig, history=history, naming=named)
-            rows.append(replace(count, file=sources.traction.file))
-    if history is None:
-        raise MeasurementError(problems)
-    with gathered():
+    def driven(
+        self, rig: Rig, history: History | None
+    ) -> tuple[TractionSamples | None, History | None, TorqueZero | None, float | None]:
+        """What was driven: traction, history, zero of the torque, and when a log of the history's times began [s]."""
+        sources, named = self.sources, self.sources.columns
+        traction = zero = begin = None
+        with self.of(sources.log or sources.traction) as counts:
+            if sources.log:
+                recorded = read_log(*self.content(sources.log), rig=rig, torque_disc=sources.torque_disc, naming=named)
+                log = log_samples(recorded, rig=rig, history=history, torque_zero=sources.torque_zero)
+                begin = log.begin if history is None or _same(sources.temperature, sources.log) else None
+                traction, history, zero = log.samples, log.history, log.zero
+                counts.append(log.rows)
+            elif sources.traction:
+                data = self.content(sources.traction)
+                traction, history, count = read_traction(*data, rig=rig, history=history, naming=named)
+                counts.append(count)
+        return traction, history, zero, begin
+
+
+def read(sources: Sources, *, rig: Rig, history: History | None, provenance: Provenance) -> Recorded:
+    """Every measured channel; MeasurementError holds the mistakes of all files. history None: it is found in them."""
+    reading, own, named = _Reading(sources), dict[str, Any](), sources.columns
+    traction, driven, zero, begin = reading.driven(rig, history)
+    if driven is None:
+        raise MeasurementError(reading.problems)
+    history, profile, place, start, temperature, mass = driven, None, None, None, None, None
+    with reading.of(sources.profile) as counts:
         if sources.profile:
+            data, as_recorded = reading.content(sources.profile), sources.profile_place == "as recorded"
             profile, place, start, count = read_profile(
-                *content(sources.profile),
-                rig=rig,
-                history=history,
-                naming=named,
-                as_recorded=sources.profile_place == "as recorded",
+                *data, rig=rig, history=history, naming=named, as_recorded=as_recorded
             )
-            rows.append(replace(count, file=sources.profile.file))
-    with gathered():
+            counts.append(count)
+    with reading.of(sources.temperature) as counts:
         if sources.temperature:
-            data = content(sources.temperature)
+            data = reading.content(sources.temperature)
             if begin is None:
                 temperature, count = read_temperature(*data, history=history, naming=named)
             else:
                 temperature, count = log_temperature(*data, history=history, begin=begin, naming=named)
-            rows.append(replace(count, file=sources.temperature.file))
-    with gathered():
+            counts.append(count)
+    with reading.of(sources.mass) as counts:
         if sources.mass:
-            mass, count = read_mass(*content(sources.mass), history=history, naming=named)
-            rows.append(replace(count, file=sources.mass.file))
-    others: dict[str, Any] = {}
+            mass, count = read_mass(*reading.content(sources.mass), history=history, naming=named)
+            counts.append(count)
     for name, other in sources.others.items():
-        with gathered():
-            others[name], count = read_other(*content(other.source), other, history=history, naming=named)
-            rows.append(replace(count, file=other.source.file))
-    if problems:
-        raise MeasurementError(problems)
+        with reading.of(other.source) as counts:
+            own[name], count = read_other(*reading.content(other.source), other, history=history, naming=named)
+            counts.append(count)
+    if reading.problems:
+        raise MeasurementError(reading.problems)
     measured = Measured(
-        traction, profile, temperature, mass, provenance, torque_zero=zero, profile_place=place, start=start,
-        others=others,
-    )  # fmt: skip
-    return Recorded(measured, history, hashes, tuple(rows))
+        traction, profile, temperature, mass, provenance, torque_zero=zero, profile_place=place, start=start, others=own
+    )
+    return Recorded(measured, history, reading.hashes, tuple(reading.rows))
 
 
 def _same(one: Source | None, other: Source | None) -> bool:
