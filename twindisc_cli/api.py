@@ -60,10 +60,31 @@ __all__ = [
 
 
 def creep_curve(rig: Rig, creepage: ArrayLike, *, mu: ArrayLike, traction: Traction = "fastsim") -> Floats:
-    """T/N of the unworn discs at creepages (n,): of one mu (n,), of several (m,) an array (m, n).
+    """T/N of the unworn discs over the creepage.
 
-    traction: "fastsim" (the paper's), "fastrip", or "exact" (CONTACT's theory, from a table).
+    Parameters
+    ----------
+    rig
+        The discs and how they are driven.
+    creepage : (n,)
+        Difference of the surface speeds over their mean [1], of either sign.
+    mu : scalar or (m,)
+        Coefficient of friction in the contact [1].
+    traction
+        "fastsim" (the paper's), "fastrip", or "exact" (CONTACT's theory, from a table).
 
+    Returns
+    -------
+    (n,) or (m, n)
+        Traction over normal load [1], a row for each mu where there are several.
+
+    Raises
+    ------
+    ValidityError
+        A quantity lies outside the range of the theory.
+
+    Examples
+    --------
     In full sliding T/N is mu, and the sign is the creepage's:
 
     >>> rig = Rig(Disc(0.03, np.inf, 206e9, 0.3, 7e9), Disc(0.03, 0.03, 206e9, 0.3, 7e9), 72.0, 9.42)
@@ -80,8 +101,31 @@ def creep_curve(rig: Rig, creepage: ArrayLike, *, mu: ArrayLike, traction: Tract
 def identify_friction(
     rig: Rig, creepage: ArrayLike, traction_ratio: ArrayLike, *, traction: Traction = "fastsim"
 ) -> Floats:
-    """The mu behind each T/N at its creepage, (n,); inf where T/N is above what elasticity allows.
+    """The coefficient of friction in the contact behind each measured T/N.
 
+    Parameters
+    ----------
+    rig
+        The discs and how they are driven.
+    creepage : (n,)
+        Difference of the surface speeds over their mean [1], of either sign.
+    traction_ratio : (n,)
+        Measured traction over normal load [1].
+    traction
+        "fastsim" (the paper's), "fastrip", or "exact" (CONTACT's theory, from a table).
+
+    Returns
+    -------
+    (n,)
+        mu [1]; inf where T/N is above what elasticity allows at that creepage.
+
+    Raises
+    ------
+    ValidityError
+        A quantity lies outside the range of the theory.
+
+    Examples
+    --------
     It inverts `creep_curve` exactly:
 
     >>> rig = Rig(Disc(0.03, np.inf, 206e9, 0.3, 7e9), Disc(0.03, 0.03, 206e9, 0.3, 7e9), 72.0, 9.42)
@@ -105,11 +149,36 @@ def wear_track(
     wear_coefficient: float,
     contact: Contact = "hertz",
 ) -> WearHistory:
-    """What wear makes of disc 2 by Archard's law, after each iteration of so many revolutions at a creepage (n,).
+    """What wear makes of disc 2 by Archard's law (Eqs. 13 to 17), iteration by iteration.
 
-    contact: "hertz" updates the curvature by the best circle, as the paper does; "half_space" solves the worn profiles'
-    own patch. The result holds profile, track, patch and energy after each iteration.
+    Parameters
+    ----------
+    rig
+        The discs and how they are driven.
+    creepage : (n,)
+        Creepage of each iteration [1].
+    revolutions : (n,) or scalar
+        Revolutions of each iteration.
+    mu : scalar or (step,)
+        Coefficient of friction in the contact [1]; iterations of one creepage in a row are a step.
+    wear_coefficient
+        K of the worn volume K E / H, with the dissipated energy E [J] and the hardness H [Pa].
+    contact
+        "hertz" updates the curvature by the best circle, as the paper does; "half_space" solves the worn profile's own
+        patch.
 
+    Returns
+    -------
+    WearHistory
+        Profile, track, patch, worn volume and energy after each iteration.
+
+    Raises
+    ------
+    ValidityError
+        The patch outgrows the discs, or a quantity lies outside the range of the theory.
+
+    Examples
+    --------
     What is worn off is K times the dissipated energy over the hardness, to rounding:
 
     >>> rig = Rig(Disc(0.03, np.inf, 206e9, 0.3, 7e9), Disc(0.03, 0.03, 206e9, 0.3, 7e9), 72.0, 9.42)
@@ -136,11 +205,30 @@ def disc_temperature(
     environment: float = 293.15,
     initial: float | None = None,
 ) -> Floats:
-    """Temperature [K] at the end of intervals of constant power [W], (n,), of a disc that convection [W/K] cools.
+    """Temperature of a disc that convection cools, exact between the changes of power (Eq. 18).
 
-    heat_capacity [J/K]; environment and initial [K], the environment's where none is given. Exact between the changes
-    of power (the paper's Eq. 18).
+    Parameters
+    ----------
+    power : (n,) or scalar
+        Heat that enters the disc in each interval [W].
+    duration : (n,) or scalar
+        Length of each interval [s].
+    heat_capacity
+        Mass times specific heat [J/K].
+    convection
+        h S, heat transfer coefficient times cooled surface [W/K].
+    environment
+        Temperature of the surroundings [K].
+    initial
+        Temperature at the beginning [K]; the environment's where none is given.
 
+    Returns
+    -------
+    (n,)
+        Temperature at the end of each interval [K].
+
+    Examples
+    --------
     After many time constants the warming is P / hS, after one it is 1 - 1/e of that:
 
     >>> print(disc_temperature([16.0, 16.0], [62.5, 1e6], heat_capacity=100.0, convection=1.6) - 293.15)
@@ -175,12 +263,47 @@ def experiment(
     contact: Contact = "hertz",
     name: str = "test",
 ) -> Experiment:
-    """A test for `close_loop`: iterations of so many revolutions at a creepage (n,), and what was measured.
+    """A test for `close_loop`: how it was driven, and what was measured.
 
-    traction_ratio: T/N, one for each iteration, or samples at traction_time [s]. profile: y and height change [m] of
-    disc 2 at the end. temperature: time [s] and disc temperature [K]; it needs thermal. Iterations of one creepage in a
-    row are a step. mu and wear_coefficient are given where they shall not be identified.
+    Parameters
+    ----------
+    rig
+        The discs and how they are driven.
+    creepage : (n,)
+        Creepage of each iteration [1]; iterations of one creepage in a row are a step.
+    revolutions : (n,) or scalar
+        Revolutions of each iteration.
+    traction_ratio : (n,) or (sample,)
+        Measured T/N [1], one for each iteration, or samples at `traction_time`.
+    traction_time : (sample,)
+        Times of the samples of T/N [s].
+    profile
+        Places across the track and height change of disc 2 at the end [m], two arrays (place,).
+    temperature
+        Times [s] and disc temperature [K], two arrays (sample,); it needs `thermal`.
+    thermal
+        Heat capacity, convection and environment of the disc.
+    mu
+        Coefficient of friction [1], where it is not to be identified.
+    wear_coefficient
+        K, where it is not to be identified.
+    contact
+        "hertz" (best circle, the paper's) or "half_space".
+    name
+        What the test is called in the result.
 
+    Returns
+    -------
+    Experiment
+        A test that `close_loop` takes.
+
+    Raises
+    ------
+    ValueError
+        There are not as many T/N as iterations or times.
+
+    Examples
+    --------
     >>> rig = Rig(Disc(0.03, np.inf, 206e9, 0.3, 7e9), Disc(0.03, 0.03, 206e9, 0.3, 7e9), 72.0, 9.42)
     >>> test = experiment(rig, [0.01, 0.01, 0.02], [4200] * 3, traction_ratio=[0.5, 0.52, 0.55])
     >>> test.history.step.tolist(), round(float(test.history.end_time[-1]), 1)
@@ -203,11 +326,33 @@ def close_loop(
     quick: bool = False,
     progress: Callable[[str, float], None] = lambda what, fraction: None,
 ) -> Diagnosis:
-    """What the model lacks in these tests: verdict, effects and laws with parameters, errors before and after.
+    """What the model lacks in these tests.
 
-    validate: a test that is not fitted but counts in the choice. predict: tests that count in nothing. quick: no
-    resampling, and so no probabilities. progress(what, fraction) is called as it goes.
+    Parameters
+    ----------
+    *tests
+        One test or several, which then share what is found.
+    validate
+        A test that is not fitted but counts in the choice.
+    predict
+        Tests that are predicted at the end and count in nothing.
+    quick
+        No resampling, and so no probabilities.
+    progress
+        Called as progress(what, fraction) as it goes.
 
+    Returns
+    -------
+    Diagnosis
+        Verdict, effects and laws with their parameters, errors before and after, and what else it could be.
+
+    Raises
+    ------
+    ValueError
+        Nothing was measured, or nothing that fixes the friction.
+
+    Examples
+    --------
     A friction that falls with the sliding speed, in samples with a scatter of 0.003:
 
     >>> rig = Rig(Disc(0.03, np.inf, 206e9, 0.3, 7e9), Disc(0.03, 0.03, 206e9, 0.3, 7e9), 72.0, 9.42)
