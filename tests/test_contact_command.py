@@ -12,9 +12,9 @@ import pytest
 from definitions import changed, write
 
 from twindisc_cli.commands import contact
-from twindisc_cli.commands._theories import stiffness_difference
 from twindisc_cli.definition import load
 from twindisc_cli.errors import DefinitionError
+from twindisc_cli.model.contact_fields import stiffness_difference
 from twindisc_cli.model.experiment import Measured, ProfileSamples
 from twindisc_cli.physics.half_space import DataEdgeError
 

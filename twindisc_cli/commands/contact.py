@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from twindisc_cli.commands._theories import Field, Patch, exact_field, fastsim_field, hertz_patch, profile_patch
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import DefinitionError
 from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.identify.track import last_profile
 from twindisc_cli.model.base import BaseParameters
+from twindisc_cli.model.contact_fields import Field, Patch, exact_field, fastsim_field, hertz_patch, profile_patch
 from twindisc_cli.model.experiment import Experiment, Floats, Rig
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.traction_law import creep_stiffness

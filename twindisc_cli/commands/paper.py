@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from twindisc_cli.commands._theories import Field, exact_field, fastsim_field, hertz_patch
 from twindisc_cli.definition import Test
 from twindisc_cli.identify.chart import Chart, friction_chart
 from twindisc_cli.identify.friction import SATURATED
 from twindisc_cli.identify.paper import Paper, PaperTest, reproduce
+from twindisc_cli.model.contact_fields import Field, exact_field, fastsim_field, hertz_patch
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.quantities import CELSIUS, UNITS
 from twindisc_cli.report.words import listed, number, plain_name
