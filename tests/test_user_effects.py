@@ -13,6 +13,7 @@ from twindisc_cli.commands import effect_test
 from twindisc_cli.definition import dump, load, relocate
 from twindisc_cli.effects import catalogue
 from twindisc_cli.errors import DefinitionError
+from twindisc_cli.loop import effect_checks
 
 EXAMPLE = (Path(__file__).parents[1] / "CONTRIBUTING.md").read_text(encoding="utf-8").split("```python\n")[1]
 EXAMPLE = EXAMPLE.partition("```")[0]
@@ -160,8 +161,8 @@ def test_a_folder_that_is_not_there_is_told(folder: Path, capsys: pytest.Capture
 def failed(name: str, text: str, folder: Path, part: str) -> list[str]:
     """The claims that do not hold for a file in one part of the test."""
     (folder / f"{name}.py").write_text(text)
-    effect = effect_test._joined(folder / f"{name}.py")
-    return [check.what for check in getattr(effect_test, part)(name, effect) if not check.ok]
+    effect = effect_test.joined(folder / f"{name}.py")
+    return [check.what for check in getattr(effect_checks, part)(name, effect) if not check.ok]
 
 
 @pytest.mark.filterwarnings("ignore:divide by zero", "ignore:invalid value")
