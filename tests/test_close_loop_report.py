@@ -36,6 +36,7 @@ from twindisc_cli.figures._loop_view import strongest, views_of
 from twindisc_cli.figures.close_loop import figure
 from twindisc_cli.laws.law import Law, formula_text
 from twindisc_cli.loop.diagnosis import (
+    BaseEstimate,
     CandidateResult,
     ChannelError,
     Curve,
@@ -145,7 +146,8 @@ def found(test: Test) -> Diagnosis:
         unexplained=[],
         errors={"traction": error("traction", 15.0, 1.0), "profile": error("profile", 4.0, 1.01),
                 "temperature": error("temperature", 1.0, 1.0)},
-        base={"mu": Estimate(0.6, 0.001, 0.598, 0.602, "1"), "K": Estimate(7e-5, 4e-7, 6.9e-5, 7.1e-5, "1")},
+        base={"mu": BaseEstimate(0.6, 0.001, 0.598, 0.602, "1", "mu"),
+              "K": BaseEstimate(7e-5, 4e-7, 6.9e-5, 7.1e-5, "1", "K")},
         tried=[
             tried("traction", "film_breakdown", 900.0, of="falling_friction", probability=0.29),
             tried("traction", "sensor_drift", 950.0, of="falling_friction", refused="explains less"),
@@ -222,7 +224,8 @@ def learnt(test: Test) -> Diagnosis:
             tried("profile", "wear over time", 790.0, of="wear_over_energy", probability=0.3),
             tried("profile", "running_in_wear", 780.0, of="wear_over_energy", probability=0.1),
         ],
-        notes=[DIFFERS, "the humidity was not recorded"],
+        notes=["the humidity was not recorded"],
+        difference=DIFFERS,
     )  # fmt: skip
 
 
@@ -826,8 +829,11 @@ def test_revised_definition_keeps_what_was_given(tmp_path: Path) -> None:
 
 def test_revised_definition_takes_the_base_of_its_own_test(tmp_path: Path) -> None:
     first, second = made(tmp_path, "one"), made(tmp_path, "two")
-    mu = {f"mu ({name})": Estimate(value, 0.01, 0.0, 1.0, "1") for name, value in (("one", 0.3), ("two", 0.5))}
-    diagnosis = replace(found(first), base={**mu, "K": Estimate(7e-5, 1e-6, 6e-5, 8e-5, "1")})
+    mu = {
+        f"mu ({name})": BaseEstimate(value, 0.01, 0.0, 1.0, "1", "mu", name)
+        for name, value in (("one", 0.3), ("two", 0.5))
+    }
+    diagnosis = replace(found(first), base={**mu, "K": BaseEstimate(7e-5, 1e-6, 6e-5, 8e-5, "1", "K")})
     assert tomllib.loads(revised(diagnosis, first))["model"]["friction_coefficient"] == 0.3
     assert tomllib.loads(revised(diagnosis, second))["model"]["friction_coefficient"] == 0.5
     names = {array.name for array in result_of(diagnosis, [first, second], None).dataset.arrays}

@@ -5,21 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from types import SimpleNamespace
-from typing import cast
 
 import numpy as np
 import pytest
 from rigs import SPEED, Floats, Instruments, Plant, history, rig
 
-from twindisc_cli.loop.diagnose import _notes, diagnose
+from twindisc_cli.loop.diagnose import diagnose, few_profiles
 from twindisc_cli.loop.diagnosis import Diagnosis, FoundEffect
-from twindisc_cli.loop.explain import Outcome
 from twindisc_cli.loop.fit import at
 from twindisc_cli.loop.problem import Problem, case_of
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.terms import LawTerm
-from twindisc_cli.model.experiment import Experiment, Options, ProfileSamples, TemperatureSamples
+from twindisc_cli.model.experiment import Experiment, Options, TemperatureSamples
 
 COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 3)
 Law = Callable[[Floats, Floats, Floats], Floats]
@@ -419,17 +416,7 @@ def test_twins_across_channels_are_named_together() -> None:
 @pytest.mark.parametrize(("stops", "few"), [(3, True), (6, False)])
 def test_few_profiles_are_said_to_refuse_little(stops: int, few: bool) -> None:
     """K and two parameters take three profiles up; three more can refuse the law."""
-    test = recorded("nothing", "traction", "profile")
-    profile = test.measured.profile
-    assert profile is not None
-    several = ProfileSamples(
-        y=np.tile(profile.y, stops),
-        height=np.tile(profile.height, stops),
-        disc=np.tile(profile.disc, stops),
-        iteration=np.repeat(1 + np.arange(stops), len(profile.y)),
-    )
-    case = case_of(replace(test, measured=replace(test.measured, profile=several)))
-    problem = Problem([case], ("profile",)).with_terms("running_in_wear")
+    problem = Problem([case_of(recorded("nothing", "traction", "profile"))], ("profile",)).with_terms("running_in_wear")
     answer = Explanation(at(problem, problem.start()), {}, 0.0)
-    notes = _notes(cast(Outcome, SimpleNamespace(problem=problem, answer=answer)))
+    notes = few_profiles(answer, stops)
     assert any("little to refuse it" in note for note in notes) == few

@@ -126,7 +126,7 @@ def summary(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.next_experiment is not None:
         lines.append(f"next: {diagnosis.next_experiment.why}")
     room = LINES - len(lines)
-    notes = [f"note: {note}" for note in sentences.further_notes(diagnosis)]
+    notes = [f"note: {note}" for note in diagnosis.notes]
     if len(notes) > room:
         kept = notes[: max(room - 1, 0)]
         notes = [*kept, f"{len(notes) - len(kept)} {'more ' if kept else ''}notes in close-loop.html"]
@@ -196,7 +196,7 @@ def _json(diagnosis: Diagnosis) -> dict[str, Any]:
         "search": {"same_on_all": diagnosis.same_on_all},
         "hold_out_steps": {test: [step + 1 for step in steps] for test, steps in diagnosis.held_out_steps.items()},
         "p_value": dict(diagnosis.p_values),
-        "notes": list(diagnosis.notes),
+        "notes": [*([diagnosis.difference] if diagnosis.difference else []), *diagnosis.notes],
     }
 
 
@@ -302,10 +302,9 @@ def _next(planned: NextExperiment | None) -> dict[str, Any]:
 def revised(diagnosis: Diagnosis, test: Test) -> str:
     """The definition with the effects and laws that were added and the base parameters that were identified."""
     document: dict[str, Any] = copy.deepcopy(dict(test.resolved))
-    for name, estimate in diagnosis.base.items():
-        key, _, other = name.partition(" ")
-        if other in ("", f"({test.experiment.name})"):
-            *tables, place = place_of(key)
+    for estimate in diagnosis.base.values():
+        if estimate.test in ("", test.experiment.name):
+            *tables, place = place_of(estimate.parameter)
             within = document
             for table in tables:
                 within = within.setdefault(table, {})

@@ -46,7 +46,6 @@ from twindisc_cli.loop.validate import PredictedTest, at_its_own_level, predict_
 from twindisc_cli.model.experiment import Experiment, Floats
 
 PLACES = 60  # on the axis of a curve that is drawn
-DIFFERENCE = "the answer was found without the samples held out"
 """How the note begins that a choice on all samples would be another."""
 DRAWS = 400  # of a band that is drawn
 
@@ -95,6 +94,7 @@ def diagnose(
         same_on_all=None if outcome.on_all is None else outcome.on_all == outcome.answer.labels,
         blind=outcome.blind,
         seconds=monotonic() - started,
+        difference=_difference(outcome),
     )
 
 
@@ -353,14 +353,19 @@ def _why_not(outcome: Outcome, member: Explanation, term: Term, weight: Weighed)
 # ------------------------------------------------------------------------------------------------- notes
 
 
-def _differences(outcome: Outcome) -> list[str]:
-    """Where the answer and what the samples not held out say alone are not the same; what was refused."""
+def _difference(outcome: Outcome) -> str:
+    """Where the samples held out would have changed the answer."""
+    if outcome.on_all in (None, outcome.answer.labels):
+        return ""
+    other = joined(outcome.on_all or ()) or "nothing"
+    return f"the answer was found without the samples held out: fitted to all samples, the evidence is for {other}"
+
+
+def _refused(outcome: Outcome) -> list[str]:
+    """What is not given as the answer, and why."""
     notes = [
         f"{joined(labels)} is not given as the answer: it {refusal.why}" for labels, refusal in outcome.refused.items()
     ]
-    if outcome.on_all not in (None, outcome.answer.labels):
-        other = joined(outcome.on_all or ()) or "nothing"
-        notes.insert(0, f"{DIFFERENCE}: fitted to all samples, the evidence is for {other}")
     if not outcome.blind:
         notes.append(
             "the first choice raised the error of held-out samples; what is given was chosen with a look at them"
@@ -397,22 +402,26 @@ def _notes(
 ) -> list[str]:
     """What the reader must know to weigh the verdict; others: tests that are predicted."""
     cases = outcome.problem.cases
-    notes = [*_differences(outcome), *_unfixed(effects), *_equal_covariates(weights)]
+    notes = [*_refused(outcome), *_unfixed(effects), *_equal_covariates(weights)]
     notes += [note for test in others for note in _warned(outcome, laws, test)]
     notes += [f"{case.test.name}: {note}" for case in cases for note in _notes_on(case)]
-    stops = max((len(recorded_stops(case.test)) for case in cases), default=0)
-    for name in outcome.answer.terms:
-        effect = outcome.answer.effect(name)
-        if effect.needs_stops and stops - len(effect.params) - 1 < THRESHOLDS.spare_stops:
-            notes.append(
-                f"{stops} profiles fix K and the parameters of {name} and leave little to refuse it: a wear "
-                f"coefficient that changed in another way could look the same"
-            )
+    notes += few_profiles(outcome.answer, max((len(recorded_stops(case.test)) for case in cases), default=0))
     if len({replace(case.test.rig, normal_load=0.0, rolling_speed=0.0) for case in cases}) > 1:
         notes.append(
             "the tests are of different rigs or materials; K, effects and laws are shared between them all the same"
         )
     return notes
+
+
+def few_profiles(answer: Explanation, stops: int) -> Iterator[str]:
+    """Effects whose parameters take up about as many profiles as were recorded."""
+    for name in answer.terms:
+        effect = answer.effect(name)
+        if effect.needs_stops and stops - len(effect.params) - 1 < THRESHOLDS.spare_stops:
+            yield (
+                f"{stops} profiles fix K and the parameters of {name} and leave little to refuse it: a wear "
+                f"coefficient that changed in another way could look the same"
+            )
 
 
 def _notes_on(case: Case) -> Iterator[str]:

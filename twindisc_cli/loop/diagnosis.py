@@ -31,6 +31,19 @@ class Estimate:
 
 
 @dataclass(frozen=True)
+class BaseEstimate(Estimate):
+    """A base parameter; `test` names the one that it belongs to, where several tests have one each."""
+
+    parameter: str
+    test: str = ""
+
+    @property
+    def name(self) -> str:
+        """The name by which results hold it."""
+        return f"{self.parameter} ({self.test})" if self.test else self.parameter
+
+
+@dataclass(frozen=True)
 class FoundEffect:
     """An effect that was added: parameters by key, what it cannot be told from, and how sure it is.
 
@@ -184,7 +197,7 @@ class Diagnosis:
     laws: Sequence[FoundLaw]
     unexplained: Sequence[Unexplained]
     errors: Mapping[str, ChannelError]
-    base: Mapping[str, Estimate]
+    base: Mapping[str, BaseEstimate]
     tried: Sequence[CandidateResult]
     curves: Sequence[Curve]
     p_values: Mapping[str, float]
@@ -197,3 +210,4 @@ class Diagnosis:
     same_on_all: bool | None
     blind: bool
     seconds: float
+    difference: str = ""

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from twindisc_cli.laws.quantities import MULTIPLIED
-from twindisc_cli.loop.diagnosis import Estimate
+from twindisc_cli.loop.diagnosis import BaseEstimate
 from twindisc_cli.loop.explain import Outcome
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.search import Explanation
@@ -33,19 +33,19 @@ TINY = 1e-300  # keeps a logarithm finite
 NORMAL = np.asarray(ndtri((np.arange(401) + 0.5) / 401))
 
 
-def base_parameters(outcome: Outcome) -> dict[str, Estimate]:
-    """Base parameters of the revised model by name; where several tests have one each, with the test's name."""
+def base_parameters(outcome: Outcome) -> dict[str, BaseEstimate]:
+    """Base parameters of the revised model by name."""
     after = outcome.judged.after
     cases = after.problem.cases
     wide = [widening(member.fit) for member in outcome.members]
-    message: dict[str, Estimate] = {}
+    estimates: list[BaseEstimate] = []
     for number, p in enumerate(after.problem.parameters):
-        own = len(cases) > 1 and p.case is not None
-        name = f"{p.name} ({cases[p.case].test.name})" if own and p.case is not None else p.name
+        test = cases[p.case].test.name if len(cases) > 1 and p.case is not None else ""
         inner = after.theta[number] + _spread(outcome, wide, p.name, p.case)
         low, value, high = (float(p.outer(v)) for v in (inner[0], after.theta[number], inner[1]))
-        message[name] = Estimate(value, (high - low) / (2.0 * np.sqrt(INTERVAL)), low, high, p.unit)
-    return message
+        std = (high - low) / (2.0 * np.sqrt(INTERVAL))
+        estimates.append(BaseEstimate(value, std, low, high, p.unit, p.name, test))
+    return {estimate.name: estimate for estimate in estimates}
 
 
 def _spread(outcome: Outcome, wide: Sequence[Floats], name: str, case: int | None) -> Floats:

@@ -8,8 +8,15 @@ import numpy as np
 
 from twindisc_cli.laws.law import Law
 from twindisc_cli.loop.channels import base_named, channels
-from twindisc_cli.loop.diagnose import DIFFERENCE
-from twindisc_cli.loop.diagnosis import CandidateResult, ChannelError, Diagnosis, Estimate, FoundEffect, FoundLaw
+from twindisc_cli.loop.diagnosis import (
+    BaseEstimate,
+    CandidateResult,
+    ChannelError,
+    Diagnosis,
+    Estimate,
+    FoundEffect,
+    FoundLaw,
+)
 from twindisc_cli.loop.terms import Term
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.report.words import (
@@ -170,12 +177,7 @@ def sentences(diagnosis: Diagnosis) -> list[str]:
 
 def difference(diagnosis: Diagnosis) -> list[str]:
     """Where what is printed is not what was judged on held-out samples."""
-    return [f"{sentence(note)}." for note in diagnosis.notes if note.startswith(DIFFERENCE)]
-
-
-def further_notes(diagnosis: Diagnosis) -> list[str]:
-    """The notes that are not told with the verdict."""
-    return [note for note in diagnosis.notes if not note.startswith(DIFFERENCE)]
+    return [f"{sentence(diagnosis.difference)}."] if diagnosis.difference else []
 
 
 def _what_was_found(diagnosis: Diagnosis, groups: Mapping[str, Sequence[FoundTerm]]) -> str:
@@ -286,17 +288,16 @@ def ranked(diagnosis: Diagnosis, channel: str) -> list[CandidateResult]:
     )
 
 
-def base_meaning(name: str) -> str:
-    """What a base parameter is; several tests have one each, which carries the test's name."""
-    key, _, test = name.partition(" ")
-    base = base_named(key)
-    meaning = base.meaning if base and base.meaning else key
-    return f"{meaning} {test}".strip()
+def base_meaning(estimate: BaseEstimate) -> str:
+    """What a base parameter is, and of which test."""
+    base = base_named(estimate.parameter)
+    meaning = base.meaning if base and base.meaning else estimate.parameter
+    return f"{meaning} ({estimate.test})" if estimate.test else meaning
 
 
 def base_note(diagnosis: Diagnosis) -> str:
     """With what the K of the revised model goes, where something that acts on the wear was added."""
-    known = any(name.partition(" ")[0] == "K" for name in diagnosis.base)
+    known = any(estimate.parameter == "K" for estimate in diagnosis.base.values())
     added = [name_of(term) for c in WORN for term in together(diagnosis).get(c, [])]
     if not (known and added):
         return ""
