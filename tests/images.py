@@ -28,6 +28,8 @@ matplotlib differ in a few."""
 
 def picture(figure: Figure) -> Pixels:
     """The brightness of a figure's pixels without its letters, (row, column)."""
+    from twindisc_cli.figures.style import house_style
+
     figure.set_layout_engine("none")
     for axes in figure.axes:
         if (legend := axes.get_legend()) is not None:
@@ -38,7 +40,8 @@ def picture(figure: Figure) -> Pixels:
         text.set_visible(False)
     figure.set_dpi(DPI)
     canvas = FigureCanvasAgg(figure)
-    canvas.draw()
+    with house_style():
+        canvas.draw()
     return np.asarray(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("L"))
 
 

@@ -81,13 +81,13 @@ def test_worn_volume_follows_the_energy(results: Path) -> None:
 
 
 @pytest.mark.parametrize(("over", "header", "last"), [
-    ("time", "time [min]", 9000 * 2 * np.pi * 0.03 / 9.42 / 60.0),
+    ("", "time [min]", 9000 * 2 * np.pi * 0.03 / 9.42 / 60.0),
     ("cycles", "revolutions [1]", 9000.0),
-    ("distance", "rolled distance [km]", 9000 * 2 * np.pi * 0.03e-3),
+    ("km", "rolled distance [km]", 9000 * 2 * np.pi * 0.03e-3),
 ])  # fmt: skip
 def test_histories_run_over_time_cycles_or_distance(results: Path, over: str, header: str, last: float) -> None:
     folders = [str(results / name) for name in MU]
-    assert left(["compare", *folders, "--over", over, "-q", "-o", str(results)]) == 0
+    assert left(["compare", *folders, *(["--over", over] if over else []), "-q", "-o", str(results)]) == 0
     assert pandas.read_csv(results / "compare/depth.csv")[header].max() == pytest.approx(last, rel=1e-6)
 
 

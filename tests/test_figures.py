@@ -43,6 +43,12 @@ SHIPPED = [
 ]
 
 
+@pytest.fixture(autouse=True)
+def as_the_program_draws() -> Iterator[None]:
+    with house_style():
+        yield
+
+
 def drawn(figure: Figure) -> Figure:
     FigureCanvasAgg(figure).draw()
     return figure

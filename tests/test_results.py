@@ -18,10 +18,11 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from twindisc_cli.errors import OutputError, ValidityError
 from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 from twindisc_cli.results import files as files_module
+from twindisc_cli.results.drawn import drawn_as
 from twindisc_cli.results.files import write_all
 from twindisc_cli.results.origin import Origin
 from twindisc_cli.results.recorded import up_to_date, why
-from twindisc_cli.results.store import drawn_as, images, plain, put, write
+from twindisc_cli.results.store import images, plain, put, write
 
 ORIGIN = Origin("small", ('schema = 1\nname = "µ"\n',), {"../data/t.csv": "ab" * 32}, "reconstructed", {})
 

@@ -18,7 +18,7 @@ from typing import Annotated, Any, cast
 import typer
 
 from twindisc_cli import terminal
-from twindisc_cli.commands._output import DPI, FORMATS, Output
+from twindisc_cli.commands._output import DPI, FORMATS, OVER, Output
 from twindisc_cli.errors import DefinitionError, OutputError, TwindiscError, ValidityError, bug
 from twindisc_cli.plugins import fault
 from twindisc_cli.version import __version__
@@ -63,7 +63,20 @@ Effects = Annotated[
 Trust = Annotated[
     bool, typer.Option("--trust-effects", help="Run the Python files in folders that definitions name under [loop].")
 ]
+Over = Annotated[
+    str,
+    typer.Option(
+        "--over", metavar="|".join(OVER), help="What time is drawn over. [default: as fits]", show_default=False
+    ),
+]
+Panels = Annotated[bool, typer.Option("--panels", help="Write each panel of a figure as a file of its own, too.")]
+Style = Annotated[
+    Path | None,
+    typer.Option("--style", metavar="FILE", exists=True, dir_okay=False, help="A style sheet of matplotlib."),
+]
 RESULTS = Path("results")
+TIMELESS = ("over",)
+"""What commands have not whose figures show no time."""
 
 
 def _command(name: str, *, without: Sequence[str] = ()) -> Callable[[Callable[..., int]], Callable[..., None]]:
@@ -104,12 +117,32 @@ def _output(
     depfile: Depfile = None,
     effects: Effects = None,
     trust_effects: Trust = False,
+    over: Over = "",
+    panels: Panels = False,
+    style: Style = None,
 ) -> Output:
     """What the options that all commands have ask for."""
     chosen = tuple(dict.fromkeys(part.strip().lower() for part in formats.split(",")))
     if unknown := [part for part in chosen if part not in FORMATS]:
         raise typer.BadParameter(f"--format knows {', '.join(FORMATS)}, not {unknown[0] or 'nothing'}")
-    return Output(folder, as_json, force, chosen, dpi, quiet, verbose, dry_run, depfile, effects, trust_effects)
+    if over and over not in OVER:
+        raise typer.BadParameter(f"--over knows {', '.join(OVER)}, not {over}")
+    return Output(
+        folder,
+        as_json,
+        force,
+        chosen,
+        dpi,
+        quiet,
+        verbose,
+        dry_run,
+        depfile,
+        effects,
+        trust_effects,
+        over,
+        panels,
+        style,
+    )
 
 
 def _run(command: str, test: Path, output: Output, **options: float | None) -> int:
@@ -146,7 +179,7 @@ def _main(
     pass
 
 
-@_command("friction-chart")
+@_command("friction-chart", without=TIMELESS)
 def friction_chart(test: TestFile, output: Output) -> int:
     """Apparent friction over creepage for a family of mu, the 98 % line, and the measured points."""
     return _run("friction-chart", test, output)
@@ -164,7 +197,7 @@ def simulate_wear(test: TestFile, output: Output) -> int:
     return _run("simulate-wear", test, output)
 
 
-@_command("fit-k")
+@_command("fit-k", without=TIMELESS)
 def fit_k(test: TestFile, output: Output) -> int:
     """The wear coefficient from the measured profile, by bisection and by least squares, and what moves it."""
     return _run("fit-k", test, output)
@@ -176,7 +209,7 @@ def thermal(test: TestFile, output: Output) -> int:
     return _run("thermal", test, output)
 
 
-@_command("contact")
+@_command("contact", without=TIMELESS)
 def contact(
     test: TestFile,
     output: Output,
@@ -198,7 +231,7 @@ def contact(
     return _run("contact", test, output, step=step, creepage=creepage, mu=mu)
 
 
-@_command("check")
+@_command("check", without=TIMELESS)
 def check(test: TestFile, output: Output) -> int:
     """The definition, the data, and whether geometry, energy and heat agree with each other."""
     return _run("check", test, output)
@@ -233,7 +266,7 @@ def close_loop(
     return _runner.run_close_loop(paths, options, output)
 
 
-@_command("paper")
+@_command("paper", without=TIMELESS)
 def paper(
     air: Annotated[Path, typer.Argument(metavar="AIR.toml", help="The test in air.", show_default=False)],
     nitrogen: Annotated[Path, typer.Argument(metavar="NITROGEN.toml", help="The one in nitrogen.", show_default=False)],
@@ -249,7 +282,7 @@ def paper(
     return _runner.run_paper([air, nitrogen, *([revised] if revised else [])], output)
 
 
-@_command("campaign", without=("depfile", "effects"))
+@_command("campaign", without=("depfile", "effects", "formats", "dpi", "over", "panels", "style"))
 def campaign(
     command: Annotated[str, typer.Argument(metavar="COMMAND", help="What is run on every test.", show_default=False)],
     output: Output,
@@ -275,7 +308,7 @@ def campaign(
     return run(command, tests or ["configs/*.toml"], means, output)
 
 
-@_command("compare", without=("force", "dry_run", "depfile", "effects"))
+@_command("compare", without=("force", "dry_run", "depfile", "effects", "panels"))
 def compare(
     results: Annotated[
         list[Path],
@@ -284,23 +317,15 @@ def compare(
         ),
     ],
     output: Output,
-    over: Annotated[
-        str, typer.Option("--over", metavar="time|cycles|distance", help="What histories are drawn over.")
-    ] = "time",
     xlsx: Annotated[bool, typer.Option("--xlsx", help="Write the tables as one workbook too.")] = False,
 ) -> int:
     """Overlay the results of several tests, one figure a quantity, with the table behind each."""
-    from typing import get_args
-
-    from twindisc_cli.campaign.comparison import Over
     from twindisc_cli.commands.compare import run
 
-    if over not in get_args(Over):
-        raise typer.BadParameter(f"--over knows {', '.join(get_args(Over))}, not {over}")
-    return run(results, cast(Over, over), xlsx, output)
+    return run(results, xlsx, output)
 
 
-@_command("report", without=("force", "dry_run", "depfile", "effects", "formats", "dpi"))
+@_command("report", without=("force", "dry_run", "depfile", "effects", "formats", "dpi", "over", "panels"))
 def report(
     test: Annotated[
         Path, typer.Argument(metavar="TEST", help="A definition, or the folder of its results.", show_default=False)

@@ -12,7 +12,7 @@ import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -22,9 +22,12 @@ from twindisc_cli.identify.least_squares import NINETY
 from twindisc_cli.quantities import UNITS, Floats
 from twindisc_cli.results.recorded import Recorded, recorded
 
-Over = Literal["time", "cycles", "distance"]
 COMMANDS = ("identify-mu", "simulate-wear", "fit-k", "thermal", "close-loop")
-OVER: Mapping[Over, str] = {"time": "time [min]", "cycles": "revolutions [1]", "distance": "rolled distance [km]"}
+OVER = {over: f"time [{over}]" for over in ("s", "min", "h")} | {
+    "cycles": "revolutions [1]",
+    "km": "rolled distance [km]",
+}
+"""Headers of what time can be drawn over."""
 UNSAID = ("test", "measured", "reported", "loop")
 """Tables of a definition that no legend names: what a test is called, and where its data lie."""
 MOST_SAID = 3
@@ -161,7 +164,7 @@ def _digest(steps: Sequence[Any]) -> str:
 # ---------------------------------------------------------------------------------------------- quantities
 
 
-def quantities(tests: Sequence[Shown], over: Over) -> list[Quantity]:
+def quantities(tests: Sequence[Shown], over: str) -> list[Quantity]:
     """Every quantity that at least one of the results has."""
     made = [make(tests, over) for make in _MAKERS]
     return [quantity for quantity in made if quantity.series]
@@ -221,7 +224,7 @@ def _of(test: Shown, command: str, *names: str) -> list[Floats] | None:
     return [arrays[name] for name in names] if all(name in arrays for name in names) else None
 
 
-def _creep_curve(tests: Sequence[Shown], _: Over) -> Quantity:
+def _creep_curve(tests: Sequence[Shown], _: str) -> Quantity:
     def made(test: Shown) -> Iterator[Series]:
         result = _of(test, "identify-mu", "creepage", "traction_ratio", "traction_ratio_half_interval")
         if result:
@@ -231,7 +234,7 @@ def _creep_curve(tests: Sequence[Shown], _: Over) -> Quantity:
     return _quantity("creep_curve", "T/N over creepage", "creepage [%]", "traction ratio [1]", tests, made, True)
 
 
-def _friction(tests: Sequence[Shown], _: Over) -> Quantity:
+def _friction(tests: Sequence[Shown], _: str) -> Quantity:
     def made(test: Shown) -> Iterator[Series]:
         result = _of(test, "identify-mu", "creepage", "mu", "mu_low", "mu_high")
         if result:
@@ -242,17 +245,17 @@ def _friction(tests: Sequence[Shown], _: Over) -> Quantity:
     return _quantity("friction", title, "creepage [%]", y, tests, made, True)
 
 
-def _traction(tests: Sequence[Shown], over: Over) -> Quantity:
+def _traction(tests: Sequence[Shown], over: str) -> Quantity:
     def made(test: Shown) -> Iterator[Series]:
         result = _of(test, "close-loop", "traction_at_time", "traction_at_cycles", "traction_measured")
         if result:
             time, cycles, ratio = result
             yield from _series(test, _along(test, over, time, cycles), ratio)
 
-    return _quantity("traction", f"measured T/N over {over}", OVER[over], "traction ratio [1]", tests, made)
+    return _quantity("traction", f"measured T/N over {_named(over)}", OVER[over], "traction ratio [1]", tests, made)
 
 
-def _profile(tests: Sequence[Shown], _: Over) -> Quantity:
+def _profile(tests: Sequence[Shown], _: str) -> Quantity:
     def made(test: Shown) -> Iterator[Series]:
         measured = _of(test, "fit-k", "y", "measured_height")
         simulated = _of(test, "simulate-wear", "y", "height")
@@ -267,17 +270,19 @@ def _profile(tests: Sequence[Shown], _: Over) -> Quantity:
     return _quantity("profile", "final profile", "y [mm]", "height change [um]", tests, made)
 
 
-def _depth(tests: Sequence[Shown], over: Over) -> Quantity:
+def _depth(tests: Sequence[Shown], over: str) -> Quantity:
     def made(test: Shown) -> Iterator[Series]:
         result = _of(test, "simulate-wear", "time", "depth")
         if result:
             time, depth = result
             yield from _series(test, _along(test, over, time, _cycles(test, time)), 1e6 * depth, is_line=True)
 
-    return _quantity("depth", f"simulated depth of the track over {over}", OVER[over], "depth [um]", tests, made)
+    return _quantity(
+        "depth", f"simulated depth of the track over {_named(over)}", OVER[over], "depth [um]", tests, made
+    )
 
 
-def _wear(tests: Sequence[Shown], _: Over) -> Quantity:
+def _wear(tests: Sequence[Shown], _: str) -> Quantity:
     def made(test: Shown) -> Iterator[Series]:
         weighed = test.json.get("fit-k", {}).get("wear_rates") or []
         if weighed:
@@ -288,7 +293,7 @@ def _wear(tests: Sequence[Shown], _: Over) -> Quantity:
     return _quantity("wear_rate", "weighed wear rate over the wear index", "Tgamma/A [N/mm2]", y, tests, made, True)
 
 
-def _volume(tests: Sequence[Shown], _: Over) -> Quantity:
+def _volume(tests: Sequence[Shown], _: str) -> Quantity:
     def made(test: Shown) -> Iterator[Series]:
         weighed = _of(test, "fit-k", "energy", "weighed_volume", "weighed_volume_error")
         simulated = _of(test, "simulate-wear", "energy", "volume")
@@ -303,7 +308,7 @@ def _volume(tests: Sequence[Shown], _: Over) -> Quantity:
     return _quantity("wear", title, "dissipated energy [kJ]", "worn volume [mm3]", tests, made)
 
 
-def _temperature(tests: Sequence[Shown], over: Over) -> Quantity:
+def _temperature(tests: Sequence[Shown], over: str) -> Quantity:
     def made(test: Shown) -> Iterator[Series]:
         result = _of(test, "thermal", "time", "temperature")
         if result:
@@ -311,13 +316,15 @@ def _temperature(tests: Sequence[Shown], over: Over) -> Quantity:
             along = _along(test, over, time, _cycles(test, time))
             yield from _series(test, along, UNITS["degC"].of_si(kelvin), is_line=True)
 
-    return _quantity("temperature", f"disc temperature over {over}", OVER[over], "temperature [degC]", tests, made)
+    return _quantity(
+        "temperature", f"disc temperature over {_named(over)}", OVER[over], "temperature [degC]", tests, made
+    )
 
 
-def _parameter(name: str, title: str, unit: str, key: str) -> Callable[[Sequence[Shown], Over], Quantity]:
+def _parameter(name: str, title: str, unit: str, key: str) -> Callable[[Sequence[Shown], str], Quantity]:
     """A base parameter of each test with its interval, from close-loop where it was run, else from its own command."""
 
-    def maker(tests: Sequence[Shown], _: Over) -> Quantity:
+    def maker(tests: Sequence[Shown], _: str) -> Quantity:
         place = {test.name: number + 1.0 for number, test in enumerate(tests)}
 
         def made(test: Shown) -> Iterator[Series]:
@@ -346,10 +353,15 @@ def _quantity(
     return Quantity(name, title, x, y, tuple(series for test in tests for series in made(test)), logarithmic)
 
 
-def _along(test: Shown, over: Over, time: Floats, cycles: Floats) -> Floats:
-    """Time [min], revolutions or the distance rolled [km] at samples (n,)."""
-    if over == "time":
-        return time / 60.0
+def _named(over: str) -> str:
+    """What time is drawn over, without its unit."""
+    return OVER[over].partition(" [")[0]
+
+
+def _along(test: Shown, over: str, time: Floats, cycles: Floats) -> Floats:
+    """Samples (n,) at times [s] and revolutions, as the axis shows them."""
+    if over in UNITS:
+        return UNITS[over].of_si(time)
     return cycles if over == "cycles" else cycles * _circumference(test) * 1e-3
 
 
@@ -367,7 +379,7 @@ def _cycles(test: Shown, time: Floats) -> Floats:
     return np.asarray(time * float(rig["rolling_speed_m_s"]) / _circumference(test))
 
 
-_MAKERS: tuple[Callable[[Sequence[Shown], Over], Quantity], ...] = (
+_MAKERS: tuple[Callable[[Sequence[Shown], str], Quantity], ...] = (
     _creep_curve,
     _friction,
     _traction,

@@ -10,15 +10,18 @@ from twindisc_cli.digests import digest_of
 
 FORMATS = ("png", "pdf", "svg")
 DPI = 150
+OVER = ("s", "min", "h", "cycles", "km")
+"""What figures can draw time over."""
 
 
 @dataclass(frozen=True)
 class Output:
     """Where results go, what figures are drawn as, and how the outcome is told.
 
-    formats: of the figure, dpi of its pixels. dry_run: only say what would be made, and why. depfile: a file for the
-    rule that make reads. effects: a folder of further effects. trust_effects: whether the Python files in folders that
-    definitions name may be run.
+    formats: of the figure, dpi of its pixels; over, what time is drawn over, "" as usual; panels, whether each panel is
+    a file of its own too; style, a style sheet of matplotlib. dry_run: only say what would be made, and why. depfile: a
+    file for the rule that make reads. effects: a folder of further effects. trust_effects: whether the Python files in
+    folders that definitions name may be run.
     """
 
     folder: Path
@@ -32,6 +35,9 @@ class Output:
     depfile: Path | None = None
     effects: Path | None = None
     trust_effects: bool = False
+    over: str = ""
+    panels: bool = False
+    style: Path | None = None
 
     @property
     def options(self) -> dict[str, Any]:
@@ -41,6 +47,9 @@ class Output:
             chosen["formats"] = list(self.formats)
         if self.dpi != DPI:
             chosen["dpi"] = self.dpi
-        if self.effects is not None:
-            chosen["effects"] = digest_of(self.effects)
+        if self.over:
+            chosen["over"] = self.over
+        if self.panels:
+            chosen["panels"] = True
+        chosen |= {key: digest_of(path) for key, path in (("effects", self.effects), ("style", self.style)) if path}
         return chosen

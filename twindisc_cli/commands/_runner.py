@@ -250,16 +250,17 @@ def _made(
     from twindisc_cli.commands._base import with_data
     from twindisc_cli.commands._possible import refuse_impossible
     from twindisc_cli.figures.style import house_style
+    from twindisc_cli.figures.time_axis import time_drawn_over
 
     test = tests[0]
     try:
         for each in tests:
             refuse_impossible(each.experiment)
-        with house_style():
+        with house_style(output.style), time_drawn_over(output.over):
             result = with_data(compute(), tests)
             files = result.extra_files.items()
             extra = {name: _content(name, text, test, folder, output.effects) for name, text in files}
-            return result, images(result, origin, extra, formats=output.formats, dpi=output.dpi)
+            return result, images(result, origin, extra, formats=output.formats, dpi=output.dpi, panels=output.panels)
     except ContactError as error:
         raise ValidityError(str(error)).of(test.path) from error
     except TwindiscError as error:

@@ -66,9 +66,12 @@ def run(command: str, given: Sequence[str], means: Means, output: Output) -> int
     if stored:
         _tell(stored.summary, stored.json, _count(rows), stored.files, output, "up to date")
         return stored.exit_code
+    from twindisc_cli.figures.style import house_style
+
     shared = _shared(jobs, rows, output.folder) if command == "close-loop" else []
     result, extra = _result(name, command, rows, shared)
-    files = write(output.folder, result, origin, extra)
+    with house_style():
+        files = write(output.folder, result, origin, extra)
     _tell(result.summary, result.json, _count(rows), files, output, "written")
     return result.exit_code
 

@@ -64,7 +64,7 @@ def result_of(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None
     """A diagnosis as summary, JSON, arrays, figure, page and revised definition."""
     from twindisc_cli.figures.close_loop import figure
     from twindisc_cli.figures.loop_plots import plots_of
-    from twindisc_cli.results.store import png
+    from twindisc_cli.results.drawn import png
 
     title = f"{listed([t.experiment.name for t in tests])}: closed loop"
     kinds = [test.experiment.measured.provenance for test in tests]

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from twindisc_cli.campaign.comparison import (
-    Over,
     Quantity,
     Shown,
     excel_bytes,
@@ -21,18 +20,19 @@ from twindisc_cli.campaign.table import csv_text, parquet_bytes
 from twindisc_cli.commands._message import tell
 from twindisc_cli.commands._output import Output
 from twindisc_cli.errors import DefinitionError, Problem
+from twindisc_cli.results.drawn import drawn_as
 from twindisc_cli.results.files import write_all
-from twindisc_cli.results.store import drawn_as, plain
+from twindisc_cli.results.store import plain
 
 FOLDER = "compare"
 
 
-def run(paths: Sequence[Path], over: Over, xlsx: bool, output: Output) -> int:
+def run(paths: Sequence[Path], xlsx: bool, output: Output) -> int:
     """Read the results, draw and tabulate every quantity that they share, and say in what the tests differ."""
     tests = read(paths)
     if len(tests) < 2:
         raise DefinitionError(Problem("one test alone cannot be compared; name the results of two or more", paths[0]))
-    compared = quantities(tests, over)
+    compared = quantities(tests, output.over or "min")
     files = _files(tests, compared, xlsx, output)
     folder = output.folder / FOLDER
     write_all({folder / name: data for name, data in files.items()})
@@ -49,7 +49,7 @@ def _files(tests: Sequence[Shown], quantities: Sequence[Quantity], xlsx: bool, o
     provenance = ", ".join(sorted({test.provenance for test in tests} - {""}))
     files: dict[str, bytes] = {}
     tables = {quantity.name: table(quantity, tests, said) for quantity in quantities}
-    with house_style():
+    with house_style(output.style):
         for quantity in quantities:
             figure = overlaid(quantity, names, said, provenance)
             files |= {f"{quantity.name}.{form}": drawn_as(figure, form, output.dpi) for form in output.formats}

@@ -103,7 +103,7 @@ def _summary(friction: StepFriction) -> tuple[str, ...]:
 def _figure(test: Experiment, friction: StepFriction) -> Figure:
     from twindisc_cli.figures.friction import identified
 
-    return identified(friction, test.measured, name=test.name, sentence=" ".join(_softer(test, friction)))
+    return identified(friction, test, sentence=" ".join(_softer(test, friction)))
 
 
 def _dataset(friction: StepFriction) -> Dataset:

@@ -22,7 +22,7 @@ def run(test: Path, output: Output) -> int:
     folder = test if test.is_dir() else output.folder / _name(test)
     parts = parts_of(folder)
     name, description, provenance = _about(folder, parts[0])
-    with house_style():
+    with house_style(output.style):
         files = {
             folder / "report.pdf": pages(name, description, provenance, parts, key_numbers(parts)),
             folder / "report.html": render(name, description, provenance, parts).encode(),

@@ -127,7 +127,7 @@ def _figure(test: Experiment, history: WearHistory) -> Figure:
     recorded = profile is not None or test.measured.traction is not None
     last = None if profile is None else last_profile(profile)
     measured = None if profile is None or last is None else (profile.y[last], profile.height[last])
-    return worn(history, name=test.name, provenance=test.measured.provenance if recorded else "", measured=measured)
+    return worn(history, test=test, provenance=test.measured.provenance if recorded else "", measured=measured)
 
 
 def _new(start: Start | None, y: Floats) -> tuple[Array, ...]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from twindisc_cli.figures.time_axis import TimeAxis, time_axis
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.diagnosis import Curve, Diagnosis, FoundLaw
 from twindisc_cli.model.experiment import Experiment, Floats
@@ -82,23 +83,18 @@ class View:
         recorded = [getattr(channels()[self.channel].samples(test), "time", np.zeros(1)) for _, test in self.curves]
         return "time" if all(np.isfinite(times).all() for times in recorded) else "creepage"
 
-    @property
-    def clock(self) -> Quantity:
-        """Seconds, minutes or hours, as fits the tests."""
-        longest = sum(self.lengths)
-        unit = "s" if longest < 600.0 else "min" if longest < 21600.0 else "h"
-        return replace(QUANTITIES["time"], axis=("time", unit))
+    @cached_property
+    def clocks(self) -> list[TimeAxis]:
+        """What the time of each test is drawn over: what was asked for, else s, min or h as fits the tests."""
+        seconds = sum(float(test.history.end_time[-1]) for _, test in self.curves)
+        usual = "s" if seconds < 600.0 else "min" if seconds < 21600.0 else "h"
+        return [time_axis(test, usual) for _, test in self.curves]
 
-    @property
-    def lengths(self) -> list[float]:
-        """Duration of each test [s]."""
-        return [float(test.history.end_time[-1]) for _, test in self.curves]
-
-    @property
+    @cached_property
     def starts(self) -> list[float]:
-        """Where each test begins on a common time axis [s]."""
-        pause = GAP * sum(self.lengths)
-        return [float(sum(self.lengths[:i]) + i * pause) for i in range(len(self.curves))]
+        """Where each test begins on their common axis of time."""
+        ends = [float(clock.drawn(clock.test.history.end_time[-1])) for clock in self.clocks]
+        return [sum(ends[:i]) + i * GAP * sum(ends) for i in range(len(ends))]
 
     @property
     def quantity(self) -> Quantity:
@@ -115,9 +111,9 @@ class View:
         """Abscissa of what the model leaves."""
         return strongest(self.diagnosis, self.channel)
 
-    def scale(self, covariate: str) -> Quantity:
-        """How a covariate is drawn."""
-        return self.clock if covariate == "time" else channels()[self.channel].covariate(covariate)
+    def scale(self, covariate: str, number: int = 0) -> Quantity | TimeAxis:
+        """How a covariate of a test, by its number, is drawn."""
+        return self.clocks[number] if covariate == "time" else channels()[self.channel].covariate(covariate)
 
     def is_wide(self, covariate: str) -> bool:
         """Whether a covariate is drawn on a logarithmic axis."""
@@ -130,18 +126,18 @@ class View:
     @cached_property
     def traces(self) -> list[Trace]:
         """The samples of every test, those of every recorded profile apart."""
-        placed = zip((curve for curve, _ in self.curves), self.starts, strict=True)
-        return [trace for curve, start in placed for trace in self._traces(curve, start)]
+        return [trace for number in range(len(self.curves)) for trace in self._traces(number)]
 
-    def _traces(self, curve: Curve, start: float) -> Iterator[Trace]:
-        along, over = self.along, self.over
+    def _traces(self, number: int) -> Iterator[Trace]:
+        curve, along, over = self.curves[number][0], self.along, self.over
         name = curve.test if len(self.curves) > 1 else ""
-        x = np.asarray(curve.covariates[along], dtype=float) + (start if along == "time" else 0.0)
+        start = self.starts[number] if along == "time" else 0.0
+        x, across = (self.scale(key, number).drawn(curve.covariates[key]) for key in (along, over))
         for label, part in _parts(curve):
             yield Trace(
                 label=" ".join(text for text in (name, label) if text),
-                x=self.scale(along).drawn(x[part]),
-                over=self.scale(over).drawn(curve.covariates[over][part]),
+                x=x[part] + start,
+                over=across[part],
                 measured=self.quantity.drawn(curve.measured[part]),
                 before=self.quantity.drawn(curve.before[part]),
                 after=self.quantity.drawn(curve.after[part]),
@@ -156,15 +152,16 @@ class View:
 
     def _spans(self) -> Iterator[Span]:
         """The steps of every test on the common time axis."""
-        for (_, test), start in zip(self.curves, self.starts, strict=True):
-            history = test.history
+        for clock, start in zip(self.clocks, self.starts, strict=True):
+            history = clock.test.history
             for step in np.unique(history.step):
                 here = np.flatnonzero(history.step == step)
-                end = start + history.end_time[here[-1]]
-                begin = start + history.end_time[here[0]] - history.duration[here[0]]
+                begin, end = clock.drawn(
+                    [history.end_time[here[0]] - history.duration[here[0]], history.end_time[here[-1]]]
+                )
                 yield Span(
-                    begin=float(self.clock.drawn(begin)),
-                    end=float(self.clock.drawn(end)),
+                    begin=start + float(begin),
+                    end=start + float(end),
                     creepage=100.0 * float(history.creepage[here[0]]),
                 )
 

@@ -231,7 +231,7 @@ def _ranking(axes: Axes, view: View) -> None:
     for place, tried in enumerate(ranked):
         label = fill(term_name(tried.term), LONGEST)
         weight = "bold" if tried.chosen else "normal"
-        size = SMALL - 0.5 if "\n" in label else SMALL
+        size = "x-small" if "\n" in label else SMALL
         axes.text(-0.02 * longest, place, label, va="center", ha="right", fontsize=size, fontweight=weight,
                   linespacing=0.95)  # fmt: skip
         axes.text(RIGHT * longest, place, _remark(view.diagnosis, tried), va="center", ha="right", fontsize=SMALL,

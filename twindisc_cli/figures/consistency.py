@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from twindisc_cli.figures.style import BLACK, GREEN, RED, SMALL, TEXT, legend, logarithmic, page
+from twindisc_cli.figures.style import BLACK, GREEN, RED, SMALL, legend, logarithmic, page
 
 _SHOWN = (1e-2, 1e3)
 
@@ -32,9 +32,9 @@ def consistency(labels: Sequence[str], strains: Sequence[float], *, title: str, 
             ha="right",
         )
     logarithmic(axes.xaxis, _SHOWN[0], max(10.0, 4.0 * float(values.max(initial=1.0))))
-    axes.set_yticks(places, labels, fontsize=SMALL + 0.5)
+    axes.set_yticks(places, labels, fontsize=SMALL)
     axes.grid(False, axis="y")
     axes.invert_yaxis()
-    axes.set_xlabel("value over what the physics allows [1]", fontsize=TEXT)
+    axes.set_xlabel("value over what the physics allows [1]")
     legend(axes, 2)
     return figure

@@ -23,11 +23,12 @@ from twindisc_cli.figures.style import (
     page,
     said,
 )
-from twindisc_cli.model.experiment import Measured
+from twindisc_cli.figures.time_axis import time_axis
 
 if TYPE_CHECKING:
     from twindisc_cli.identify.chart import Chart
     from twindisc_cli.identify.steps import StepFriction
+    from twindisc_cli.model.experiment import Experiment
 
 CREEPAGE, APPARENT = "creepage $\\upsilon_x$ [%]", "apparent friction $T/N$ [1]"
 
@@ -66,11 +67,13 @@ def chart(one: Chart, many: Chart, measured: StepFriction | None, *, name: str, 
     return figure
 
 
-def identified(steps: StepFriction, measured: Measured, *, name: str, sentence: str) -> Figure:
+def identified(steps: StepFriction, test: Experiment, *, sentence: str) -> Figure:
     """The measured T/N over creepage (Fig. 2; over time where that is constant), and the mu behind each step."""
-    figure, (left, right) = page(1, 2, height=3.6, title=f"{name}: friction identified", provenance=measured.provenance)
+    figure, (left, right) = page(
+        1, 2, height=3.6, title=f"{test.name}: friction identified", provenance=test.measured.provenance
+    )
     said(figure, sentence)
-    _traction(left, steps, measured)
+    _traction(left, steps, test)
     known, beyond = np.isfinite(steps.mu), np.isinf(steps.mu)
     order = np.arange(1, len(steps.mu) + 1)
     mu, low, high = steps.mu[known], steps.low[known], steps.high[known]
@@ -91,18 +94,17 @@ def identified(steps: StepFriction, measured: Measured, *, name: str, sentence: 
     return figure
 
 
-def _traction(axes: Axes, steps: StepFriction, measured: Measured) -> None:
+def _traction(axes: Axes, steps: StepFriction, test: Experiment) -> None:
     """Samples and the mean of each step, over creepage; over time where that alone changes."""
+    measured = test.measured
     samples = measured.traction
     if samples is None:
         return
     if np.ptp(samples.creepage) < 0.1 * np.abs(samples.creepage).max() and np.all(np.isfinite(samples.time)):
-        axes.plot(
-            samples.time, samples.ratio, linestyle="none", marker=".", markersize=3.0, color=GREY, label="samples"
-        )
-        name_axes(
-            axes, "time [s]", APPARENT, f"{measured.provenance} at {np.mean(samples.creepage) * 100.0:.3g} % creepage"
-        )
+        clock, creepage = time_axis(test), f"{np.mean(samples.creepage) * 100.0:.3g} % creepage"
+        axes.plot(clock.drawn(samples.time), samples.ratio, linestyle="none", marker=".", markersize=3.0, color=GREY,
+                  label="samples")  # fmt: skip
+        name_axes(axes, clock.axis_label, APPARENT, f"{measured.provenance} at {creepage}")
         return
     if len(samples.ratio) > len(steps.ratio):
         axes.plot(

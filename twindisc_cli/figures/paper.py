@@ -21,7 +21,6 @@ from twindisc_cli.figures.style import (
     ORANGE,
     RED,
     SMALL,
-    TEXT,
     family,
     legend,
     measured_points,
@@ -203,9 +202,9 @@ def _loading(paper: Paper) -> Figure:
         other = axes.twinx()
         other.step(order, history.mu, where="mid", color=colour, linewidth=1.3)
         other.set_ylim(0.0, highest)
-        other.set_ylabel("$\\mu$ [1]", fontsize=TEXT)
-        other.tick_params(labelsize=SMALL + 0.5, length=2.5, width=0.6)
-        other.spines["top"].set_visible(False)
+        other.set_ylabel("$\\mu$ [1]")
+        other.spines["right"].set_visible(True)
+        other.grid(False)
         axes.plot([], [], color=colour, linewidth=1.3, label="$\\mu$ (right)")
         legend(axes, 2)
     _rebuilt(figure, paper, "Steps of five iterations, the last two in air longer, as in the paper; the twelve "
@@ -327,7 +326,7 @@ def before_and_after(paper: Paper, *, what: str) -> Figure:
             if worn is not None:
                 axes.plot(worn.history.y * 1e3, worn.history.height[-1] * 1e6, color=colour, label=which)
         _across(axes, paper)
-        axes.set_title(f"{axes.get_title(loc='left')}  {label}", fontsize=TEXT, loc="left", pad=3.0)
+        axes.set_title(f"{axes.get_title(loc='left')}  {label}", loc="left")
         legend(axes, 3)
     for axes, (name, _, _, label) in zip(panels[2:], TESTS, strict=True):
         _table(axes, _tests(paper)[name], label)
@@ -354,8 +353,8 @@ def _table(axes: Axes, test: PaperTest, label: str) -> None:
     shown = axes.table(cells, rowLabels=rows, colLabels=[_kind(test), "paper's", "revised"], cellLoc="center",
                        bbox=[0.36, 0.1, 0.64, 0.85])  # type: ignore[arg-type]  # fmt: skip
     shown.auto_set_font_size(False)
-    shown.set_fontsize(SMALL + 0.5)
+    shown.set_fontsize(7.5)
     for cell in shown.get_celld().values():
         cell.set_linewidth(0.4)
         cell.set_edgecolor("#BBBBBB")
-    axes.set_title(f"{axes.get_title(loc='left')}  {label}", fontsize=TEXT, loc="left", pad=3.0)
+    axes.set_title(f"{axes.get_title(loc='left')}  {label}", loc="left")

@@ -7,11 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from string import ascii_lowercase
 from textwrap import wrap
+from typing import Any
 
 import matplotlib
 import numpy as np
+from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis, XAxis
 from matplotlib.figure import Figure
@@ -20,13 +23,49 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import ArrayLike
 
+from twindisc_cli.errors import DefinitionError, Problem, did_you_mean
+from twindisc_cli.results.drawn import PROVENANCE
 from twindisc_cli.version import __version__
 
-BLUE, ORANGE, GREEN, RED, PURPLE, GREY = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#7F7F7F"
+BLUE, ORANGE, GREEN, RED, PURPLE, GREY = (f"C{i}" for i in range(6))
+"""Colours by their place in the cycle: a style sheet may bring others."""
 BLACK = "#222222"
+STAMPS = ("#D55E00", "#7F7F7F")
+"""Colours of where data are from, in every style sheet: not measured, measured."""
 WIDTH, LINE, FOOT = 7.2, 120, 0.24
 """Width and foot of a page [inch], and characters of a line below its panels."""
-TEXT, SMALL = 8.5, 7.0
+TEXT, SMALL = "medium", "small"
+HOUSE: Any = {
+    "axes.axisbelow": True,
+    "axes.formatter.useoffset": False,
+    "axes.grid": True,
+    "axes.linewidth": 0.6,
+    "axes.prop_cycle": cycler(color=["#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#7F7F7F"]),
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlepad": 3.0,
+    "axes.titlesize": "medium",
+    "figure.titlesize": 9.5,
+    "figure.titleweight": "bold",
+    "font.size": 8.5,
+    "grid.color": "#DDDDDD",
+    "grid.linewidth": 0.4,
+    "legend.fontsize": "small",
+    "legend.frameon": False,
+    **{
+        f"{axis}tick.{key}": value
+        for axis in "xy"
+        for key, value in {
+            "labelsize": "small", "major.size": 2.5, "major.width": 0.6, "minor.size": 1.5, "minor.width": 0.4,
+        }.items()
+    },
+}  # fmt: skip
+"""What differs from matplotlib's own style; sizes of text in point."""
+FIXED = (
+    "backend", "figure.autolayout", "figure.constrained", "figure.dpi", "figure.figsize", "interactive", "savefig",
+    "svg.hashsalt", "webagg",
+)  # fmt: skip
+"""What a style sheet does not decide: the size of a figure follows from what it shows, its pixels from --dpi."""
 HEADLINE, HEADLINES = 84, 4
 """Characters of a line of the title."""
 ROOM = 1.07
@@ -36,12 +75,41 @@ UNDER = 30.0
 
 
 @contextmanager
-def house_style() -> Iterator[None]:
-    """Figures that are drawn inside are the same on every machine, whatever its matplotlibrc says."""
+def house_style(sheet: Path | None = None) -> Iterator[None]:
+    """Figures that are drawn inside are the same on every machine, whatever its matplotlibrc says.
+
+    sheet: a style sheet of matplotlib that is put over the style of the house; DefinitionError where it is none.
+    """
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        matplotlib.rcParams["axes.formatter.useoffset"] = False
+        matplotlib.rcParams.update(HOUSE)
+        if sheet is not None:
+            matplotlib.rcParams.update(_read(sheet))
         yield
+
+
+def _read(sheet: Path) -> Any:
+    """The settings of a style sheet; every line that is none is an error."""
+    try:
+        lines = [line.partition("#")[0].strip() for line in sheet.read_text().splitlines()]
+    except ValueError:
+        what = "no style sheet of matplotlib: it holds bytes that are no text"
+        raise DefinitionError(Problem(what, sheet)) from None
+    place = {line.partition(":")[0].strip(): number for number, line in enumerate(lines, start=1) if line}
+    known = matplotlib.rcParams
+    wrong = [
+        Problem(f"matplotlib has no such setting{did_you_mean(key, known)}", sheet, number, key)
+        for key, number in place.items()
+        if key not in known
+    ]
+    if wrong:
+        raise DefinitionError(wrong)
+    try:
+        settings = matplotlib.rc_params_from_file(sheet, fail_on_error=True, use_default_template=False)
+    except ValueError as error:
+        key, _, what = str(error).removeprefix("Key ").partition(": ")
+        raise DefinitionError(Problem(what or str(error), sheet, place.get(key, 0), key)) from None
+    return {key: value for key, value in settings.items() if not key.startswith(FIXED)}
 
 
 def page(rows: int, columns: int, *, height: float, title: str, provenance: str = "") -> tuple[Figure, list[Axes]]:
@@ -58,14 +126,15 @@ def sheet(*, height: float, title: str, provenance: str) -> Figure:
     layout = ConstrainedLayoutEngine(rect=(0.0, foot, 1.0, 1.0 - foot), w_pad=0.06, h_pad=0.06)
     figure = Figure(figsize=(WIDTH, height), layout=layout)
     headline = "\n".join(wrap(title, HEADLINE, max_lines=HEADLINES, placeholder=" …"))
-    figure.suptitle(headline, fontsize=TEXT + 1.0, x=0.01, ha="left", fontweight="bold")
+    figure.suptitle(headline, x=0.01, ha="left")
     figure.text(
-        0.99, 0.06 / height, f"twindisc {__version__}", fontsize=SMALL - 1.0, color=GREY, ha="right", va="bottom"
+        0.99, 0.06 / height, f"twindisc {__version__}", fontsize="x-small", color=STAMPS[True], ha="right", va="bottom"
     )
     if provenance:
         stamp = f"{provenance} data"
-        shade = GREY if provenance == "measured" else RED
-        figure.text(0.01, 0.06 / height, stamp, fontsize=SMALL, color=shade, ha="left", va="bottom", fontweight="bold")
+        shade = STAMPS[provenance == "measured"]
+        figure.text(0.01, 0.06 / height, stamp, fontsize=SMALL, color=shade, ha="left", va="bottom", fontweight="bold",
+                    gid=PROVENANCE)  # fmt: skip
     return figure
 
 
@@ -78,26 +147,17 @@ def said(figure: Figure, sentence: str) -> None:
 
 
 def dress(panels: Sequence[Axes]) -> None:
-    """Small ticks, light grid, two spines, and the letter of each panel where there are several."""
-    for place, axes in enumerate(panels):
-        axes.tick_params(labelsize=SMALL + 0.5, direction="out", length=2.5, width=0.6)
-        axes.tick_params(which="minor", length=1.5, width=0.4)
-        axes.grid(True, color="#DDDDDD", linewidth=0.4)
-        axes.set_axisbelow(True)
-        for side in ("top", "right"):
-            axes.spines[side].set_visible(False)
-        for side in ("left", "bottom"):
-            axes.spines[side].set_linewidth(0.6)
-        if len(panels) > 1:
-            axes.set_title(f"$\\mathbf{{({ascii_lowercase[place]})}}$", fontsize=TEXT, loc="left", pad=3.0)
+    """The letter of each panel, where there are several."""
+    for place, axes in enumerate(panels if len(panels) > 1 else ()):
+        axes.set_title(f"$\\mathbf{{({ascii_lowercase[place]})}}$", loc="left")
 
 
 def name_axes(axes: Axes, x: str, y: str, what: str = "") -> None:
     """Label both axes, with their units, and say behind the panel's letter what it shows."""
-    axes.set_xlabel(x, fontsize=TEXT)
-    axes.set_ylabel(y, fontsize=TEXT)
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
     letter = axes.get_title(loc="left")
-    axes.set_title("  ".join(part for part in (letter, what) if part), fontsize=TEXT, loc="left", pad=3.0)
+    axes.set_title("  ".join(part for part in (letter, what) if part), loc="left")
 
 
 def legend(axes: Axes, columns: int = 1) -> None:
@@ -106,7 +166,7 @@ def legend(axes: Axes, columns: int = 1) -> None:
     once = dict(zip(labels, handles, strict=True))
     drop = ScaledTranslation(0.0, -UNDER / 72.0, axes.figure.dpi_scale_trans)
     axes.legend(
-        list(once.values()), list(once), fontsize=SMALL, loc="upper center", ncols=columns, frameon=False,
+        list(once.values()), list(once), loc="upper center", ncols=columns,
         handlelength=1.5, columnspacing=1.2, borderpad=0.0, borderaxespad=0.0, labelspacing=0.3,
         bbox_to_anchor=(0.5, 0.0), bbox_transform=axes.transAxes + drop,
     )  # fmt: skip

@@ -17,6 +17,7 @@ from twindisc_cli.figures.style import (
     page,
     said,
 )
+from twindisc_cli.figures.time_axis import time_axis
 from twindisc_cli.identify.jump import Jump
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.quantities import CELSIUS
@@ -42,26 +43,29 @@ def temperatures(
     provenance = test.measured.provenance if recorded else ""
     figure, (first, second, third) = page(3, 1, height=6.6, title=f"{test.name}: temperature", provenance=provenance)
     said(figure, sentence)
-    first.plot(time, disc, color=BLUE, label="disc, Eq. 18 exactly")
-    first.plot(*steps, color=ORANGE, linestyle="none", marker=".", markersize=4.0, label="disc, Eq. 19 step by step")
+    clock = time_axis(test)
+    along = clock.drawn(time)
+    first.plot(along, disc, color=BLUE, label="disc, Eq. 18 exactly")
+    first.plot(clock.drawn(steps[0]), steps[1], color=ORANGE, linestyle="none", marker=".", markersize=4.0,
+               label="disc, Eq. 19 step by step")  # fmt: skip
     if samples is not None:
-        measured_points(first, samples.time, samples.temperature - CELSIUS, label=provenance)
+        measured_points(first, clock.drawn(samples.time), samples.temperature - CELSIUS, label=provenance)
     if test.thermal is not None:
         environment = test.thermal.environment_temperature - CELSIUS
         first.axhline(environment, color=GREEN, linewidth=0.8, linestyle="--", label="environment")
-    name_axes(first, "time [s]", "temperature [°C]", "mean temperature of the disc")
-    second.plot(time, power, color=ORANGE, drawstyle="steps-pre")
-    name_axes(second, "time [s]", "power [W]", "dissipated power")
-    third.plot(time, hottest, color=RED, drawstyle="steps-pre", label="hottest point")
-    third.plot(time, mean, color=ORANGE, drawstyle="steps-pre", label="mean of the patch")
-    name_axes(third, "time [s]", "rise above the disc [K]", "flash temperature of the contact")
+    name_axes(first, clock.axis_label, "temperature [°C]", "mean temperature of the disc")
+    second.plot(along, power, color=ORANGE, drawstyle="steps-pre")
+    name_axes(second, clock.axis_label, "power [W]", "dissipated power")
+    third.plot(along, hottest, color=RED, drawstyle="steps-pre", label="hottest point")
+    third.plot(along, mean, color=ORANGE, drawstyle="steps-pre", label="mean of the patch")
+    name_axes(third, clock.axis_label, "rise above the disc [K]", "flash temperature of the contact")
     from_zero(second)
     from_zero(third)
     low, high = first.get_ylim()
     if high - low < 1.0:
         first.set_ylim(0.5 * (low + high) - 0.5, 0.5 * (low + high) + 0.5)
     for axes in (first, second, third):
-        axes.set_xlim(0.0, 1.01 * float(time[-1]))
+        axes.set_xlim(0.0, 1.01 * float(along[-1]))
     legend(first, 4)
     legend(third, 2)
     return figure

@@ -27,6 +27,7 @@ from twindisc_cli.figures.style import (
     page,
     sheet,
 )
+from twindisc_cli.figures.time_axis import time_axis
 from twindisc_cli.report.words import number
 
 if TYPE_CHECKING:
@@ -36,20 +37,25 @@ if TYPE_CHECKING:
     from twindisc_cli.identify.sensitivity import Variation
     from twindisc_cli.identify.wear import WearFit
     from twindisc_cli.identify.wear_history import WearHistory
+    from twindisc_cli.model.experiment import Experiment
 
-ACROSS, HEIGHT, TIME = "$y$ [mm]", "height change [µm]", "time [s]"
+ACROSS, HEIGHT = "$y$ [mm]", "height change [µm]"
 _PROFILES = 7
 
 
-def worn(history: WearHistory, *, name: str, provenance: str, measured: tuple[np.ndarray, np.ndarray] | None) -> Figure:
+def worn(
+    history: WearHistory, *, test: Experiment, provenance: str, measured: tuple[np.ndarray, np.ndarray] | None
+) -> Figure:
     """Creepage and mu of each iteration, profiles on the way, depth, width and patch; measured (y, height) [m]."""
-    figure, panels = page(3, 2, height=7.8, title=f"{name}: wear", provenance=provenance)
+    figure, panels = page(3, 2, height=7.8, title=f"{test.name}: wear", provenance=provenance)
     creepage, friction, profiles, depth, size, pressure = panels
+    clock = time_axis(test)
+    time = clock.drawn(history.time)
     _loading(creepage, friction, history)
     order = np.unique(np.linspace(0, len(history.time) - 1, _PROFILES).round().astype(int))
     for i, colour in zip(order, family(len(order)), strict=True):
         profiles.plot(
-            history.y * 1e3, history.height[i] * 1e6, color=colour, linewidth=1.0, label=f"{history.time[i]:.0f} s"
+            history.y * 1e3, history.height[i] * 1e6, color=colour, linewidth=1.0, label=clock.said(history.time[i])
         )
     if measured is not None:
         profiles.plot(
@@ -58,17 +64,17 @@ def worn(history: WearHistory, *, name: str, provenance: str, measured: tuple[np
     name_axes(profiles, ACROSS, HEIGHT, "profile of disc 2")
     _around_the_track(profiles, history.y, history.height[-1], measured)
     legend(profiles, 4)
-    depth.plot(history.time, [t.depth * 1e6 for t in history.track], color=BLUE)
-    name_axes(depth, TIME, "depth [µm]", "depth of the track")
-    size.plot(history.time, [t.width * 1e3 for t in history.track], color=ORANGE, label="track, at 5 % of its depth")
-    size.plot(history.time, 2e3 * history.b, color=BLUE, label="patch across, $2b$")
-    size.plot(history.time, 2e3 * history.a, color=GREEN, label="patch along, $2a$")
-    name_axes(size, TIME, "width [mm]", "width of track and patch")
+    depth.plot(time, [t.depth * 1e6 for t in history.track], color=BLUE)
+    name_axes(depth, clock.axis_label, "depth [µm]", "depth of the track")
+    size.plot(time, [t.width * 1e3 for t in history.track], color=ORANGE, label="track, at 5 % of its depth")
+    size.plot(time, 2e3 * history.b, color=BLUE, label="patch across, $2b$")
+    size.plot(time, 2e3 * history.a, color=GREEN, label="patch along, $2a$")
+    name_axes(size, clock.axis_label, "width [mm]", "width of track and patch")
     legend(size, 2)
-    pressure.plot(history.time, history.p0 * 1e-6, color=RED)
-    name_axes(pressure, TIME, "$p_0$ [MPa]", "peak pressure")
+    pressure.plot(time, history.p0 * 1e-6, color=RED)
+    name_axes(pressure, clock.axis_label, "$p_0$ [MPa]", "peak pressure")
     for axes in (depth, size, pressure):
-        axes.set_xlim(0.0, float(history.time[-1]))
+        axes.set_xlim(0.0, float(time[-1]))
         from_zero(axes)
     return figure
 

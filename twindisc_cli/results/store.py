@@ -6,7 +6,6 @@ same inputs give the same bytes. It knows the sha256 of each file beside it, and
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
@@ -17,6 +16,7 @@ import numpy as np
 
 from twindisc_cli.digests import program_digest
 from twindisc_cli.errors import ValidityError
+from twindisc_cli.results.drawn import DPI, drawn_files
 from twindisc_cli.results.files import write_all
 from twindisc_cli.results.origin import SCHEMA, Origin
 from twindisc_cli.results.recorded import beside, sealed
@@ -25,19 +25,9 @@ from twindisc_cli.version import __version__
 
 if TYPE_CHECKING:
     import h5py
-    from matplotlib.figure import Figure
 
 CONVENTIONS = "CF-1.11"
 _COMPRESSED_FROM = 8192
-_DPI = 150
-_PLACES = 7
-"""Decimals of a place on the page, as a share of its width or height."""
-_UNDATED: dict[str, dict[str, None]] = {
-    "png": {"Software": None},
-    "pdf": {"CreationDate": None, "Producer": None, "Creator": None},
-    "svg": {"Date": None, "Creator": None},
-}
-"""What matplotlib would note of the day and of itself, by format."""
 
 
 def images(
@@ -46,9 +36,12 @@ def images(
     extra: Mapping[str, bytes],
     *,
     formats: Sequence[str] = ("png",),
-    dpi: int = _DPI,
+    dpi: int = DPI,
+    panels: bool = False,
 ) -> dict[str, bytes]:
     """The files of a result by name: the extra files, the figures, and COMMAND.h5, which knows the others, last.
+
+    panels: whether each panel of a figure is a file of its own, too.
 
     ValidityError where a number is not finite that must be.
     """
@@ -58,8 +51,7 @@ def images(
     files = dict(extra)
     figures = {**({} if result.figure is None else {result.command: result.figure}), **result.figures}
     for name, draw in figures.items():
-        drawn = draw()
-        files |= {f"{name}.{form}": drawn_as(drawn, form, dpi) for form in formats}
+        files |= drawn_files(name, draw(), formats, dpi, panels=panels)
     hashes = {name: sha256(data).hexdigest() for name, data in files.items()}
     files[f"{result.command}.h5"] = hdf5_image(result, origin, beside=hashes)
     return files
@@ -79,46 +71,6 @@ def put(folder: Path, files: Mapping[str, bytes]) -> tuple[Path, ...]:
 def write(folder: Path, result: Result, origin: Origin, extra: Mapping[str, bytes]) -> tuple[Path, ...]:
     """Write COMMAND.h5, COMMAND.png and the extra files to a folder. The paths written, the HDF5 file first."""
     return put(folder, images(result, origin, extra))
-
-
-def png(figure: Figure) -> bytes:
-    """The figure as PNG, without the date and the version of the program that drew it."""
-    return drawn_as(figure, "png", _DPI)
-
-
-def drawn_as(figure: Figure, form: str, dpi: int) -> bytes:
-    """The figure in a format that matplotlib knows, the same bytes for the same figure."""
-    import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    buffer = io.BytesIO()
-    figure.set_dpi(dpi)
-    canvas = FigureCanvasAgg(figure)
-    with matplotlib.rc_context({"svg.hashsalt": "twindisc", "pdf.fonttype": 42}):
-        _lay_out(figure)
-        if form == "png":
-            canvas.print_png(buffer, metadata=_UNDATED[form])  # type: ignore[no-untyped-call]
-        else:
-            figure.savefig(buffer, format=form, dpi=dpi, metadata=_UNDATED[form])
-    return buffer.getvalue()
-
-
-def _lay_out(figure: Figure) -> None:
-    """Place the panels, once for all formats.
-
-    The solver of matplotlib's layout takes its unknowns in the order of their addresses: the last digits of the
-    places, and here and there a pixel, would be others in every process.
-    """
-    if (engine := figure.get_layout_engine()) is None:
-        return
-    engine.execute(figure)
-    figure.set_layout_engine("none")
-    for axes in figure.axes:
-        left, bottom, width, height = (round(float(v), _PLACES) for v in axes.get_position(original=True).bounds)
-        axes.set_position((left, bottom, width, height))
-    for text in figure.texts:
-        x, y = text.get_position()
-        text.set_position((round(float(x), _PLACES), round(float(y), _PLACES)))
 
 
 def plain(value: Any) -> Any:

@@ -1,0 +1,63 @@
+"""The axis of time of a figure: a unit of time, the revolutions of the disc, or the distance rolled."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from twindisc_cli.model.experiment import Experiment, Floats
+from twindisc_cli.quantities import UNITS
+
+LABELS = {"cycles": "revolutions [1]", "km": "rolled distance [km]"}
+"""Labels of the axes that are no unit of time."""
+_ASKED: ContextVar[str] = ContextVar("asked", default="")
+
+
+@contextmanager
+def time_drawn_over(over: str) -> Iterator[None]:
+    """Figures that are drawn inside show time over `s`, `min`, `h`, `cycles` or `km`; over their own unit where ""."""
+    token = _ASKED.set(over)
+    try:
+        yield
+    finally:
+        _ASKED.reset(token)
+
+
+@dataclass(frozen=True)
+class TimeAxis:
+    """What the times of a test are drawn over."""
+
+    test: Experiment
+    over: str
+
+    @property
+    def axis_label(self) -> str:
+        """Label of the axis, with its unit."""
+        return LABELS.get(self.over, f"time [{self.over}]")
+
+    def drawn(self, times: Any) -> Floats:
+        """Times [s] (...) as places on the axis (...); pauses have no length over revolutions or distance."""
+        seconds = np.asarray(times, dtype=float)
+        if self.over not in LABELS:
+            return UNITS[self.over].of_si(seconds)
+        history = self.test.history
+        kilometres = 1e-3 * self.test.rig.rolling_speed * history.speed_factor * history.duration * history.driven
+        grown = history.revolutions if self.over == "cycles" else kilometres
+        return np.asarray(np.interp(seconds, np.append(0.0, history.end_time), np.append(0.0, np.cumsum(grown))))
+
+    def said(self, time: float) -> str:
+        """A time [s] with its unit, for a legend."""
+        value = float(self.drawn(time))
+        if self.over in ("s", "cycles"):
+            return f"{value:.0f} {'rev.' if self.over == 'cycles' else 's'}"
+        return f"{value:.3g} {self.over}"
+
+
+def time_axis(test: Experiment, usual: str = "s") -> TimeAxis:
+    """The axis that was asked for, `usual` where none was."""
+    return TimeAxis(test, _ASKED.get() or usual)
