@@ -134,7 +134,7 @@ def columns() -> str:
                     f"`{file}`",
                     f"`{column.name}`",
                     units,
-                    "" if file == "log" else "required" if column.required else "optional",
+                    "" if file in ("log", "mass") else "required" if column.required else "optional",
                     ", ".join(column.also) or "",
                 ]
             )
@@ -147,7 +147,7 @@ class _AskedError(Exception):
 
 def _readers() -> dict[str, list[Any]]:
     """What each reader looks for, caught where it asks for its table."""
-    from twindisc_cli.measurement import channels, log, profile
+    from twindisc_cli.measurement import channels, log, profile, weighings
     from twindisc_cli.model.experiment import Disc, Rig
 
     rig = Rig(Disc(0.03, float("inf"), 2e11, 0.3, 7e9), Disc(0.03, 0.03, 2e11, 0.3, 7e9), 72.0, 9.42)
@@ -155,9 +155,9 @@ def _readers() -> dict[str, list[Any]]:
         "traction": (channels, lambda: channels.read_traction(b"", "", rig=rig, history=None)),
         "profile": (profile, lambda: profile.read_profile(b"", "", rig=rig, history=None)),  # type: ignore[arg-type]
         "temperature": (channels, lambda: channels.read_temperature(b"", "", history=None)),  # type: ignore[arg-type]
-        "mass": (channels, lambda: channels.read_mass(b"", "", history=None)),  # type: ignore[arg-type]
     }
     found = {name: _asked_for(module, read) for name, (module, read) in readers.items()}
+    found["mass"] = list({column.name: column for way in weighings._ways() for column in way}.values())
     found["log"] = list({column.name: column for way in log._ways(rig) for column in way}.values())
     return found
 

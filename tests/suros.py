@@ -100,6 +100,54 @@ def write(folder: Path, truth: Truth, seed: int = 1, *, profile_factor: float | 
     return path
 
 
+SPACING, IDLE = 15.0, 8
+"""Seconds between rows of the raw log, and rows without load before, between and after the blocks."""
+NEW_DISC_G = (174.5181, 174.2207)
+
+
+def zero(time: float) -> float:
+    """The zero of the torque meter [N m], which warms up."""
+    return 1.8 + 0.9 * (1 - np.exp(-time / 2500))
+
+
+def raw_log(log: list[tuple[float, ...]], seed: int = 1) -> list[list[tuple[float, ...]]]:
+    """Rows of the raw log (time, speeds, torque, load in kN), block by block, each with a run without load before."""
+    rng, time, blocks = np.random.default_rng(seed), 0.0, []
+    seconds = REVOLUTIONS / (RPM / 60)
+    ends, creepage, ratio = (np.array(values) for values in zip(*log, strict=True))
+    for number in range(len(CREEPAGE) * BLOCKS + 1):
+        rows, last = [], number == len(CREEPAGE) * BLOCKS
+        slip = creepage[min(number * 20, len(log) - 1)] / 100
+        speeds = RPM * (1 + slip / 2), RPM * (1 - slip / 2)
+        for n in range(IDLE + (0 if last else round(seconds / SPACING))):
+            loaded = n >= IDLE
+            at = number * seconds + (n - IDLE + 0.5) * SPACING
+            friction = float(np.interp(at, ends, ratio)) * LOAD * RADIUS if loaded else 0.1 * rng.standard_normal()
+            load = LOAD / 1e3 * (1 + 0.002 * rng.standard_normal()) if loaded else 0.0
+            rows.append((time, *speeds, friction + zero(time) + 0.2 * rng.standard_normal(), load))
+            time += SPACING
+        blocks.append(rows)
+    return blocks
+
+
+def raw_text(rows: list[tuple[float, ...]]) -> str:
+    """A log as a laboratory's logger writes it."""
+    head = ["Twin disc rig; test 17; synthetic", "Operator: nobody", ""]
+    head.append("Time [s];Upper speed [rpm];Lower speed [rpm];Torque [N m];Load [kN]")
+    return "\n".join([*head, *(f"{t:.1f};{a:.2f};{b:.2f};{m:.3f};{load:.4f}" for t, a, b, m, load in rows)]) + "\n"
+
+
+def weights(weighed: list[tuple[float, ...]]) -> list[tuple[float, ...]]:
+    """Revolutions and the weight of each disc [g], as the balance shows them."""
+    stops = sorted({row[0] for row in weighed})
+    lost = {(row[0], row[1]): row[2] for row in weighed}
+    rows = [(0.0, *NEW_DISC_G)]
+    for stop in stops:
+        own = (NEW_DISC_G[disc - 1] - 1e-3 * lost.get((stop, disc), 0.0) for disc in (1, 2))
+        rows.append((REVOLUTIONS * stop, *(round(value, 4) for value in own)))
+    return rows
+
+
 def table(path: Path, header: str, rows: list[tuple[float, ...]]) -> None:
     """A CSV file."""
     lines = (",".join(f"{value:.10g}" for value in row) for row in rows)

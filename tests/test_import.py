@@ -91,13 +91,14 @@ def test_what_cannot_be_imported_is_told(tmp_path: Path, capsys: pytest.CaptureF
     file.write_text("a,b\n1,2\n")
     code, _, err = command("import", file, "-o", tmp_path, capsys=capsys)
     assert (code, "rig.csv: is not a log (time, speeds or creepage" in err) == (3, True)
-    file.write_text(vendor())
+    file.write_text("slip_percent,traction_coefficient\n0.5,0.3\n1,0.4\n2,0.45\n")
     (tmp_path / "two.csv").write_text(vendor())
     code, _, err = command("import", file, tmp_path / "two.csv", "-o", tmp_path, capsys=capsys)
     assert (code, "import one test at a time" in err) == (2, True)
     code, _, err = command("import", tmp_path / "no.csv", "-o", tmp_path, capsys=capsys)
     assert (code, "no such file" in err) == (3, True)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["rig.csv", "two.csv"]
+    file.write_text(vendor())
     assert command("import", file, "-o", tmp_path, capsys=capsys)[0] == 0
     code, _, err = command("import", file, "-o", tmp_path, capsys=capsys)
     assert (code, "exists already" in err) == (2, True)

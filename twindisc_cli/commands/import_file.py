@@ -15,19 +15,29 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tomli_w
 
 from twindisc_cli.definition import Test, load_text
 from twindisc_cli.definition.schema import ColumnsTable
 from twindisc_cli.errors import DefinitionError, Problem
 from twindisc_cli.measurement.alone import alone
 from twindisc_cli.measurement.content import Content, read_bytes
-from twindisc_cli.measurement.guess import Guess, first_temperature, guess, typical
+from twindisc_cli.measurement.guess import Guess, first_temperature, guess, last_digit, spanned, typical
 from twindisc_cli.measurement.header import Named, plain
-from twindisc_cli.model.experiment import Floats, Ints, Measured
+from twindisc_cli.model.experiment import Experiment, Floats, Ints
 from twindisc_cli.quantities import CELSIUS
 from twindisc_cli.results.files import write_all
 
 BALL_MM = 9.525
+"""Radius of the ball of most ball-on-disc rigs, 3/4 inch."""
+WIDTH_MM = 10.0
+"""Width of the track of SUROS."""
+_FINEST_MG = 0.01
+"""Finest digit of a balance that takes discs; more of them are those of a computation."""
+_READING = ("columns", "sheet", "skip", "ignore")
+"""Keys of [measured] in a .toml beside the files that say how these are read."""
+_OWN = ("test", "rig", "material", "thermal", "measured")
+"""Tables that are written key by key."""
 _STEEL = {"youngs_modulus_GPa": 206.0, "poisson_ratio": 0.3, "hardness_HV": 700.0}
 
 
@@ -41,25 +51,34 @@ class Imported:
 
 @dataclass
 class _Draft:
-    """A definition in the making: its lines, and the guesses in them by key."""
+    """A definition in the making: its lines, what was given of its tables, and the guesses in them by key."""
 
+    given: Mapping[str, Mapping[str, Any]]
     lines: list[str] = field(default_factory=list)
     guesses: dict[str, str] = field(default_factory=dict)
 
     def key(self, table: str, name: str, value: str, why: str = "") -> None:
-        """A line of a table; with a reason it is a guess."""
+        """A line of a table; with a reason it is a guess. What was given takes its place."""
+        if name in self.given.get(table, {}):
+            value, why = _toml(self.given[table][name]), ""
         message = f"{name} = {value}"
         self.lines.append(f"{message:<44} # guess: {why}" if why else message)
         if why:
             self.guesses[f"{table}.{name}"] = f"{message}: {why}"
 
+    def rest(self, table: str, *own: str) -> None:
+        """What else was given of a table."""
+        self.lines += [f"{k} = {_toml(v)}" for k, v in self.given.get(table, {}).items() if k not in own]
+
 
 def run(files: Sequence[Path], folder: Path, *, force: bool) -> Imported:
     """Read the files of one test, write tables and definition to a folder; nothing is written where one is not read.
 
-    A .toml among the files says of the others how they are read, as [measured] of a definition does.
+    A .toml among the files says of the others how they are read, as [measured] of a definition does, and of the rig
+    what no file says.
     """
-    given = _given(files)
+    said = _said(files)
+    given = _given(files, said.get("measured", {}))
     named = [file for file in files if file in given]
     path = folder / f"{_name(named[0])}.toml"
     if path.exists() and not force:
@@ -69,14 +88,28 @@ def run(files: Sequence[Path], folder: Path, *, force: bool) -> Imported:
     given = {file: replace(content, sheet=looks[file].sheet) for file, content in given.items()}
     if not any(result.kind in ("log", "traction") for result in looks.values()):
         return _alone(looks, given, folder, force=force)
-    draft = _draft(looks, given)
+    draft = _draft(looks, given, said)
     text = "\n".join(draft.lines) + "\n"
     test = load_text(text, Path(path.name))
+    text = _with_iterations(draft, text, test)
     for file in named:
         text = text.replace(_quoted(file), _quoted(Path(os.path.relpath(file, folder))))
-    tables = {folder / name: content.encode() for name, content in _tables(test.experiment.measured)}
+    tables = {folder / name: content.encode() for name, content in _tables(test.experiment)}
     _write({path: text.encode(), **tables}, named)
     return _told(test, draft, path, list(tables))
+
+
+def _with_iterations(draft: _Draft, text: str, test: Test) -> str:
+    """The definition that says how long an iteration is, where weighings count in them."""
+    length = test.experiment.history.per_iteration
+    if length is None or np.isnan(length):
+        return text
+    head = _Draft({})
+    head.lines += ["[history]"]
+    head.key("history", "revolutions_per_iteration", f"{length:.6g}", "the last iteration weighed ends with the log")
+    draft.guesses |= head.guesses
+    lines = "\n".join([*head.lines, 'steps = "measured"', "", "[rig]"])
+    return text.replace('history = "measured"\n', "", 1).replace("[rig]", lines, 1)
 
 
 def _write(contents: Mapping[Path, bytes], files: Sequence[Path]) -> None:
@@ -87,18 +120,25 @@ def _write(contents: Mapping[Path, bytes], files: Sequence[Path]) -> None:
     write_all(contents)
 
 
-def _given(files: Sequence[Path]) -> dict[Path, Content]:
-    """The measured files, read as the .toml beside them says."""
-    tables = [_block(file) for file in files if file.suffix == ".toml"]
-    said = {Path(t["file"]).name: t for table in tables for t in table.values() if isinstance(t, dict) and "file" in t}
+def _said(files: Sequence[Path]) -> Mapping[str, Mapping[str, Any]]:
+    """The tables of all .toml among the files, one over the other."""
+    said: dict[str, dict[str, Any]] = {}
+    for file in files:
+        for name, table in (_block(file) if file.suffix == ".toml" else {}).items():
+            if isinstance(table, dict):
+                said[name] = {**said.get(name, {}), **table}
+    return said
+
+
+def _given(files: Sequence[Path], measured: Mapping[str, Any]) -> dict[Path, Content]:
+    """The measured files, read as [measured] of the .toml beside them says."""
+    tables = {Path(t["file"]).name: t for t in measured.values() if isinstance(t, dict) and "file" in t}
     given = {}
     for file in files:
         if file.suffix != ".toml":
-            table = said.get(file.name, {})
+            table = {**tables.get(file.name, {}), **{key: measured[key] for key in _READING if key in measured}}
             cells = {key: _cells(table[key]) for key in ("skip", "ignore") if key in table}
-            cells |= {key: _cells(t[key]) for t in tables for key in ("skip", "ignore") if key in t}
-            sheet = table.get("sheet", next((t["sheet"] for t in tables if "sheet" in t), None))
-            given[file] = Content(read_bytes(file), sheet, cells.get("skip"), cells.get("ignore", ()))
+            given[file] = Content(read_bytes(file), table.get("sheet"), cells.get("skip"), cells.get("ignore", ()))
     if not given:
         raise DefinitionError("name a measured file, too; a .toml only says how it is read")
     return given
@@ -109,14 +149,14 @@ def _cells(given: str | Sequence[str]) -> tuple[str, ...]:
 
 
 def _block(file: Path) -> Mapping[str, Any]:
-    """The table [measured] of a .toml."""
+    """The tables of a .toml."""
     try:
-        table = tomllib.loads(read_bytes(file).decode("utf-8-sig")).get("measured", {})
+        tables = tomllib.loads(read_bytes(file).decode("utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise DefinitionError(Problem(f"not TOML: {error}", str(file))) from None
-    if not isinstance(table, dict):
-        raise DefinitionError(Problem("must hold a table [measured]", str(file)))
-    return table
+    if not any(isinstance(table, dict) for table in tables.values()):
+        raise DefinitionError(Problem("must hold a table such as [measured]", str(file)))
+    return tables
 
 
 def _declared(files: Sequence[Path]) -> dict[str, Named]:
@@ -125,7 +165,7 @@ def _declared(files: Sequence[Path]) -> dict[str, Named]:
     for file in files:
         if file.suffix == ".toml":
             try:
-                columns = ColumnsTable.model_validate(_block(file).get("columns", {}))
+                columns = ColumnsTable.model_validate(_block(file).get("measured", {}).get("columns", {}))
             except ValueError as error:
                 raise DefinitionError(Problem(f"measured.columns: {error}", str(file))) from None
             tables = columns.model_dump(exclude_none=True)
@@ -181,44 +221,74 @@ def _told(test: Test, draft: _Draft, path: Path, tables: Sequence[Path]) -> Impo
     )
 
 
-def _draft(looks: Mapping[Path, Guess], given: Mapping[Path, Content]) -> _Draft:
+def _draft(looks: Mapping[Path, Guess], given: Mapping[Path, Content], said: Mapping[str, Mapping[str, Any]]) -> _Draft:
     """The definition of the files."""
-    kinds: dict[str, Path] = {}
-    for file, result in looks.items():
-        kind = "traction" if result.kind == "log" else result.kind
-        if kind in kinds:
-            what = f"is a {result.kind} as {kinds[kind]} is; import one test at a time"
-            raise DefinitionError(Problem(what, str(file)))
-        kinds[kind] = file
-    if "temperature" not in kinds and "temperature" in looks[kinds["traction"]].columns:
-        kinds["temperature"] = kinds["traction"]
-    draft = _Draft()
-    draft.lines += ["schema = 1", 'history = "measured"']
-    draft.lines += ["", "[test]", f'name = "{_name(next(iter(looks)))}"']
-    _rig(draft, kinds["traction"], looks[kinds["traction"]], given)
+    kinds = _kinds(looks)
+    (first, *_), draft = kinds["traction"], _Draft(said)
+    draft.lines += ["schema = 1"]
+    draft.lines += [] if "history" in said else ['history = "measured"']
+    draft.lines += ["", "[test]"]
+    draft.key("test", "name", f'"{_name(next(iter(looks)))}"')
+    draft.rest("test", "name")
+    _rig(draft, first, looks, given)
     _material(draft, "mass" in kinds)
-    if "temperature" in kinds:
-        _thermal(draft, kinds["temperature"], looks[kinds["temperature"]], given)
-    _measured(draft, looks, given, kinds.get("temperature"))
+    if "temperature" in kinds or "thermal" in said:
+        _thermal(draft, kinds.get("temperature", [first])[0], looks, given)
+    _measured(draft, looks, given, kinds)
+    more = {name: table for name, table in said.items() if name not in _OWN}
+    draft.lines += ["", tomli_w.dumps(more).rstrip()] if more else []
     return draft
 
 
-def _rig(draft: _Draft, file: Path, result: Guess, given: Mapping[Path, Content]) -> None:
+def _kinds(looks: Mapping[Path, Guess]) -> dict[str, list[Path]]:
+    """The files by what they are; several logs follow on each other, of anything else there is one."""
+    kinds: dict[str, list[Path]] = {}
+    for file, result in looks.items():
+        own = kinds.setdefault("traction" if result.kind == "log" else result.kind, [])
+        if own and not (result.kind == "log" and looks[own[0]].kind == "log"):
+            what = f"is a {result.kind} as {own[0]} is; import one test at a time"
+            raise DefinitionError(Problem(what, str(file)))
+        own.append(file)
+    logs = kinds["traction"]
+    if "temperature" not in kinds and all("temperature" in looks[file].columns for file in logs):
+        kinds["temperature"] = logs
+    return kinds
+
+
+def _rig(draft: _Draft, file: Path, looks: Mapping[Path, Guess], given: Mapping[Path, Content]) -> None:
     """Load and speed as recorded, discs as many rigs have them."""
+    result = looks[file]
     load, speed, radius = typical(given[file], str(file), result)
-    untold = "no file says it"
+    untold, own = "no file says it", draft.given.get("rig", {})
     draft.lines += ["", "[rig]"]
     draft.key("rig", "normal_load_N", _rounded(load, 1000.0), "" if np.isfinite(load) else untold)
-    if result.has_turning:
+    if "mean_speed_rpm" in own or (result.has_turning and "rolling_speed_m_s" not in own):
         draft.key("rig", "mean_speed_rpm", _rounded(speed / radius * 30.0 / np.pi, 1.0))
     else:
         draft.key("rig", "rolling_speed_m_s", _rounded(speed, 1.0), "" if np.isfinite(speed) else untold)
     ball = result.kind == "log" and not {"speed 1", "torque"} & set(result.columns)
-    mm = f"{radius * 1e3:.4g}"
-    shapes = (("inf", "inf"), (str(BALL_MM), str(BALL_MM))) if ball else ((mm, "inf"), (mm, mm))
-    why = "a ball of 3/4 inch on a flat disc" if ball else f"{untold}; the size of SUROS, one of them crowned"
-    for name, (along, across) in zip(("disc1", "disc2"), shapes, strict=True):
-        draft.key("rig", name, f"{{ rolling_radius_mm = {along}, transverse_radius_mm = {across} }}", why)
+    for name, shape, why in zip(("disc1", "disc2"), *_discs(1e3 * radius, looks, given, is_ball=ball), strict=True):
+        draft.key("rig", name, f"{{ {shape} }}", why)
+    draft.rest("rig", "normal_load_N", "rolling_speed_m_s", "mean_speed_rpm", "disc1", "disc2")
+
+
+def _discs(
+    radius: float, looks: Mapping[Path, Guess], given: Mapping[Path, Content], *, is_ball: bool
+) -> tuple[tuple[str, str], tuple[str, str]]:
+    """The keys of both discs, which no file holds, and why; radius [mm] of those that turn.
+
+    A profile that is narrower than the cylinders would be is that of a crowned disc.
+    """
+    along, across = "rolling_radius_mm = {:.4g}".format, "transverse_radius_mm = {:.4g}".format
+    if is_ball:
+        shapes = (f"{along(np.inf)}, {across(np.inf)}", f"{along(BALL_MM)}, {across(BALL_MM)}")
+        return shapes, ("a ball of 3/4 inch on a flat disc",) * 2
+    profile = next((file for file, result in looks.items() if result.kind == "profile"), None)
+    if profile is not None and (span := spanned(given[profile], str(profile), looks[profile]) * 1e3) < WIDTH_MM:
+        why = f"no file says it; the profile spans {span:.3g} mm, so that one of them is crowned"
+        return (f"{along(radius)}, {across(np.inf)}", f"{along(radius)}, {across(radius)}"), (why, why)
+    cylinder = f"{along(radius)}, {across(np.inf)}, width_mm = {WIDTH_MM}"
+    return (cylinder, cylinder), ("no file says it; cylinders of the size of SUROS",) * 2
 
 
 def _rounded(value: float, unknown: float) -> str:
@@ -229,45 +299,86 @@ def _material(draft: _Draft, weighed: bool) -> None:
     draft.lines += ["", "[material]"]
     for name, value in _STEEL.items():
         draft.key("material", name, repr(value), "hardened steel")
-    if weighed:
+    own = draft.given.get("material", {})
+    each = all("density_kg_m3" in own.get(disc, {}) for disc in ("disc1", "disc2"))
+    if weighed and not each:
         draft.key("material", "density_kg_m3", "7800.0", "steel")
+    draft.rest("material", *_STEEL, *(["density_kg_m3"] if weighed and not each else []))
 
 
-def _thermal(draft: _Draft, file: Path, result: Guess, given: Mapping[Path, Content]) -> None:
+def _thermal(draft: _Draft, file: Path, looks: Mapping[Path, Guess], given: Mapping[Path, Content]) -> None:
     """The room as warm as the disc before it has run."""
-    first = first_temperature(given[file], str(file), result.columns) - CELSIUS
+    columns = looks[file].columns
+    first = first_temperature(given[file], str(file), columns) - CELSIUS if "temperature" in columns else np.nan
     draft.lines += ["", "[thermal]"]
     why = "the first temperature recorded" if np.isfinite(first) else "no file says it"
     draft.key("thermal", "environment_temperature_C", _rounded(first, 20.0), why)
-    draft.key("thermal", "heat_capacity_J_K", "100.0", "no file says it; of the disc")
+    own = ["environment_temperature_C", "heat_capacity_J_K"]
+    if "volume_mm3" not in draft.given.get("thermal", {}):
+        draft.key("thermal", "heat_capacity_J_K", "100.0", "no file says it; of the disc")
+    draft.rest("thermal", *own)
 
 
-def _measured(draft: _Draft, looks: Mapping[Path, Guess], given: Mapping[Path, Content], warm: Path | None) -> None:
-    """The files where they are, with the columns that are not called as they are here; warm: that of temperatures."""
+def _measured(
+    draft: _Draft, looks: Mapping[Path, Guess], given: Mapping[Path, Content], kinds: Mapping[str, Sequence[Path]]
+) -> None:
+    """The files where they are, with the columns that are not called as they are here."""
     draft.lines += ["", "[measured]"]
-    for file, result in looks.items():
-        draft.key("measured", result.kind, _file_table(file, given[file]))
-        if file == warm and result.kind == "log":
-            draft.key("measured", "temperature", _file_table(file, given[file]))
+    warm = kinds.get("temperature", ())
+    for kind, files in kinds.items():
+        tables = [_file_table(file, given[file]) for file in files]
+        key = looks[files[0]].kind if kind == "traction" else kind
+        draft.key("measured", key, tables[0] if len(tables) == 1 else f"[{', '.join(tables)}]")
+    for result in looks.values():
         if result.unused:
             draft.guesses[f"measured.{result.kind}.ignore"] = f"not read: {', '.join(result.unused)}"
+    if "mass" in kinds:
+        _balance(draft, kinds["mass"][0], looks, given)
     named: dict[str, str] = {}
     for file, result in looks.items():
         for name, column in result.columns.items():
-            if name == "temperature" and file != warm:
-                continue
-            cell = str(column.column)
-            if name == plain(cell) and not column.unit and column.sign == 1:
-                continue
-            if named.setdefault(name, cell) != cell:
-                what = f"{name} is called {cell} here and {named[name]} in another file; import them one by one"
-                raise DefinitionError(Problem(what, str(file)))
-            key = f"columns.{name.replace(' ', '_')}"
-            if f"measured.{key}" not in draft.guesses:
-                why = "by its unit" if name in result.by_unit else "by its name"
-                unit = f", unit = {_text(column.unit)}" if column.unit else ""
-                unit += ", sign = -1" if column.sign < 0 else ""
-                draft.key("measured", key, f"{{ column = {json.dumps(cell, ensure_ascii=False)}{unit} }}", why)
+            if name != "temperature" or file in warm:
+                _column(draft, file, name, name in result.by_unit, column, named)
+    of_files = [key for key, value in draft.given.get("measured", {}).items() if isinstance(value, dict)]
+    draft.rest("measured", *_READING, "balance_mg", *of_files)
+
+
+def _column(draft: _Draft, file: Path, name: str, by_unit: bool, column: Named, named: dict[str, str]) -> None:
+    """The line of a column that is not called as it is here; named: what was said of columns before."""
+    cell = str(column.column)
+    if name == plain(cell) and not column.unit and column.sign == 1:
+        return
+    if named.setdefault(name, cell) != cell:
+        what = (
+            f"{name} is called {cell} here and {named[name]} in another file; rename one of them, or import them apart"
+        )
+        raise DefinitionError(Problem(what, str(file)))
+    key = f"columns.{name.replace(' ', '_')}"
+    if f"measured.{key}" not in draft.guesses:
+        unit = f", unit = {_text(column.unit)}" if column.unit else ""
+        unit += ", sign = -1" if column.sign < 0 else ""
+        draft.key("measured", key, f"{{ column = {_text(cell)}{unit} }}", "by its unit" if by_unit else "by its name")
+
+
+def _balance(draft: _Draft, file: Path, looks: Mapping[Path, Guess], given: Mapping[Path, Content]) -> None:
+    """The balance as exact as its last digit, where the table does not say and digits are those of a balance."""
+    columns, said = looks[file].columns, draft.given.get("measured", {})
+    digit = last_digit(given[file], str(file), columns) * 1e6
+    if "balance_mg" in said:
+        draft.key("measured", "balance_mg", "")
+    elif "uncertainty" not in columns and digit >= _FINEST_MG:
+        draft.key(
+            "measured", "balance_mg", f"{digit:.3g}", "the last digit of the weighings; of one, standard deviation"
+        )
+
+
+def _toml(value: Any) -> str:
+    """A value as TOML writes it in a line."""
+    if isinstance(value, dict):
+        return f"{{ {', '.join(f'{key} = {_toml(each)}' for key, each in value.items())} }}"
+    if isinstance(value, list):
+        return f"[{', '.join(_toml(each) for each in value)}]"
+    return str(value).lower() if isinstance(value, bool) else _text(value) if isinstance(value, str) else str(value)
 
 
 def _file_table(file: Path, content: Content) -> str:
@@ -285,8 +396,9 @@ def _quoted(file: Path) -> str:
     return json.dumps(file.as_posix(), ensure_ascii=False)
 
 
-def _tables(measured: Measured) -> Iterator[tuple[str, str]]:
+def _tables(test: Experiment) -> Iterator[tuple[str, str]]:
     """The tables that are read, by file name."""
+    measured = test.measured
     if (t := measured.traction) is not None:
         yield "traction.csv", _csv({
             "time [s]": t.time, "step": t.step + 1, "creepage [%]": 100.0 * t.creepage, "traction ratio [1]": t.ratio,
@@ -297,7 +409,10 @@ def _tables(measured: Measured) -> Iterator[tuple[str, str]]:
     if (warm := measured.temperature) is not None:
         yield "temperature.csv", _csv({"time [s]": warm.time, "temperature [degC]": warm.temperature - CELSIUS})
     if (m := measured.mass) is not None:
-        yield "mass.csv", _csv({"iteration": m.iteration, "mass loss [mg]": 1e6 * m.loss, "disc": m.disc})
+        yield "mass.csv", _csv({
+            "revolutions": np.cumsum(test.history.revolutions)[m.iteration - 1], "disc": m.disc,
+            "mass loss [mg]": 1e6 * m.loss, "uncertainty [mg]": 1e6 * m.uncertainty,
+        })  # fmt: skip
 
 
 def _csv(columns: Mapping[str, Floats | Ints]) -> str:

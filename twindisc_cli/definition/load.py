@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from twindisc_cli import measurement
 from twindisc_cli.definition.parse import parse
 from twindisc_cli.definition.record import Test
 from twindisc_cli.definition.schema import (
-    MEASURED,
     MEASURED_FILES,
     DefinitionBase,
     HistoryTable,
@@ -51,15 +50,16 @@ def load_text(text: str, path: Path) -> Test:
     """A definition by its text; measured files are sought beside `path`, which the messages name."""
     definition = parse(text, str(path))
     rig = _rig(definition.rig, definition.material)
-    history = None if definition.history == MEASURED else _history(definition.history, rig)
+    history, per_iteration = _history_of(definition.history, rig)
     table = definition.measured
     columns = table.columns.model_dump(exclude_none=True) if table.columns else {}
     naming = {key.replace("_", " "): measurement.Named(**named) for key, named in columns.items()}
     settings: dict[str, Any] = table.model_dump(exclude={"provenance", "columns"}, exclude_none=True)
     further = further_channels()
-    settings |= {key: _source(settings[key]) for key in (*MEASURED_FILES, *further) if key in settings}
+    read = {key: _sources if key in ("log", "temperature") else _source for key in (*MEASURED_FILES, *further)}
+    settings |= {key: how(settings[key]) for key, how in read.items() if key in settings}
     others = {name: _other(settings.pop(name), channel) for name, channel in further.items() if name in settings}
-    sources = measurement.Sources(path.parent, **settings, columns=naming, others=others)
+    sources = measurement.Sources(path.parent, **settings, per_iteration=per_iteration, columns=naming, others=others)
     try:
         recorded = measurement.read(sources, rig=rig, history=history, provenance=table.provenance)
     except ContactError as error:
@@ -92,6 +92,11 @@ def _source(given: str | Mapping[str, Any]) -> measurement.Source:
     table: Mapping[str, Any] = {"file": given} if isinstance(given, str) else given
     settings: dict[str, Any] = {k: tuple(value) if isinstance(value, list) else value for k, value in table.items()}
     return measurement.Source(**settings)
+
+
+def _sources(given: Any) -> tuple[measurement.Source, ...]:
+    """A measured file, or several that follow on each other."""
+    return tuple(_source(one) for one in given) if isinstance(given, list) else (_source(given),)
 
 
 def _other(source: measurement.Source, channel: Channel) -> measurement.Other:
@@ -205,9 +210,18 @@ def _mean_radius(discs: list[Disc]) -> float:
     return len(finite) / sum(finite)
 
 
-def _history(table: HistoryTable, rig: Rig) -> History:
+def _history_of(given: HistoryTable | Literal["measured"], rig: Rig) -> tuple[History | None, float]:
+    """The history, None where it is read from the data, and then the revolutions of an iteration, NaN if not said."""
+    if isinstance(given, str):
+        return None, math.nan
+    if isinstance(given.steps, str):
+        return None, float(given.revolutions_per_iteration)
+    return _history(given, given.steps, rig), math.nan
+
+
+def _history(table: HistoryTable, steps: Sequence[StepTable], rig: Rig) -> History:
     """Every iteration of the history; its duration is that of its revolutions at the mean angular speed."""
-    steps, radius = table.steps, _mean_radius([rig.disc1, rig.disc2])
+    radius = _mean_radius([rig.disc1, rig.disc2])
     counts = [step.iterations for step in steps]
     pause = np.repeat([_or_nan(step.pause_s) for step in steps], counts)
     speed = np.repeat([_speed_of(step, radius) or rig.rolling_speed for step in steps], counts)

@@ -102,6 +102,8 @@ def measured(raw: Raw) -> Iterator[Finding]:
             if "density_kg_m3" not in _table(material, disc):
                 yield ("material", "density_kg_m3"), "is missing: a weighed mass says nothing of a volume without it"
                 return
+    if "balance_mg" in table and "mass" not in table:
+        yield ("measured", "balance_mg"), "only weighings have a balance; remove it or give mass"
     for key in ("torque_disc", "torque_zero"):
         if key in table and "log" not in table:
             yield ("measured", key), "only a log has a torque; remove it or give log"
@@ -125,8 +127,11 @@ def steps(raw: Raw) -> Iterator[Finding]:
         elif "mean_speed_rpm" in step and flat:
             yield (*key, "mean_speed_rpm"), "a disc of radius inf does not turn: give rolling_speed_m_s instead"
     measured = _table(raw, "measured")
-    if isinstance(raw, Mapping) and raw.get("history") == "measured" and not {"log", "traction"} & set(measured):
-        yield ("history",), '"measured" needs a log or a traction under [measured] to be read from'
+    if "measured" in (raw.get("history"), listed) and not {"log", "traction"} & set(measured):
+        yield (
+            ("history",) if isinstance(raw.get("history"), str) else ("history", "steps"),
+            '"measured" needs a log or a traction under [measured] to be read from',
+        )
     if result and all("pause_s" in step for step in result):
         yield ("history", "steps"), "all steps are pauses"
 
@@ -137,6 +142,8 @@ def separate(raw: Raw) -> Iterator[Finding]:
     if history.get("separate") is not True:
         return
     steps = history.get("steps")
+    if steps == "measured":
+        yield ("history", "separate"), "steps that are read from a log follow on each other; remove it"
     for index, step in enumerate(steps if isinstance(steps, list) else []):
         if isinstance(step, Mapping) and "pause_s" in step:
             yield ("history", "steps", index), "a pause between separate steps does nothing; remove it"

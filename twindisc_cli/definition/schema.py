@@ -15,6 +15,7 @@ from pydantic import (
     ConfigDict,
     Field,
     PlainSerializer,
+    TypeAdapter,
     WithJsonSchema,
     WrapValidator,
     create_model,
@@ -187,11 +188,32 @@ class StepTable(Table):
     pause_s: Positive | None = Field(default=None, description="stands still so long: cools, does not wear")
 
 
+MEASURED: Literal["measured"] = "measured"
+
+
+STEPS = TypeAdapter(Annotated[list[StepTable], Field(min_length=1)])
+
+
+def _steps(given: Any, _: Callable[[Any], Any]) -> Any:
+    """A list of steps, or the word for those that are read from the data."""
+    return _measured_or(given, STEPS.validate_python, "a list of steps")
+
+
+def _measured_or(given: Any, handler: Callable[[Any], Any], what: str) -> Any:
+    if isinstance(given, str):
+        if given != MEASURED:
+            raise ValueError(f'must be {what}, or "measured": read from the log or the traction')
+        return given
+    return handler(given)
+
+
 class HistoryTable(Table):
     """The load history: steps of constant creepage, each some iterations of equal length, and pauses."""
 
     revolutions_per_iteration: Positive
-    steps: list[StepTable] = Field(min_length=1)
+    steps: Annotated[Annotated[list[StepTable], Field(min_length=1)] | Literal["measured"], WrapValidator(_steps)] = (
+        Field(description='of constant creepage; or "measured": read from the log or the traction')
+    )
     separate: bool = Field(
         default=False,
         description="every step is a test of its own on new discs: no time, wear or warmth is carried over; times in "
@@ -199,16 +221,9 @@ class HistoryTable(Table):
     )
 
 
-MEASURED: Literal["measured"] = "measured"
-
-
 def _or_measured(given: Any, _: Callable[[Any], Any]) -> Any:
     """The table of a history, or the word for one that is read from the data."""
-    if isinstance(given, str):
-        if given != MEASURED:
-            raise ValueError('must be a table, or "measured": read from the log or the traction')
-        return given
-    return HistoryTable.model_validate(given)
+    return _measured_or(given, HistoryTable.model_validate, "a table")
 
 
 class ModelTable(Table):
@@ -280,6 +295,8 @@ class ColumnsTable(Table):
     cycles: ColumnTable | None = None
     revolutions: ColumnTable | None = None
     distance: ColumnTable | None = None
+    sliding_distance: ColumnTable | None = None
+    mass: ColumnTable | None = None
 
 
 MEASURED_FILES = ("traction", "log", "profile", "temperature", "mass")
@@ -312,18 +329,42 @@ class _OrFile:
 
 
 def _file_written(value: Any) -> Any:
-    """A name as it was, a table with what it says."""
+    """A name as it was, a table with what it says, of a list each."""
+    if isinstance(value, list):
+        return [_file_written(one) for one in value]
     return value.model_dump(exclude_none=True) if isinstance(value, FileTable) else value
 
 
 MeasuredFile = Annotated[FileName, WrapValidator(_or_file), PlainSerializer(_file_written), _OrFile()]
 
 
+def _or_files(given: Any, handler: Callable[[Any], Any]) -> Any:
+    """A file, or a list of files that follow on each other."""
+    return FILES.validate_python(given) if isinstance(given, list) else handler(given)
+
+
+class _OrFiles:
+    """Tells the JSON schema that a file may be a list of files."""
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """A file, or an array of files."""
+        return {"anyOf": [handler(schema), {"type": "array", "items": handler(schema), "minItems": 1}]}
+
+
+FILES = TypeAdapter(Annotated[list[MeasuredFile], Field(min_length=1)])
+MeasuredFiles = Annotated[MeasuredFile, WrapValidator(_or_files), _OrFiles()]
+"""A file, or several in order."""
+
+
 class MeasuredTable(Table):
     """Measured data: tables, with paths relative to this file."""
 
     traction: MeasuredFile | None = None
-    log: MeasuredFile | None = Field(default=None, description="whatever the rig writes, in place of traction")
+    log: MeasuredFiles | None = Field(
+        default=None, description="whatever the rig writes, in place of traction; several files as a list, in order"
+    )
     torque_disc: Literal[1, 2] | None = Field(
         default=None, description="the disc whose torque the log holds, where their radii differ"
     )
@@ -335,9 +376,12 @@ class MeasuredTable(Table):
     profile_place: Literal["as recorded"] | None = Field(
         default=None, description="left out: levelled on the unworn flanks and centred on the track"
     )
-    temperature: MeasuredFile | None = None
+    temperature: MeasuredFiles | None = Field(default=None, description="a list where it is that of the log")
     mass: MeasuredFile | None = Field(
-        default=None, description="mass loss of a disc, weighed at stops; needs a density"
+        default=None, description="mass lost by the discs, or their weights at stops; needs a density"
+    )
+    balance_mg: Positive | None = Field(
+        default=None, description="standard deviation of one weighing, where the table of masses states none"
     )
     columns: ColumnsTable | None = None
     provenance: Literal["measured", "digitised", "reconstructed", "synthetic"] = "measured"

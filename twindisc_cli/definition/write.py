@@ -64,13 +64,20 @@ def relocate(text: str, *, source: Path, target: Path, effects: Path | None = No
     files = (("measured", key) for key in (*MEASURED_FILES, *further_channels()))
     for table, key in (*files, *_FOLDERS):
         named = document.get(table, {}).get(key)
-        if isinstance(named, str):
-            document[table][key] = _from(target, source / named)
-        elif isinstance(named, dict):
-            named["file"] = _from(target, source / named["file"])
+        if named is not None:
+            document[table][key] = _moved(named, source, target)
     if effects is not None:
         document.setdefault("loop", {}).setdefault("effects", _from(target, effects))
     return remarks + tomli_w.dumps(document)
+
+
+def _moved(named: Any, source: Path, target: Path) -> Any:
+    """A file, or a table or a list that names files, with paths that lead from `target`."""
+    if isinstance(named, list):
+        return [_moved(one, source, target) for one in named]
+    if isinstance(named, dict):
+        return {**named, "file": _from(target, source / named["file"])}
+    return _from(target, source / named)
 
 
 def _from(folder: Path, file: Path) -> str:

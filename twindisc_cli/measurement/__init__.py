@@ -2,25 +2,42 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from hashlib import sha256
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
 from twindisc_cli.errors import MeasurementError, Problem
-from twindisc_cli.measurement.channels import check_enough, check_time, read_mass, read_temperature, read_traction
+from twindisc_cli.measurement.channels import check_enough, check_time, read_temperature, read_traction
 from twindisc_cli.measurement.content import Content, read_bytes
+from twindisc_cli.measurement.found_steps import counted
 from twindisc_cli.measurement.header import Column, Named, Naming
+from twindisc_cli.measurement.joined import joined
 from twindisc_cli.measurement.log import read_log
 from twindisc_cli.measurement.profile import read_profile
 from twindisc_cli.measurement.rig_log import ZeroSetting, log_samples, log_temperature
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.table import read_table
 from twindisc_cli.measurement.units import kind_of
-from twindisc_cli.model.experiment import Floats, History, Measured, Provenance, Rig, TorqueZero, TractionSamples
+from twindisc_cli.measurement.weighings import read_mass
+from twindisc_cli.model.experiment import (
+    Floats,
+    History,
+    Measured,
+    Provenance,
+    Rig,
+    TemperatureSamples,
+    TorqueZero,
+    TractionSamples,
+)
+from twindisc_cli.quantities import UNITS
 
 __all__ = ["Named", "Other", "Recorded", "RowCount", "Source", "Sources", "ZeroSetting", "column", "read"]
 
@@ -56,19 +73,22 @@ class Sources:
     """The files of a test, as its definition names them, relative to `folder`; None where there is none.
 
     torque_disc: the disc whose torque the rig log holds; torque_zero: how its zero is known; profile_place: whether
-    profiles stay where they are. columns: what is said
-    of columns in the files. others: files of further channels, by the channel.
+    profiles stay where they are; balance_mg: standard error of a weighing, NaN where it is not stated; per_iteration:
+    revolutions of an iteration of a history that is found, NaN likewise. columns: what is said of columns in the files.
+    others: files of further channels, by the channel.
     """
 
     folder: Path
     traction: Source | None = None
-    log: Source | None = None
+    log: tuple[Source, ...] = ()
     profile: Source | None = None
-    temperature: Source | None = None
+    temperature: tuple[Source, ...] = ()
     mass: Source | None = None
     torque_disc: int | None = None
     torque_zero: ZeroSetting = None
     profile_place: Literal["as recorded"] | None = None
+    balance_mg: float = math.nan
+    per_iteration: float = math.nan
     columns: Naming = field(default_factory=dict)
     others: Mapping[str, Other] = field(default_factory=dict)
 
@@ -88,90 +108,120 @@ class Recorded:
 
 @dataclass
 class _Reading:
-    """Files that are read one after another: their digests, rows and mistakes."""
+    """The files of a test as they are read: mistakes, sha256 by file and counts of rows gather in it."""
 
     sources: Sources
+    rig: Rig
     problems: list[Problem] = field(default_factory=list)
     hashes: dict[str, str] = field(default_factory=dict)
     rows: list[RowCount] = field(default_factory=list)
 
     def content(self, source: Source) -> tuple[Content, str]:
-        """What a file holds, and its path."""
-        path = self.sources.folder / source.file
-        data = read_bytes(path)
+        """What is in a file and how it is read, and its path."""
+        data = read_bytes(self.sources.folder / source.file)
         self.hashes[source.file] = sha256(data).hexdigest()
-        return Content(data, source.sheet, source.skip, source.ignore), str(path)
+        content = Content(data, source.sheet, source.skip, source.ignore)
+        return content, str(self.sources.folder / source.file)
 
     @contextmanager
-    def of(self, source: Source | None) -> Iterator[list[RowCount]]:
-        """Keep the mistakes of a file, and what became of its rows."""
-        counts: list[RowCount] = []
+    def gathered(self) -> Iterator[None]:
+        """Mistakes of a file do not keep those of the next from being seen."""
         try:
-            yield counts
+            yield
         except MeasurementError as error:
             self.problems.extend(error.problems)
-        self.rows.extend(replace(count, file=source.file) for count in counts if source is not None)
 
-    def driven(
-        self, rig: Rig, history: History | None
-    ) -> tuple[TractionSamples | None, History | None, TorqueZero | None, float | None]:
-        """What was driven: traction, history, zero of the torque, and when a log of the history's times began [s]."""
-        sources, named = self.sources, self.sources.columns
-        traction = zero = begin = None
-        with self.of(sources.log or sources.traction) as counts:
-            if sources.log:
-                recorded = read_log(*self.content(sources.log), rig=rig, torque_disc=sources.torque_disc, naming=named)
-                log = log_samples(recorded, rig=rig, history=history, torque_zero=sources.torque_zero)
-                begin = log.begin if history is None or _same(sources.temperature, sources.log) else None
-                traction, history, zero = log.samples, log.history, log.zero
-                counts.append(log.rows)
-            elif sources.traction:
-                data = self.content(sources.traction)
-                traction, history, count = read_traction(*data, rig=rig, history=history, naming=named)
-                counts.append(count)
-        return traction, history, zero, begin
+    def counted(self, count: RowCount, *sources: Source) -> None:
+        """What became of the rows of a file."""
+        more = f" and {len(sources) - 1} more" if len(sources) > 1 else ""
+        self.rows.append(replace(count, file=f"{sources[0].file}{more}"))
+
+
+@dataclass(frozen=True)
+class _Traction:
+    """Samples of the traction and the history; zero, begin and shifts of the clock are known of a log."""
+
+    samples: TractionSamples | None = None
+    history: History | None = None
+    zero: TorqueZero | None = None
+    begin: float | None = None
+    shifts: Sequence[float] = ()
 
 
 def read(sources: Sources, *, rig: Rig, history: History | None, provenance: Provenance) -> Recorded:
     """Every measured channel; MeasurementError holds the mistakes of all files. history None: it is found in them."""
-    reading, own, named = _Reading(sources), dict[str, Any](), sources.columns
-    traction, driven, zero, begin = reading.driven(rig, history)
-    if driven is None:
+    reading = _Reading(sources, rig)
+    traction, named = _Traction(history=history), sources.columns
+    with reading.gathered():
+        traction = _traction(reading, history)
+    if traction.history is None:
         raise MeasurementError(reading.problems)
-    history, profile, place, start, temperature, mass = driven, None, None, None, None, None
-    with reading.of(sources.profile) as counts:
+    history = counted(traction.history, sources.per_iteration) if history is None else traction.history
+    profile = place = start = temperature = mass = None
+    with reading.gathered():
+        if sources.mass:
+            data, balance = reading.content(sources.mass), sources.balance_mg * UNITS["mg"].factor
+            mass, history, count = read_mass(*data, rig=rig, history=history, naming=named, balance=balance)
+            reading.counted(count, sources.mass)
+    with reading.gathered():
         if sources.profile:
             data, as_recorded = reading.content(sources.profile), sources.profile_place == "as recorded"
             profile, place, start, count = read_profile(
                 *data, rig=rig, history=history, naming=named, as_recorded=as_recorded
             )
-            counts.append(count)
-    with reading.of(sources.temperature) as counts:
+            reading.counted(count, sources.profile)
+    with reading.gathered():
         if sources.temperature:
-            data = reading.content(sources.temperature)
-            if begin is None:
-                temperature, count = read_temperature(*data, history=history, naming=named)
-            else:
-                temperature, count = log_temperature(*data, history=history, begin=begin, naming=named)
-            counts.append(count)
-    with reading.of(sources.mass) as counts:
-        if sources.mass:
-            mass, count = read_mass(*reading.content(sources.mass), history=history, naming=named)
-            counts.append(count)
+            temperature = _temperature(reading, history, traction)
+    others: dict[str, Any] = {}
     for name, other in sources.others.items():
-        with reading.of(other.source) as counts:
-            own[name], count = read_other(*reading.content(other.source), other, history=history, naming=named)
-            counts.append(count)
+        with reading.gathered():
+            others[name], count = read_other(*reading.content(other.source), other, history=history, naming=named)
+            reading.counted(count, other.source)
     if reading.problems:
         raise MeasurementError(reading.problems)
     measured = Measured(
-        traction, profile, temperature, mass, provenance, torque_zero=zero, profile_place=place, start=start, others=own
-    )
+        traction.samples, profile, temperature, mass, provenance, torque_zero=traction.zero, profile_place=place,
+        start=start, others=others,
+    )  # fmt: skip
     return Recorded(measured, history, reading.hashes, tuple(reading.rows))
 
 
-def _same(one: Source | None, other: Source | None) -> bool:
-    return one is not None and other is not None and one.file == other.file
+def _traction(reading: _Reading, history: History | None) -> _Traction:
+    """The traction of a table or of the logs, and the history, which is found where it is None."""
+    sources, rig = reading.sources, reading.rig
+    if sources.log:
+        disc, naming = sources.torque_disc, sources.columns
+        logs = [read_log(*reading.content(log), rig=rig, torque_disc=disc, naming=naming) for log in sources.log]
+        recorded, shifts = joined(logs)
+        log = log_samples(recorded, rig=rig, history=history, torque_zero=sources.torque_zero)
+        reading.counted(log.rows, *sources.log)
+        same = [source.file for source in sources.temperature] == [source.file for source in sources.log]
+        begin = log.begin if history is None or same else None
+        return _Traction(log.samples, log.history, log.zero, begin, shifts if same else ())
+    if sources.traction:
+        data = reading.content(sources.traction)
+        samples, history, count = read_traction(*data, rig=rig, history=history, naming=sources.columns)
+        reading.counted(count, sources.traction)
+        return _Traction(samples, history)
+    return _Traction(history=history)
+
+
+def _temperature(reading: _Reading, history: History, traction: _Traction) -> TemperatureSamples:
+    """The temperatures of a file or of the logs, on the clock of these where the history begins somewhere on it."""
+    naming, parts = reading.sources.columns, []
+    for source, shift in zip_longest(reading.sources.temperature, traction.shifts, fillvalue=0.0):
+        assert isinstance(source, Source)  # shifts are of the same files
+        data = reading.content(source)
+        if traction.begin is None:
+            part, count = read_temperature(*data, history=history, naming=naming)
+        else:
+            begin = traction.begin - float(shift)
+            part, count = log_temperature(*data, history=history, begin=begin, naming=naming)
+        parts.append(part)
+        reading.counted(count, source)
+    time, temperature = (np.concatenate([getattr(p, name) for p in parts]) for name in ("time", "temperature"))
+    return TemperatureSamples(time, temperature)
 
 
 def _out_of_range(written: Floats, row: int) -> str:

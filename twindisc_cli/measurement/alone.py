@@ -11,7 +11,7 @@ from twindisc_cli.measurement.header import Column
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
 from twindisc_cli.measurement.table import read_table
-from twindisc_cli.measurement.units import COUNT, LENGTH, MASS, TEMPERATURE, TIME
+from twindisc_cli.measurement.units import COUNT, LENGTH, MASS, NUMBER, TEMPERATURE, TIME
 from twindisc_cli.quantities import UNITS
 
 _COLUMNS = {
@@ -22,7 +22,12 @@ _COLUMNS = {
     "mass loss": (MASS, "mg"),
     "mass 1": (MASS, "mg"),
     "mass 2": (MASS, "mg"),
+    "mass": (MASS, "mg"),
+    "uncertainty": (MASS, "mg"),
     "distance": (LENGTH, "m"),
+    "sliding distance": (LENGTH, "m"),
+    "cycles": (NUMBER, "1"),
+    "revolutions": (NUMBER, "1"),
 }
 """What a column is, and the unit in which it is written; any other is a count."""
 
@@ -43,7 +48,9 @@ def alone(content: Content, file: str, guess: Guess) -> Alone:
     columns: dict[str, Floats | Ints] = {}
     for name in guess.columns:
         unit = UNITS[_COLUMNS[name][1]] if name in _COLUMNS else None
-        columns[f"{name} [{unit.name}]" if unit else name] = (unit or UNITS["1"]).of_si(table.columns[name])
+        columns[f"{name} [{unit.name}]" if unit and unit.name != "1" else name] = (unit or UNITS["1"]).of_si(
+            table.columns[name]
+        )
     guessed = [f"{named.column} taken for {name}" for name, named in guess.columns.items() if named.column != name]
     notes = (*table.notes, *guessed)
     return Alone(columns, replace(table.count(), notes=tuple(dict.fromkeys(notes))))

@@ -1,6 +1,8 @@
-"""The measured channels traction, temperature and mass, checked against the rig and its history."""
+"""The measured channels traction and temperature, checked against the rig and its history."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,14 +12,12 @@ from twindisc_cli.measurement.header import Column, Naming
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
 from twindisc_cli.measurement.table import Table, read_table
-from twindisc_cli.measurement.units import COUNT, MASS, PERCENTAGE, RATIO, TEMPERATURE, TIME
-from twindisc_cli.model.experiment import History, MassSamples, Rig, TemperatureSamples, TractionSamples
+from twindisc_cli.measurement.units import COUNT, PERCENTAGE, RATIO, TEMPERATURE, TIME
+from twindisc_cli.model.experiment import History, Rig, TemperatureSamples, TractionSamples
 
 CREEPAGE_TOLERANCE = (0.25, 2e-4)
 """How far a creepage may lie from its step's: relative, of a step without creepage to the smallest; plus absolute."""
 LARGEST_RATIO = 3.0  # no dry contact transmits thrice its load: the units are wrong
-HEAVIEST = 0.1
-"""A mass loss [kg] that no test discs survive."""
 SLIP = ("slide-roll ratio", "slide roll ratio", "srr", "slip", "slip ratio")
 RATIOS = ("traction coefficient", "friction coefficient", "mu", "cof", "t/n", "t over n")
 """Other names of creepage and of T/N in the files of rigs."""
@@ -103,36 +103,22 @@ def step_at(history: History, time: Floats) -> Ints:
     return history.step[history.iteration_at(time)]
 
 
-def read_mass(
-    data: bytes | Content, file: str, *, history: History, naming: Naming | None = None
-) -> tuple[MassSamples, RowCount]:
-    """Mass loss of the discs since the start, weighed at stops."""
-    wanted = (
-        Column("iteration", COUNT),
-        Column("mass loss", MASS),
-        Column("disc", COUNT, required=False),
-        Column("uncertainty", MASS, required=False),
-    )
-    table = read_table(data, file, wanted, naming)
-    columns, last = table.columns, int(history.driven.sum())
-    disc = columns.get("disc", np.full(len(table), 2.0)).astype(np.int64)
-    iteration = columns["iteration"].astype(np.int64)
-    check_place(table, disc, iteration, last)
-    loss = columns["mass loss"]
-    for which in (1, 2):
-        rows = np.flatnonzero(disc == which)
-        again = np.zeros(len(table), dtype=bool)
-        again[rows[1:][np.diff(iteration[rows]) <= 0]] = True
-        table.flag(again, "iteration", lambda row: f"iteration {iteration[row]} is not after the row before")
-    heavy = np.abs(loss) > HEAVIEST
-    table.flag(heavy, "mass loss", lambda row: f"{loss[row] * 1e3:g} g is not wear; check the unit")
-    if len(table) and np.all(loss < 0.0):
-        table.note("the discs grow heavier: a mass loss is positive", "mass loss", int(table.lines[0]))
-    if "uncertainty" in columns:
-        table.flag(columns["uncertainty"] <= 0.0, "uncertainty", lambda _: "must be greater than 0")
-    table.check()
-    samples = MassSamples(history.entry(iteration), loss, disc, columns.get("uncertainty", np.full(len(table), np.nan)))
-    return samples, table.count()
+def with_iterations(table: Table, history: History) -> History:
+    """A history that was found, on which the iterations that a table names are counted; one that was given as it is.
+
+    Where nobody said how long an iteration is, the last that the table names ends where the history does.
+    """
+    if history.per_iteration is None or np.isfinite(history.per_iteration):
+        return history
+    named = table.columns.get("iteration", np.ones(1))
+    last = max(float(np.max(named, initial=1.0)), 1.0)
+    length = float(history.revolutions.sum()) / last
+    if "iteration" in table.columns:
+        table.notes.append(
+            f"iteration {last:g}, the last in it, is taken for the end of the history: {length:.6g} revolutions each; "
+            '[history] with revolutions_per_iteration and steps = "measured" overrules'
+        )
+    return replace(history, per_iteration=length)
 
 
 def check_place(table: Table, disc: Ints, iteration: Ints, last: int, first: int = 1) -> None:

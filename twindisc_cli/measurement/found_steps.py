@@ -28,6 +28,9 @@ _ITERATIONS = 100  # in the history that is found: a hundredth of the wear in ea
 _LEVEL = 1.3  # creepages within 30 % are of one nominal value
 _NOTHING = 2e-3  # of the largest creepage: pure rolling
 _REVOLUTIONS = 10.0  # of an iteration of a curve without times
+SLIVER = 0.1
+"""Share of an iteration by which a weighing may miss its end: a counter and a log agree no better."""
+_MOST_COUNTED = 1000  # iterations that are counted: more are no time steps of wear
 
 
 @dataclass(frozen=True)
@@ -163,6 +166,31 @@ def _history(steps: Sequence[_Step], rig: Rig) -> History:
         load_factor=load[entry],
         speed_factor=speed[entry],
     )
+
+
+def counted(history: History, per_iteration: float) -> History:
+    """A history that was found, on which iterations of so many revolutions (NaN: nobody said) are counted."""
+    ends = np.cumsum(history.revolutions)
+    count = 0 if np.isnan(per_iteration) else min(int(ends[-1] / per_iteration + SLIVER), _MOST_COUNTED)
+    history = cut_at(history, ends, np.arange(1.0, count + 1.0) * per_iteration) if count else history
+    return replace(history, per_iteration=per_iteration)
+
+
+def cut_at(history: History, ends: Floats, places: Floats) -> History:
+    """The history with iterations that end at places; ends: the end of each on the same scale, (iteration,)."""
+    begins = np.concatenate([[0.0], ends[:-1]])
+    shares: list[list[float]] = [[] for _ in ends]
+    for place in np.unique(places):
+        at = int(np.searchsorted(ends, place))
+        share = (place - begins[at]) / (ends[at] - begins[at]) if at < len(ends) else 0.0
+        if SLIVER < share < 1.0 - SLIVER:
+            shares[at].append(float(share))
+    parts = np.concatenate([np.diff([0.0, *own, 1.0]) for own in shares])
+    entry = np.repeat(np.arange(len(ends)), [len(own) + 1 for own in shares])
+    names = ("step", "creepage", "duration", "revolutions", "given_mu", "load_factor", "speed_factor", "yaw")
+    each: dict[str, Any] = {name: getattr(history, name)[entry] for name in names}
+    each |= {name: each[name] * parts for name in ("duration", "revolutions")}
+    return replace(history, **each)
 
 
 def begun_at_zero(found_steps: FoundSteps) -> History:

@@ -24,6 +24,7 @@ from twindisc_cli.measurement.units import (
     FORCE,
     LENGTH,
     MASS,
+    NUMBER,
     PERCENTAGE,
     RATIO,
     SPEED,
@@ -34,6 +35,7 @@ from twindisc_cli.measurement.units import (
     rim_speed,
 )
 from twindisc_cli.measurement.vendors import vendor_of
+from twindisc_cli.measurement.weighings import ALSO, WEIGHTS, WHEN
 from twindisc_cli.model.experiment import Disc, Rig
 
 Kind = Literal["log", "traction", "profile", "temperature", "mass"]
@@ -62,22 +64,29 @@ _NAMES: Mapping[str, tuple[str, ...]] = {
     "iteration": ("iteration",),
     "cycles": ("cycles", "cycle", "zyklen"),
     "revolutions": ("revolutions", "revs", "umdrehungen", "tours"),
-    "distance": ("distance", "sliding distance", "rolling distance", "weg"),
+    "distance": ("distance", "rolling distance", "weg", "rollweg"),
+    "sliding distance": ("sliding distance", "gleitweg"),
     "disc": ("disc", "disk", "scheibe"),
     "x": ("x", "lateral", "position", "lateral position", "scan position", "x position", "scan length"),
     "y": ("y", "y1"),
     "height": ("height", "z", "raw", "z1", "profile height", "höhe"),
-    "mass loss": ("mass loss", "weight loss", "masseverlust", "gewichtsverlust"),
-    "mass 1": ("mass 1", "weight 1", "mass disc 1", "weight disc 1", "mass upper", "weight upper"),
-    "mass 2": ("mass 2", "weight 2", "mass disc 2", "weight disc 2", "mass lower", "weight lower"),
-    "temperature": ("temperature", "temperatur", "température", "temperatura", "temp", "temp.", "disc temperature"),
+    "mass loss": ("mass loss", *ALSO["mass loss"], "masseverlust", "gewichtsverlust"),
+    "mass 1": ("mass 1", *ALSO["mass 1"]),
+    "mass 2": ("mass 2", *ALSO["mass 2"]),
+    "mass": ("mass", *ALSO["mass"], "masse", "gewicht"),
+    "uncertainty": ("uncertainty", "std", "standard deviation", "unsicherheit"),
+    "temperature": (
+        "temperature", "temperatur", "température", "temperatura", "temp", "temp.", "disc temperature",
+        "thermocouple", "thermoelement", "thermocouple 1", "tc", "tc 1", "tc1", "disc temp",
+    ),
 }  # fmt: skip
 _KEYS = {name: key for key, group in _NAMES.items() for name in group}
 _QUANTITY: Mapping[str, Quantity] = {
     "time": TIME, "step": COUNT, "creepage": PERCENTAGE, "traction ratio": RATIO, "traction force": FORCE,
     "normal load": FORCE, "torque": TORQUE, "speed 1": rim_speed(1.0), "speed 2": rim_speed(1.0),
-    "rolling speed": SPEED, "sliding speed": SPEED, "iteration": COUNT, "cycles": COUNT, "revolutions": COUNT,
-    "distance": LENGTH, "disc": COUNT, "x": LENGTH, "y": LENGTH, "height": LENGTH, "mass loss": MASS, "mass 1": MASS,
+    "rolling speed": SPEED, "sliding speed": SPEED, "iteration": COUNT, "cycles": NUMBER, "revolutions": NUMBER,
+    "distance": LENGTH, "sliding distance": LENGTH, "mass": MASS, "uncertainty": MASS,
+    "disc": COUNT, "x": LENGTH, "y": LENGTH, "height": LENGTH, "mass loss": MASS, "mass 1": MASS,
     "mass 2": MASS, "temperature": TEMPERATURE,
 }  # fmt: skip
 _BY_UNIT: tuple[tuple[Quantity, tuple[str, ...]], ...] = (
@@ -101,8 +110,7 @@ _RADIUS = 0.0235  # [m] of the paper's discs, named as a guess
 
 
 _SAMPLE = 60  # rows that show what a column is
-_WEIGHED = ("mass loss", "mass 1", "mass 2")
-_WHEN = ("iteration", "cycles", "revolutions", "time", "distance")
+_WEIGHED = ("mass loss", *WEIGHTS, "mass")
 
 
 @dataclass(frozen=True)
@@ -178,7 +186,8 @@ def _guess(reading: _Reading, part: str, file: str) -> Guess:
         what = f"{loads[0]} looks like a load; without one, rows without load would count. {_HOW}"
         ignored = f"# or, where it is none: ignore = {json.dumps(loads, ensure_ascii=False)}"
         raise MeasurementError(Problem(what, file, block=(line("normal load", cell), ignored)))
-    alike = [name for key in ("normal load", "torque", "time", "speed 1", "speed 2") for name in others.get(key, [])]
+    other = ("normal load", "torque", "time", "speed 1", "speed 2", "temperature")
+    alike = [name for key in other for name in others.get(key, [])]
     return Guess(
         kind,
         own,
@@ -222,6 +231,23 @@ def first_temperature(content: Content, file: str, columns: Mapping[str, Named])
     """The first temperature [K] of a file: of a disc that has not run yet."""
     table = read_table(content, file, (Column("temperature", TEMPERATURE),), columns, gaps=True)
     return float(table.columns["temperature"][0]) if len(table) else np.nan
+
+
+def spanned(content: Content, file: str, result: Guess) -> float:
+    """How wide a profile is [m]."""
+    y = read_table(content, file, (Column("y", LENGTH),), result.columns, gaps=True).columns["y"]
+    return float(np.ptp(y)) if len(y) else 0.0
+
+
+def last_digit(content: Content, file: str, columns: Mapping[str, Named]) -> float:
+    """The place of the last digit of the masses [kg] in a file."""
+    table = read_table(content, file, [Column(name, MASS) for name in _WEIGHED if name in columns], columns)
+    digits = []
+    for name, (factor, _) in table.scales.items():
+        written = np.abs(table.written(name))
+        whole = [np.allclose(written * 10.0**d, np.round(written * 10.0**d), rtol=0.0, atol=1e-4) for d in range(9)]
+        digits.append(abs(factor) * 10.0 ** -(whole.index(True) if any(whole) else 9))
+    return min(digits)
 
 
 def _cells(sheet: Sheet) -> Iterator[Cell]:
@@ -350,7 +376,7 @@ def _kind(columns: Mapping[str, Named]) -> Kind | None:
         return "traction"
     if {"y", "height"} <= has:
         return "profile"
-    if has & set(_WEIGHED) and has & set(_WHEN):
+    if has & set(_WEIGHED) and has & set(WHEN):
         return "mass"
     return "temperature" if {"time", "temperature"} <= has else None
 
@@ -366,7 +392,7 @@ def needed(kind: Kind, columns: Mapping[str, Named]) -> Iterator[str]:
         "traction": ("creepage", "traction ratio", "step"),
         "profile": ("y", "height", "disc", "iteration"),
         "temperature": ("time", "temperature"),
-        "mass": (*[name for name in _WHEN if name in columns][:1], *_WEIGHED, "disc"),
+        "mass": (*[name for name in WHEN if name in columns][:1], *_WEIGHED, "disc", "uncertainty"),
         "log": ("time", "step", *motion, signal, "normal load", "temperature"),
     }
     return (name for name in of[kind] if name in columns)

@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from twindisc_cli.measurement.channels import check_place
+from twindisc_cli.measurement.channels import check_place, with_iterations
 from twindisc_cli.measurement.content import Content
 from twindisc_cli.measurement.header import Column, Naming
 from twindisc_cli.measurement.rows import RowCount
@@ -221,7 +221,9 @@ def read_profile(
         Column("trace", COUNT, required=False),
     )
     table = read_table(data, file, wanted, naming, gaps=True)
-    columns, last = table.columns, int(history.driven.sum())
+    columns = table.columns
+    history = with_iterations(table, history)
+    last = history.iterations
     disc = columns.get("disc", np.full(len(table), 2.0)).astype(np.int64)
     iteration = columns.get("iteration", np.full(len(table), float(last))).astype(np.int64)
     check_place(table, disc, iteration, last, first=0)

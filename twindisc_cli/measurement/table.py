@@ -45,7 +45,8 @@ _SAME = 1e-3
 class Table:
     """The rows that could be read: SI columns by name, factor and offset to SI, the line of each row.
 
-    block: which of the blocks each row is in where the header stands again, None where it does not.
+    block: which of the blocks each row is in where the header stands again, None where it does not. origin: the time
+    stamp [s] from which times are counted, NaN where they are no stamps.
     """
 
     file: str
@@ -54,6 +55,7 @@ class Table:
     headers: dict[str, str]
     lines: Integers
     block: Ints | None = None
+    origin: float = np.nan
     problems: list[Problem] = field(default_factory=list)
     left_out: dict[str, int] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
@@ -275,7 +277,8 @@ def _read_stamps(table: Table, rows: Rows, places: Mapping[str, Place]) -> None:
             seconds = np.array([np.nan if value is None else value for value in read])
             known = np.flatnonzero(np.isfinite(seconds))
             wraps = np.cumsum(np.diff(seconds[known], prepend=seconds[known[:1]]) < -43200.0)
-            rows.numbers[known, column] = seconds[known] + 86400.0 * wraps - seconds[known[0]]
+            table.origin = float(seconds[known[0]]) if len(known) else np.nan
+            rows.numbers[known, column] = seconds[known] + 86400.0 * wraps - table.origin
 
 
 def _summary(rows: Rows, broken: Bools) -> Bools:

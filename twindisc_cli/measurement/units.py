@@ -124,11 +124,14 @@ def rim_speed(radius: float) -> Quantity:
 
 
 TEMPERATURE = Quantity("temperature", _in("degC", "K", "degF"), by_pint={"K": 1.0})
+NUMBER = Quantity("a number", {"1": (1.0, 0.0), "rev": (1.0, 0.0), "krev": (1e3, 0.0)}, default="1")
 COUNT = Quantity("a number counted from 1", _in("1"), default="1")
 
 _ALIASES = {
     "1": ("", "-"),
     "%": ("percent", "pct"),
+    "rev": ("revs", "revolutions", "cycles", "cyc"),
+    "krev": ("k", "kcycles", "x1000", "1000", "10^3", "1e3"),
     "s": ("sec", "S", "seconds"),
     "min": ("minutes",),
     "h": ("hr", "hours"),

@@ -174,7 +174,8 @@ class History:
     step [index from 0], creepage [1], duration [s], revolutions, given_mu [1] (NaN: not given), load_factor and
     speed_factor, normal load and rolling speed over the rig's [1], yaw [rad]; each (iteration,). A pause has no
     revolutions, no creepage and no speed. separate: every step is a test of its own, written down one after the other;
-    nothing is carried over from one to the next.
+    nothing is carried over from one to the next. per_iteration: revolutions of what weighings and profiles count as an
+    iteration, where the entries are finer than that; NaN where nobody said it, None where the entries are counted.
     """
 
     step: Ints
@@ -186,6 +187,7 @@ class History:
     speed_factor: Floats = field(default_factory=lambda: np.ones(1))
     yaw: Floats = field(default_factory=lambda: np.zeros(1))
     separate: bool = False
+    per_iteration: float | None = None
 
     def __post_init__(self) -> None:
         """What is the same in all iterations may be given once."""
@@ -203,9 +205,24 @@ class History:
         steady = (self.load_factor == 1.0) & (self.speed_factor == 1.0) & (self.yaw == 0.0)
         return bool(np.all(steady | ~self.driven))
 
+    @property
+    def iterations(self) -> int:
+        """How many iterations there are to be counted, without the pauses."""
+        if self.per_iteration is None:
+            return int(self.driven.sum())
+        return max(1, round(float(self.revolutions.sum()) / self.per_iteration))
+
     def entry(self, iteration: Ints) -> Ints:
-        """The entry, from 1, of an iteration, counted from 1 without the pauses."""
-        return np.asarray(np.flatnonzero(self.driven)[iteration - 1] + 1, dtype=np.int64)
+        """The entry, from 1, at whose end an iteration ends, counted from 1 without the pauses."""
+        if self.per_iteration is None:
+            return np.asarray(np.flatnonzero(self.driven)[iteration - 1] + 1, dtype=np.int64)
+        return self.nearest_end(np.cumsum(self.revolutions), np.asarray(iteration * self.per_iteration, dtype=float))
+
+    def nearest_end(self, ends: Floats, place: Floats) -> Ints:
+        """The driven entry, from 1, that ends nearest to each place (...); ends: of each entry, (iteration,)."""
+        driven = np.flatnonzero(self.driven)
+        apart = np.abs(ends[driven] - np.asarray(place)[..., None])
+        return np.asarray(driven[np.argmin(apart, axis=-1)] + 1, dtype=np.int64)
 
     @property
     def end_time(self) -> Floats:
