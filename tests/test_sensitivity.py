@@ -63,8 +63,8 @@ def test_the_circle_through_the_whole_track_is_near_the_models_own() -> None:
 def test_a_declared_partition_counts_in_the_k_of_volume(tmp_path) -> None:  # type: ignore[no-untyped-def]
     source = shipped("cryogenic").path
     text = source.read_text(encoding="utf-8").replace("../data", str(source.parents[1] / "data"))
-    text = text.replace("wear_coefficient = 5.72e-5", 'contact = "half_space" #').replace(
-        "[reported]", "[effects.wear_partition]\ndisc1_share = 0.54\n[reported]"
+    text = text.replace(
+        "[reported]", '[model]\ncontact = "half_space"\n[effects.wear_partition]\ndisc1_share = 0.54\n[reported]'
     )
     path = tmp_path / "shared.toml"
     path.write_text(text, encoding="utf-8")

@@ -144,14 +144,18 @@ def refitted(explanation: Explanation) -> Explanation:
     return replace(explanation, fit=refit(explanation.fit.problem, explanation.fit.theta))
 
 
-def extended(
-    explanation: Explanation, *, laws: bool = True, known: Sequence[Response] | None = None
-) -> list[Explanation]:
+def extended(explanation: Explanation, known: Sequence[Response] | None = None) -> list[Explanation]:
     """The explanation with each of the most promising terms added, by falling evidence; known: responses nearby."""
+    explanations = _most_promising(explanation, proposals(explanation.fit, known))
+    return by_falling([*explanations, *_flashes(explanation, explanations)], evidence_of)
+
+
+def _most_promising(explanation: Explanation, proposed: Sequence[Proposal]) -> list[Explanation]:
+    """The explanation with each of the terms added that promise most, of those proposed by falling promise."""
     explanations: list[Explanation] = []
     count = {True: 0, False: 0}
     best = 0.0
-    for proposal in proposals(explanation.fit, known) if laws else effects(explanation.fit):
+    for proposal in proposed:
         few = not proposal.is_law and count[False] < THRESHOLDS.tried_at_least
         least = THRESHOLDS.hopeless if few else max(0.0, THRESHOLDS.hopeful * best)
         if proposal.promise < least or count[proposal.is_law] >= THRESHOLDS.tried:
@@ -159,7 +163,7 @@ def extended(
         count[proposal.is_law] += 1
         explanations.append(_with(explanation, proposal))
         best = max(best, explanations[-1].here - explanation.here)
-    return by_falling([*explanations, *(_flashes(explanation, explanations) if laws else [])], evidence_of)
+    return explanations
 
 
 def evidence_of(explanation: Explanation) -> float:
@@ -308,16 +312,36 @@ def _says_enough(explanation: Explanation, before: Explanation) -> bool:
 def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explanation]) -> list[Explanation]:
     """Two effects of the catalogue in the place of a law that was added, where they cannot be told from it.
 
-    First the explanation to go on with, then the others within reach.
+    First the explanation to go on with, then the others within reach. The second effect is one of the law's own
+    channel, by what it promises beside the first as fitted.
     """
     if len(better.laws) == len(before.laws):
         return [better]
-    taken = before.fit.chi2 - better.fit.chi2
-    halves = [e for e in tried if len(e.laws) == len(before.laws) and not e.fit.at_bound]
-    halves = [e for e in halves if before.fit.chi2 - e.fit.chi2 > THRESHOLDS.half * taken][: THRESHOLDS.halves]
-    both = ranked([e for half in halves for e in extended(half, laws=False) if not e.fit.at_bound])
+    (law,) = (effect for name, effect in better.laws.items() if name not in before.terms)
+    both = ranked(
+        [
+            e
+            for half in _halves(better, before, tried, law.channel)
+            for e in _most_promising(half, [p for p in effects(half.fit) if p.effect.channel == law.channel])
+            if not e.fit.at_bound
+        ]
+    )
     close = [e for e in both if (better.evidence - e.evidence) / better.temperature < THRESHOLDS.within]
     return [*close, better, *(e for e in both if e not in close)][: THRESHOLDS.rivals]
+
+
+def _halves(better: Explanation, before: Explanation, tried: Sequence[Explanation], channel: str) -> list[Explanation]:
+    """Explanations with the first of two effects that may stand for a law.
+
+    Those that take a good part of what the law takes, and those with another contact, whatever they take: the patch
+    alone may leave the misfit as large as it was, and turns the responses to all other effects.
+    """
+    taken = before.fit.chi2 - better.fit.chi2
+    single = [e for e in tried if len(e.laws) == len(before.laws) and not e.fit.at_bound]
+    large = [e for e in single if before.fit.chi2 - e.fit.chi2 > THRESHOLDS.half * taken][: THRESHOLDS.halves]
+    known = {e.terms[-1] for e in large}
+    contacts = [p for p in effects(before.fit) if p.effect.stage == "contact" and p.effect.channel == channel]
+    return [*large, *(_with(before, p) for p in contacts if p.name not in known)]
 
 
 def without_older_laws(
@@ -339,6 +363,7 @@ def swap_and_drop(
 ) -> tuple[Explanation, dict[str, Sequence[Explanation]]]:
     """Exchange terms for better ones and leave out those that say too little, until nothing changes.
 
+    A term is exchanged for what does a part of what it does; what explains something else is added beside it later.
     With the answer come, for each of its terms, the explanations in which another stands in its place; for its newest
     term these are those just tried.
     """
@@ -351,8 +376,8 @@ def swap_and_drop(
             if name in rivals:
                 continue
             shorter = without(explanation, name)
-            others = extended(shorter, known=seen)
-            better = chosen(shorter, others)
+            others = extended(shorter, seen)
+            better = chosen(shorter, [explanation, *(e for e in others if _stands_for(e, explanation, shorter))])
             if better is None:
                 explanation, known = shorter, {}
                 break
@@ -363,6 +388,13 @@ def swap_and_drop(
         else:
             break
     return explanation, rivals
+
+
+def _stands_for(other: Explanation, explanation: Explanation, shorter: Explanation) -> bool:
+    """Whether what another adds to the shorter explanation does a part of what the term that it lacks does."""
+    own = shorter.fit.residual - explanation.fit.residual
+    its = shorter.fit.residual - other.fit.residual
+    return float(own @ its) > THRESHOLDS.kin * float(own @ own)
 
 
 def judged_alike(explanation: Explanation, others: Sequence[Explanation]) -> list[Explanation]:
