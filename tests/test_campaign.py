@@ -405,6 +405,21 @@ def test_repeats_are_pooled_and_the_outlier_is_named(folder: Path, capsys: pytes
     assert (folder / "results/campaign-identify-mu.png").is_file()
 
 
+def test_steps_below_saturation_are_not_pooled(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A contact with a twentieth of the theory's slope: T/N of 0.5 in full sliding, and what rises to it."""
+    creepage = np.array([0.3, 0.6, 1.0, 2.0, 4.0, 6.0, 8.0])
+    steps = "".join(f"  {{ creepage_percent = {c} }},\n" for c in creepage)
+    text = f"{VALID[: VALID.index('steps = [')]}steps = [\n{steps}]\n"
+    for i, level in enumerate((0.5, 0.51, 0.49)):
+        data = "".join(f"{c},{level * np.tanh(c / 0.9):.5f}\n" for c in creepage)
+        (folder / f"t{i}.csv").write_text(f"creepage [%],traction ratio [1]\n{data}")
+        named = text.replace('"small"', f'"t{i}"\ngroup = "soft"')
+        (folder / f"t{i}.toml").write_text(f'{named}\n[measured]\ntraction = "t{i}.csv"\n')
+    assert exit_code("campaign", "identify-mu", "*.toml", "--json") == 0
+    (soft,) = json.loads(capsys.readouterr().out)["groups"]
+    assert soft["mean"] == pytest.approx(0.5, rel=0.01)
+
+
 def wear_row(i: int, energy: float, k: float, std: float, group: str = "") -> Row:
     found = {"K [1]": k, "K std [1]": std, "T gamma / A [N/mm2]": energy, "wear rate [um/km]": 50.0 * k * energy}
     return Row(f"t{i}", f"t{i}.toml", 0, group=group, provenance="synthetic", found=found)
@@ -492,9 +507,9 @@ def falling(folder: Path, sizes: dict[str, float]) -> list[Row]:
     return [Row(n, f"{n}.toml", 0, group="dry", found=found if n == "a" else {"verdict": "unexplained"}) for n in sizes]
 
 
-def test_what_one_test_was_told_to_lack_is_looked_for_in_all_of_its_group(folder: Path) -> None:
+def test_what_a_group_lacks_is_looked_for_in_all_of_its_tests(folder: Path) -> None:
     rows = falling(folder, {"a": 0.3, "b": 0.3, "c": 0.0})
-    (common,) = common_of(plan(["?.toml"]), rows, folder / "results", lambda _what, _fraction: None)
+    (common,) = common_of(plan(["?.toml"]), rows, lambda _what, _fraction: None)
     (term,) = common.json["terms"]
     assert (term["term"], term["holds"], term["tests"]) == ("falling_friction", "some", ["a", "b"])
     assert term["one_set"] is True
@@ -508,20 +523,3 @@ def test_what_one_test_was_told_to_lack_is_looked_for_in_all_of_its_group(folder
     figure = figure_of("close-loop", table_of(rows), outcome_of(table_of(rows)), [common], "synthetic")
     assert figure is not None
     figure()
-
-
-def test_a_law_of_one_test_is_looked_for_in_all_of_its_group(folder: Path) -> None:
-    rows = falling(folder, {"a": 0.3, "b": 0.15})
-    found = {"verdict": "law_learned", "laws": "mu_over_creepage", "mu_over_creepage probability [1]": 0.8}
-    rows[0] = Row("a", "a.toml", 0, group="dry", found=found)
-    at = np.linspace(0.0, 8.0, 33)
-    curve = {"at": at.tolist(), "factor": (1.0 - 0.3 * -np.expm1(-at / 3.0)).tolist()}
-    law = {"laws": {"mu_over_creepage": {"quantity": "mu", "covariate": "creepage", **curve}}}
-    (folder / "results/a").mkdir(parents=True)
-    text = (folder / "a.toml").read_text().replace('"a.csv"', '"../../a.csv"')
-    (folder / "results/a/revised.toml").write_text(f"{text}\n{tomli_w.dumps(law)}")
-    (common,) = common_of(plan(["?.toml"]), rows, folder / "results", lambda _what, _fraction: None)
-    (term,) = common.json["terms"]
-    assert (term["term"], term["holds"]) == ("mu_over_creepage", "all")
-    assert term["parameters"]["size"]["value"] == pytest.approx([1.0, 0.5], rel=0.1)
-    assert term["one_set"] is False

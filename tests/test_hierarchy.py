@@ -7,7 +7,7 @@ import pytest
 from scipy.special import chdtrc, fdtrc
 
 from twindisc_cli.identify import hierarchy
-from twindisc_cli.identify.hierarchy import cells_of, levels, outliers, pool
+from twindisc_cli.identify.hierarchy import cells_of, levels, outliers, pool, wander
 from twindisc_cli.identify.regimes import find_break, regimes
 
 # 13 trials of the BCG vaccine, cases and others of the vaccinated and of the control group: G. A. Colditz et al., JAMA
@@ -149,3 +149,35 @@ def test_few_or_equal_places_have_one_regime():
     assert len(regimes(np.arange(7.0), rng.standard_normal(7), rng)) == 1
     assert len(regimes(np.ones(20), rng.standard_normal(20), rng)) == 1
     assert regimes(np.arange(20.0), 2.0 * np.arange(20.0), rng)[0].slope == pytest.approx(2.0)
+
+
+def test_levels_without_order_are_shrunk_to_their_mean_as_reml_pools_them():
+    rng = np.random.default_rng(4)
+    y, s = 0.05 * rng.standard_normal(4), np.full(4, 0.02)
+    found, pooled = wander(y, s, np.arange(4)), pool(y, s)
+    assert found.correlation == 0.0, "fewer than five levels tell nothing of their order"
+    assert found.between == pytest.approx(pooled.between, rel=0.1)
+    assert found.mean == pytest.approx(pooled.mean)
+    share = found.between**2 / (found.between**2 + 0.02**2)
+    assert found.level(np.arange(4))[0] == pytest.approx(pooled.mean + share * (y - pooled.mean))
+    (drawn,), (std,) = found.level(np.inf)
+    assert drawn == pytest.approx(pooled.mean)
+    assert std == pytest.approx(np.sqrt(found.between**2 + (found.between**2 + 0.02**2) / 4))
+
+
+def test_a_level_that_wanders_is_known_from_its_neighbours_and_one_that_does_not_is_not():
+    """Of fifty walks the level left out is met by its neighbours within its interval; white levels show no order."""
+    rng, inside, shown, false = np.random.default_rng(5), 0, 0, 0
+    for _ in range(50):
+        walk = np.cumsum(0.01 * rng.standard_normal(20))
+        y = walk + 0.002 * rng.standard_normal(20)
+        kept = np.arange(20) != 9
+        found = wander(y[kept], np.full(19, 0.002), np.arange(20)[kept])
+        (middle,), (std,) = found.level(9)
+        inside += abs(middle - walk[9]) < 1.645 * std
+        shown += found.p_order < 0.05
+        assert std < np.std(y)
+        false += wander(0.02 * rng.standard_normal(20), np.full(20, 0.002), np.arange(20)).p_order < 0.05
+    assert 39 <= inside <= 50
+    assert shown >= 48
+    assert false <= 7

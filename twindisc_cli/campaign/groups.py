@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twindisc_cli.campaign.table import Table
 from twindisc_cli.identify import hierarchy
@@ -26,6 +27,11 @@ _ESTIMATES = (
     ("K", "base K [1]", "base K std [1]"),
     ("mu", "base mu [1]", "base mu std [1]"),
 )
+SATURATED = 0.9
+"""Share of the largest mean mu over creepage from which on the steps of a group slide all over: below, a softer contact
+than smooth discs, or a film, keeps T/N under mu, whatever the theory's slope says of it."""
+BAND = 0.1
+"""Width of the bands of creepage that means are taken of, in its logarithm: steps of a rig are farther apart."""
 _STEP = re.compile(r"step (\d+) mu \[1\]")
 
 
@@ -197,8 +203,8 @@ def _members(table: Table) -> Iterator[tuple[str, Ints]]:
 
 
 def _friction(table: Table, name: str, rows: Ints, points: Points) -> Group | None:
-    """mu of a group over the creepages that its tests share."""
-    inside = np.isin(points.row, rows)
+    """mu of a group over the creepages that its tests share, from where they slide all over."""
+    inside = _sliding(points, np.isin(points.row, rows))
     present, test = np.unique(points.row[inside], return_inverse=True)
     if len(present) < 2:
         return None
@@ -218,6 +224,18 @@ def _friction(table: Table, name: str, rows: Ints, points: Points) -> Group | No
     names = tuple(str(table.columns["test"][row]) for row in present)
     curve = _curve(creepage[shared], rest, pooled)
     return Group(name, "mu", names, tuple(names[i] for i in out), pooled, rest.within, curve)
+
+
+def _sliding(points: Points, inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The points among some (point,) from the creepage on at which their mean mu first comes near its largest."""
+    size = np.abs(points.creepage)
+    known = inside & (size > 0.0)
+    if not known.any():
+        return inside
+    places, band = np.unique(np.round(np.log(size[known]) / BAND), return_inverse=True)
+    mean = np.bincount(band, np.log(points.mu[known])) / np.bincount(band)
+    first = places[np.argmax(mean >= mean.max() + np.log(SATURATED))]
+    return np.asarray(known & (size >= np.exp(BAND * (first - 0.5))))
 
 
 def _curve(creepage: Floats, levels: hierarchy.Levels, pooled: hierarchy.Pooled) -> Curve:

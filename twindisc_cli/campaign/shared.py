@@ -1,20 +1,18 @@
-"""What the repeats of each group lack together: what `close-loop` named in single tests, fitted in all of them."""
+"""What the repeats of each group lack together, and how the level that each of them has wanders."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from twindisc_cli.campaign.plan import Job, read
 from twindisc_cli.campaign.table import Row
-from twindisc_cli.definition import load
-from twindisc_cli.effects import catalogue
-from twindisc_cli.laws.law import Law
-from twindisc_cli.loop.group import SINGLE, GroupDiagnosis, Shared, SharedParameter, diagnose_group
+from twindisc_cli.loop.group import SINGLE, GroupDiagnosis, Shared, diagnose_group
+from twindisc_cli.loop.levels import Levels
+from twindisc_cli.loop.members import SharedParameter
 from twindisc_cli.report.words import p_value
 
 Progress = Callable[[str, float], None]
@@ -30,18 +28,23 @@ class Common:
     @property
     def summary(self) -> tuple[str, ...]:
         """The outcome in lines."""
-        where = f"group {self.group}, {len(self.found.tests)} tests"
+        return tuple(f"group {self.group}{line}" for line in self._lines())
+
+    def _lines(self) -> Iterator[str]:
+        count = f", {len(self.found.tests)} tests"
         if not self.found.shared:
-            return (f"{where}: nothing that was found in one of them holds for the group",)
-        terms = [f"{where}: {_term(term)}" for term in self.found.shared]
-        errors = [
-            f"group {self.group}: error of the {channel} {error.constant:.3g} {error.unit} without, "
-            f"{error.left_out:.3g} in each test by the parameters of the others"
-            for channel, error in self.found.errors.items()
-            if np.isfinite(error.left_out)
-        ]
-        planned = self.found.next_experiment
-        return (*terms, *errors, *([f"group {self.group}: next: {planned.why}"] if planned else []))
+            yield f"{count}: nothing that these tests show holds for the group"
+        yield from (f"{count}: {_term(term)}" for term in self.found.shared)
+        yield from (f": {name} is refused: {why}" for name, why in self.found.refused.items())
+        yield from (f": {_level(levels)}" for levels in self.found.levels.values())
+        for channel, error in self.found.errors.items():
+            if np.isfinite(error.left_out):
+                yield (
+                    f": error of the {channel} {error.constant:.3g} {error.unit} without, {error.left_out:.3g} in "
+                    f"tests left out, by the others; {error.left_out_at_own_level:.3g} with the level of each known"
+                )
+        if self.found.next_experiment:
+            yield f": next: {self.found.next_experiment.why}"
 
     @property
     def json(self) -> dict[str, Any]:
@@ -51,6 +54,8 @@ class Common:
             "group": self.group,
             "tests": list(self.found.tests),
             "terms": [_json(term, self.found.tests) for term in self.found.shared],
+            "levels": {key: _levels(levels, self.found.tests) for key, levels in self.found.levels.items()},
+            "refused": dict(self.found.refused),
             "error": {channel: vars(error) for channel, error in self.found.errors.items()},
             "next_experiment": None if planned is None else vars(planned),
         }
@@ -64,49 +69,17 @@ class Common:
         }
 
 
-def common_of(jobs: Sequence[Job], rows: Sequence[Row], folder: Path, progress: Progress) -> list[Common]:
+def common_of(jobs: Sequence[Job], rows: Sequence[Row], progress: Progress) -> list[Common]:
     """Every group of at least two tests that close-loop could diagnose."""
-    groups: dict[str, list[tuple[Job, Row]]] = {}
+    groups: dict[str, list[Job]] = {}
     for job, row in zip(jobs, rows, strict=True):
         if row.group and not row.failed:
-            groups.setdefault(row.group, []).append((job, row))
-    results = []
-    for group, members in groups.items():
-        if len(members) > 1:
-            tests = [read(job).experiment for job, _ in members]
-            laws = _laws([row for _, row in members], folder)
-            names = [name for name in _named([row for _, row in members]) if name in catalogue()]
-            results.append(Common(group, diagnose_group(tests, names, laws, progress)))
-    return results
-
-
-def _named(rows: Sequence[Row]) -> list[str]:
-    """What the tests were told to lack, and what that could not be told from."""
-    names: list[str] = []
-    for row in rows:
-        terms = [*_cell(row, "effects"), *_cell(row, "laws")]
-        names += terms
-        names += [
-            other for term in terms for kind in ("alternatives", "resembles") for other in _cell(row, f"{term} {kind}")
-        ]
-    return list(dict.fromkeys(names))
-
-
-def _cell(row: Row, column: str) -> list[str]:
-    return [name for name in str(row.found.get(column) or "").split("; ") if name]
-
-
-def _laws(rows: Sequence[Row], folder: Path) -> dict[str, Law]:
-    """The laws learnt on the tests, as their revised definitions have them; of one name the most probable."""
-    best: dict[str, tuple[float, Law]] = {}
-    for row in rows:
-        if names := _cell(row, "laws"):
-            learnt = load(folder / row.test / "revised.toml").experiment.laws
-            for name in names:
-                probability = float(row.found.get(f"{name} probability [1]") or 0.0)
-                if name not in best or probability > best[name][0]:
-                    best[name] = (probability, learnt[name])
-    return {name: law for name, (_, law) in best.items()}
+            groups.setdefault(row.group, []).append(job)
+    return [
+        Common(group, diagnose_group([read(job).experiment for job in members], progress))
+        for group, members in groups.items()
+        if len(members) > 1
+    ]
 
 
 def _term(term: Shared) -> str:
@@ -144,3 +117,32 @@ def _json(term: Shared, tests: Sequence[str]) -> dict[str, Any]:
 
 def _parameter(p: SharedParameter) -> Mapping[str, Any]:
     return {**vars(p), "value": p.value.tolist(), "std": p.std.tolist()}
+
+
+def _level(levels: Levels) -> str:
+    """How the level of the tests scatters, and whether neighbours are alike."""
+    wander = levels.wander
+    inner, unit = np.exp(wander.mean), "" if levels.unit == "1" else f" {levels.unit}"
+    order = ""
+    if wander.p_order < SINGLE:
+        order = (
+            f"; it wanders over the order of the tests (correlation of neighbours {wander.correlation:.2f}, "
+            f"{p_value(wander.p_order)}), from the first to the last by {100.0 * levels.drift:+.2g} %"
+        )
+    return f"level of {levels.key} {inner:.3g}{unit}, range {100.0 * levels.range:.2g} %{order}"
+
+
+def _levels(levels: Levels, tests: Sequence[str]) -> dict[str, Any]:
+    wander = levels.wander
+    return {
+        "tests": [tests[i] for i in levels.tests],
+        "value": levels.value.tolist(),
+        "shrunk": levels.shrunk.tolist(),
+        "unit": levels.unit,
+        "mean": float(np.exp(wander.mean)),
+        "between": wander.between,
+        "correlation": wander.correlation,
+        "p_order": wander.p_order,
+        "drift": levels.drift,
+        "range": levels.range,
+    }

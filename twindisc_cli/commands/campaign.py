@@ -68,7 +68,7 @@ def run(command: str, given: Sequence[str], means: Means, output: Output) -> int
         return stored.exit_code
     from twindisc_cli.figures.style import house_style
 
-    shared = _shared(jobs, rows, output.folder) if command == "close-loop" else []
+    shared = _shared(jobs, rows) if command == "close-loop" else []
     result, extra = _result(name, command, rows, shared)
     with house_style():
         files = write(output.folder, result, origin, extra)
@@ -76,12 +76,12 @@ def run(command: str, given: Sequence[str], means: Means, output: Output) -> int
     return result.exit_code
 
 
-def _shared(jobs: Sequence[Job], rows: Sequence[Row], folder: Path) -> list[Common]:
+def _shared(jobs: Sequence[Job], rows: Sequence[Row]) -> list[Common]:
     """What the tests of each group lack together."""
     from twindisc_cli.campaign.shared import common_of
 
     with _runner.progress_bar() as progress:
-        return common_of(jobs, rows, folder, progress)
+        return common_of(jobs, rows, progress)
 
 
 def _stem(given: Sequence[str], jobs: Sequence[Job]) -> str:

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from twindisc_cli.campaign.shared import Common
     from twindisc_cli.campaign.table import Table
     from twindisc_cli.identify.regimes import Regime
-    from twindisc_cli.loop.group import SharedParameter
+    from twindisc_cli.loop.members import SharedParameter
     from twindisc_cli.model.experiment import Floats
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, BLACK)

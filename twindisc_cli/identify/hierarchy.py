@@ -6,11 +6,15 @@
     var m = sum w (y - m)^2 / [(n - 1) sum w],  t with n - 1       (Hartung and Knapp)
     Q(tau^2) = sum w (y - m)^2 / (n - 1) ~ F(n - 1, f)             one value for all: tau = 0; the interval of tau
 
+    cov(u_i, u_j) = tau^2 rho^|t_i - t_j|                          levels that wander over order or time (`wander`)
+
     y    logarithms of mu or K, so that scatters are relative [1], (test,)
     f    degrees of freedom of s; inf where it is known
+    rho  correlation of levels one place apart, t places; both by REML on a grid, the level between them by kriging
 
 Sources: W. Viechtbauer, J. Educ. Behav. Stat. 30 (2005) 261-293 (REML), Stat. Med. 26 (2007) 37-52 (interval of tau);
-J. Hartung and G. Knapp, Stat. Med. 20 (2001) 3875-3889; W. G. Cochran, Biometrics 10 (1954) 101-129 (Q).
+J. Hartung and G. Knapp, Stat. Med. 20 (2001) 3875-3889; W. G. Cochran, Biometrics 10 (1954) 101-129 (Q); N. Cressie,
+Statistics for Spatial Data (1993), chapter 3 (kriging, REML).
 """
 
 from __future__ import annotations
@@ -28,6 +32,12 @@ OUTLYING = 0.05
 """A test is an outlier where the others let one of them lie that far out with this probability at most."""
 FEWEST_FOR_OUTLIERS = 4  # with three members the odd one cannot be told from the other two
 _ITERATIONS = 500  # of the variance, at the most
+CORRELATIONS = np.array([0.0, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99])
+"""Correlations of neighbouring levels that are tried: from none to a memory of a hundred places."""
+SCATTERS = np.concatenate([[0.0], np.geomspace(0.03, 10.0, 40)])
+"""tau that are tried, over the standard deviation of the levels: a long memory shows little of it in few places."""
+FEWEST_FOR_ORDER = 5
+"""Levels below which no correlation over their order is asked for."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +69,64 @@ class Levels:
     cells: Floats
     within: float
     dof: int
+
+
+@dataclass(frozen=True)
+class Wander:
+    """Levels y with standard errors s at places of order or time, each (test,), that scatter and are correlated.
+
+    mean m; between tau; correlation rho of levels one place apart; p_order: probability of so much correlation if the
+    order meant nothing, NaN where too few levels tell.
+    """
+
+    place: Floats
+    y: Floats
+    s: Floats
+    mean: float
+    between: float
+    correlation: float
+    p_order: float
+
+    def level(self, place: ArrayLike) -> tuple[Floats, Floats]:
+        """The true level at places (n,), and its standard error (n,): shrunk where measured, drawn where not."""
+        place = np.atleast_1d(np.asarray(place, dtype=float))
+        squared = self.between**2
+        inverse = np.linalg.inv(squared * _correlated(self.place, self.place, self.correlation) + np.diag(self.s**2))
+        near = squared * _correlated(place, self.place, self.correlation)
+        weight = near @ inverse
+        short = 1.0 - weight.sum(axis=1)
+        variance = squared - np.sum(weight * near, axis=1) + short**2 / inverse.sum()
+        return self.mean + weight @ (self.y - self.mean), np.sqrt(np.maximum(variance, 0.0))
+
+
+def wander(y: ArrayLike, s: ArrayLike, place: ArrayLike) -> Wander:
+    """Levels y with standard errors s > 0 at places, each (test,): how they scatter and wander; at least two."""
+    y, s, place = (np.asarray(values, dtype=float) for values in (y, s, place))
+    tried = CORRELATIONS if len(y) >= FEWEST_FOR_ORDER else CORRELATIONS[:1]
+    scatters = SCATTERS * float(np.std(y, ddof=1))
+    results = [
+        [_restricted(y, t**2 * _correlated(place, place, rho) + np.diag(s**2)) for t in scatters] for rho in tried
+    ]
+    likely = np.array([[likelihood for likelihood, _ in row] for row in results])
+    alone = float(likely[0].max())
+    best, size = (int(i) for i in np.unravel_index(np.argmax(likely), likely.shape))
+    p_order = 0.5 * float(chdtrc(1, 2.0 * (likely.max() - alone))) if len(tried) > 1 else float("nan")
+    return Wander(place, y, s, results[best][size][1], float(scatters[size]), float(tried[best]), p_order)
+
+
+def _correlated(one: Floats, two: Floats, correlation: float) -> Floats:
+    """Correlation of the levels at two sets of places (n,) and (m,): (n, m)."""
+    return np.asarray(correlation ** np.abs(one[:, None] - two))
+
+
+def _restricted(y: Floats, covariance: Floats) -> tuple[float, float]:
+    """Logarithm of the restricted likelihood of y (n,) with a covariance (n, n), and the mean."""
+    inverse = np.linalg.inv(covariance)
+    precision = float(inverse.sum())
+    mean = float(inverse.sum(axis=0) @ y) / precision
+    left = y - mean
+    volume = float(np.linalg.slogdet(covariance)[1]) + float(np.log(precision))
+    return -0.5 * (volume + float(left @ inverse @ left)), mean
 
 
 def pool(y: ArrayLike, s: ArrayLike, dof: float = np.inf) -> Pooled:

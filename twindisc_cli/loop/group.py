@@ -1,42 +1,53 @@
-"""What repeats of a test lack: each term fitted in every test with parameters of its own, then pooled.
+"""What repeats of a test lack: one search over all of them, a level of its own for each, and what differs.
 
-    log Z = log int_0^1 prod_i [s exp(E_i) + 1 - s] ds               a term acts in a share s of the tests, s ~ U(0, 1)
-    P_i   = < s exp(E_i) / [s exp(E_i) + 1 - s] >                    it acts in test i; < > over s given all tests
-    theta = (sum C_i^-1)^-1 sum C_i^-1 theta_i                       one set of parameters for the tests it acts in
-    Q     = sum (theta_i - theta)' C_i^-1 (theta_i - theta) ~ chi2[k (n - 1)]
+Two structures are compared by their evidence:
 
-    E_i      what the term adds to the evidence of test i beside the terms before it, tempered as in the search [nats]
-    theta_i  its k parameters in test i, C_i their covariance, widened by what the fit leaves
+    shared   one search over all tests: terms with one set of parameters, base parameters (the level) of each its own
+    own      terms one after the other with parameters of their own in each test that they act in (`members`)
 
-Terms are added in the order of log Z, as long as it says enough. Parameters are pooled one by one as well: mean and
-scatter between tests. A law acts as it was learnt, with a size of its own in each test.
+Whether one set of parameters holds is tested by the score of a parameter of its own in each test:
 
-Sources: J. O. Berger and L. R. Pericchi, J. Am. Stat. Assoc. 91 (1996) 109-122 (evidence of mixtures); W. G. Cochran,
-Biometrics 10 (1954) 101-129 (Q).
+    Q = sum g_i' A_i^-1 g_i ~ chi2[k (n - 1)],   A_i = J_i' M_i J_i,   g_i = J_i' M_i r_i
+
+    r_i, J_i  white residual of test i at the shared fit, its Jacobian over the k parameters of the term
+    M_i       takes out what the level of the test can absorb
+
+A parameter that is of both signs in the tests, or stands at a bound in them, is no common cause: its term is refused.
+Source: C. R. Rao, Proc. Camb. Phil. Soc. 44 (1948) 50-57 (score test).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.special import chdtrc
 
-from twindisc_cli.effects._effect import Effect, Param, seen
-from twindisc_cli.effects._state import State
-from twindisc_cli.identify import hierarchy
-from twindisc_cli.laws.law import Law, acted
+from twindisc_cli.laws.law import Law
 from twindisc_cli.loop.candidates import effects
-from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.design import next_for_set
 from twindisc_cli.loop.diagnosis import NextExperiment
-from twindisc_cli.loop.fit import Fit, fit, plain_fit, refit
-from twindisc_cli.loop.problem import Parameter, problem_of
-from twindisc_cli.loop.search import Explanation
+from twindisc_cli.loop.fit import Fit, at, precision, refit
+from twindisc_cli.loop.left_out import GroupError, Learnt, group_errors
+from twindisc_cli.loop.levels import Levels, levels_of
+from twindisc_cli.loop.members import (
+    Added,
+    SharedParameter,
+    added,
+    changes_sign,
+    estimates,
+    excess,
+    mixture,
+    p_one_set,
+    parameters_of,
+    pooled,
+)
+from twindisc_cli.loop.problem import Problem, problem_of
+from twindisc_cli.loop.search import Explanation, Search, by_falling, evidence_of, search, without
+from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import THRESHOLDS
-from twindisc_cli.model.experiment import Experiment, Floats
+from twindisc_cli.model.experiment import Experiment, Floats, Ints
 
 Progress = Callable[[str, float], None]
 
@@ -44,27 +55,10 @@ ACTS = 0.5
 """A term acts in a test where that is more probable than not."""
 SINGLE = 0.05
 """One set of parameters for all tests is refused below this probability."""
-FOLDS = 4
-"""A group is left out in so many parts, one after the other."""
-LEAST_FACTOR = -0.95  # a factor stays positive
-_SHARES = np.linspace(0.0, 1.0, 401)
-
-
-@dataclass(frozen=True)
-class SharedParameter:
-    """A parameter over the tests that its term acts in, (test,), in `unit`, with its pooled mean and 90 % interval.
-
-    between: scatter between the tests, relative where the parameter spans decades. p_one: probability of one value.
-    """
-
-    unit: str
-    value: Floats
-    std: Floats
-    mean: float
-    low: float
-    high: float
-    between: float
-    p_one: float
+SEEN = 1e-6
+"""Information on a direction of the parameters, over that on the best seen one, above which a test sees it."""
+NINETY = 1.645
+"""Half a 90 % interval of a normal, in standard errors."""
 
 
 @dataclass(frozen=True)
@@ -95,283 +89,280 @@ class Shared:
 
 
 @dataclass(frozen=True)
-class GroupError:
-    """Root mean square of measured minus predicted over all tests of a group, in `unit`.
-
-    constant: without the terms. left_out: a quarter of the tests by the parameters that the others give the terms, only
-    the base parameters (the level) of each its own; one test by the others where there are fewer than four. NaN where
-    no term acts in two tests.
-    """
-
-    unit: str
-    constant: float
-    left_out: float
-
-
-@dataclass(frozen=True)
 class GroupDiagnosis:
-    """What the tests of a group lack together, and what would tell the explanations apart best in all of them."""
+    """What the tests of a group lack together, and what would tell the explanations apart best in all of them.
+
+    levels: base parameters that each test has of its own, by key. refused: why a term that explains much is none of
+    the group's, by its name.
+    """
 
     tests: tuple[str, ...]
     shared: Sequence[Shared]
+    levels: Mapping[str, Levels]
     errors: Mapping[str, GroupError]
+    refused: Mapping[str, str]
     next_experiment: NextExperiment | None
 
 
 @dataclass(frozen=True)
-class _Candidate:
-    """One term added to each test (test,): the explanation, None where the test cannot show it; its P and log Z."""
+class _Structure:
+    """One of the two structures: its terms, how it predicts tests left out, pairs of rival fits, its evidence."""
 
-    name: str
-    added: Sequence[Explanation | None]
-    gains: Floats
-    probability: Floats
-    share: tuple[float, float, float]
+    shared: Sequence[Shared]
+    learnt: Learnt
+    rivals: tuple[tuple[str, str], Sequence[tuple[Fit, Fit]]] | None
     gain: float
+    refused: Mapping[str, str] = field(default_factory=dict)
 
 
-def diagnose_group(
-    tests: Sequence[Experiment], names: Sequence[str], laws: Mapping[str, Law], progress: Progress
-) -> GroupDiagnosis:
-    """What repeats lack: `names` of effects that may act, laws that were learnt on one of the tests by their names."""
-    bases = []
-    for test in tests:
-        first = refit(problem_of([test]))
-        bases.append(Explanation(first, {}, first.chi2))
-    now, chosen, rivals = bases, list[Shared](), list[tuple[list[Explanation], _Candidate]]()
-    left = list(dict.fromkeys([*names, *laws]))
-    while left and len(chosen) < THRESHOLDS.most_terms:
-        progress(f"group of {len(tests)}: {len(chosen)} terms in common", 0.2 * len(chosen))
-        tried = sorted((_tried(now, name, laws) for name in left), key=lambda t: (-t.gain, t.name in laws))
-        best = _best(tried, laws)
-        if best is None:
-            break
-        close = [t for t in tried if t is not best and _behind(best, t) < THRESHOLDS.within]
-        rivals += [(now, t) for t in close[:1]]
-        chosen.append(_shared(best, [t.name for t in close]))
-        now = [
-            e if e is not None and p > ACTS else old
-            for e, p, old in zip(best.added, best.probability, now, strict=True)
-        ]
-        left.remove(best.name)
+def diagnose_group(tests: Sequence[Experiment], progress: Progress) -> GroupDiagnosis:
+    """What repeats of a test lack, at least two."""
+    problem = problem_of(tests)
+    result = search(problem, lambda what: progress(f"group of {len(tests)}: {what}", 0.3), enough=_differing)
+    one = _one_set(result)
+    best = one
+    if not one.shared or any(t.holds != "all" or t.p_one < SINGLE for t in one.shared) or _leaves(*one.learnt.fits):
+        progress(f"group of {len(tests)}: parameters of their own", 0.6)
+        own = _own_sets([_alone(problem, i) for i in range(len(tests))], result)
+        best = own if own.gain > one.gain else one
+    progress(f"group of {len(tests)}: tests left out", 0.9)
     return GroupDiagnosis(
         tests=tuple(test.name for test in tests),
-        shared=chosen,
-        errors=_errors(bases, now, chosen, laws),
-        next_experiment=_next(now, rivals),
+        shared=best.shared,
+        levels=levels_of(best.learnt.fits),
+        errors=group_errors(best.learnt),
+        refused={**one.refused, **best.refused},
+        next_experiment=_next(best),
     )
 
 
-def _tried(now: Sequence[Explanation], name: str, laws: Mapping[str, Law]) -> _Candidate:
-    added = [_with(explanation, name, laws) for explanation in now]
-    gains = np.array(
-        [0.0 if e is None else (e.evidence - old.evidence) / e.temperature for e, old in zip(added, now, strict=True)]
+def _differing(answer: Explanation, base: Explanation) -> bool:
+    """Whether some of the tests do without an answer: then what they share is found by parameters of their own."""
+    gains = 0.5 * (_chi2(base.fit) - _chi2(answer.fit)) / answer.temperature
+    return bool(np.any(mixture(gains)[0] < ACTS))
+
+
+def _leaves(fitted: Fit) -> bool:
+    """Whether a fit leaves more than noise, so that parameters of their own are worth a trial."""
+    return bool(chdtrc(max(len(fitted.residual) - len(fitted.theta), 1), fitted.chi2) < SINGLE)
+
+
+def _alone(problem: Problem, number: int) -> Explanation:
+    """One of the tests by itself, with the noise that all of them tell."""
+    case = problem.cases[number]
+    first = refit(Problem([case], tuple(c for c in problem.channels if c in case.noise)))
+    return Explanation(first, {}, first.chi2)
+
+
+def _next(best: _Structure) -> NextExperiment | None:
+    """The history that tells the closest rivals apart best over all tests."""
+    if best.rivals is None:
+        return None
+    names, pairs = best.rivals
+    return next_for_set([((one, 0.5), (other, 0.5)) for one, other in pairs], names) if pairs else None
+
+
+# ------------------------------------------------------------------------------------------------- one set
+
+
+def _one_set(result: Search) -> _Structure:
+    """The best explanation of all tests with one set of parameters of which no term is refused."""
+    refused: dict[str, str] = {}
+    beside = [e for rivals in result.rivals.values() for e in rivals]
+    every = by_falling([e for e in (*result.others, *beside) if not e.fit.at_bound], evidence_of)
+    for explanation in (result.answer, *(e for e in every if e.labels != result.answer.labels)):
+        against = {name: why for name in explanation.terms if (why := _differs(explanation.fit, name))}
+        if not against:
+            break
+        refused |= against
+    else:
+        explanation = result.base
+    close = [e for e in every if (explanation.evidence - e.evidence) / explanation.temperature < THRESHOLDS.within]
+    close = [e for e in close if e.labels != explanation.labels and not set(e.terms) & set(refused)]
+    rivals = None
+    if close and explanation.terms:
+        names = _joined(explanation), _joined(close[0])
+        count = range(len(explanation.fit.problem.cases))
+        rivals = names, [(_single(explanation.fit, i), _single(close[0].fit, i)) for i in count]
+    return _Structure(
+        shared=[_of_all(explanation, name, close) for name in explanation.terms],
+        learnt=Learnt([explanation.fit]),
+        rivals=rivals,
+        gain=explanation.evidence - result.base.evidence,
+        refused=refused,
     )
-    probability, share, gain = mixture(gains)
-    return _Candidate(name, added, gains, probability, share, gain)
 
 
-def _with(explanation: Explanation, name: str, laws: Mapping[str, Law]) -> Explanation | None:
-    """An explanation with one more term; None where the test cannot show it, or a bound carries it."""
+def _joined(explanation: Explanation) -> str:
+    return " + ".join(sorted(str(term) for term in explanation.labels))
+
+
+def _differs(fitted: Fit, name: str) -> str:
+    """Why a term is refused whose parameters are of both signs in the tests; empty where they are not."""
+    theta, covariance, _ = _of_each(fitted, name)
+    return changes_sign(parameters_of([fitted], name), theta, covariance)
+
+
+def _of_all(explanation: Explanation, name: str, close: Sequence[Explanation]) -> Shared:
+    """A term with one set of parameters: what each test gains by it, and what each would give it of its own."""
     fitted = explanation.fit
-    trial = {name: scaled(laws[name])} if name in laws else {}
-    problem = fitted.problem.with_terms(*fitted.terms, name, trial=trial)
-    own = [p for p in problem.parameters if p.term == name]
-    starts = [np.array([p.inner(p.start) for p in own])] if trial else _starts(fitted, name)
-    fits = [fit(problem, np.concatenate([fitted.theta, start])) for start in starts]
-    fits = [result for result in fits if not result.at_bound]
-    return replace(explanation, fit=max(fits, key=lambda f: f.evidence)) if fits else None
-
-
-def _starts(fitted: Fit, name: str) -> Sequence[Floats]:
-    return next((p.starts for p in effects(fitted) if p.name == name), [])
-
-
-def scaled(law: Law) -> Effect:
-    """A law as it was learnt, times a size of its own."""
-    size = Param(
-        "size", "1", off=0.0, start=1.0, lower=-5.0, upper=5.0, meaning="size of the change, to the learnt one"
-    )
-    channel = law.of.channel
-    return Effect(law.stage, (size,), partial(_scaled, law), "learnt", channel, seen(channel))
-
-
-def _scaled(law: Law, state: State, *, size: Floats) -> State:
-    def change(x: Floats) -> Floats:
-        level = size[..., None] if law.covariate == "y_over_edge" else size
-        result = level * law.change(x)
-        return np.maximum(result, LEAST_FACTOR) if law.of.kind == "factor" else result
-
-    return acted(law.quantity, law.covariate, change, state)
-
-
-def mixture(gains: Floats) -> tuple[Floats, tuple[float, float, float], float]:
-    """P that a term acts in each test (test,), the share with its 90 % interval, and log Z, from E (test,)."""
-    share = _SHARES[:, None]
-    with np.errstate(divide="ignore"):
-        acting, idle = np.log(share) + gains, np.log1p(-share)
-    rows = np.logaddexp(acting, idle)
-    total = rows.sum(axis=1)
-    weight = np.exp(total - total.max())
-    gain = float(total.max() + np.log(np.trapezoid(weight, _SHARES)))
-    weight = weight / weight.sum()
-    low, middle, high = np.interp([0.05, 0.5, 0.95], np.cumsum(weight), _SHARES)
-    return weight @ np.exp(acting - rows), (float(middle), float(low), float(high)), gain
-
-
-def _best(tried: Sequence[_Candidate], laws: Mapping[str, Law]) -> _Candidate | None:
-    """The term that says most, an effect before a law within reach; None where none says enough."""
-    enough = [t for t in tried if t.gain > (THRESHOLDS.law_enough if t.name in laws else THRESHOLDS.enough)]
-    close = [t for t in enough if _behind(enough[0], t) < THRESHOLDS.within]
-    return min(close, key=lambda t: (t.name in laws, -t.gain), default=None)
-
-
-def _behind(best: _Candidate, other: _Candidate) -> float:
-    return best.gain - other.gain
-
-
-def _shared(candidate: _Candidate, alternatives: Sequence[str]) -> Shared:
-    acts = [i for i, e in enumerate(candidate.added) if e is not None and candidate.probability[i] > ACTS]
-    fits = [e.fit for e in (candidate.added[i] for i in acts) if e is not None]
-    theta, covariance = _estimates(fits, candidate.name)
-    middle, low, high = candidate.share
+    theta, covariance, p_one = _of_each(fitted, name)
+    lost = _chi2(without(explanation, name).fit) - _chi2(fitted)
+    probability, (middle, low, high), gain = mixture(0.5 * lost / explanation.temperature)
+    acts = np.flatnonzero(probability > ACTS)
+    own = [i for i, p in enumerate(fitted.problem.parameters) if p.term == name]
+    parameters = {}
+    for k, i in enumerate(own):
+        p, std = fitted.problem.parameters[i], np.sqrt(excess(fitted) * fitted.covariance[i, i])
+        each = pooled(p, theta[acts, k], covariance[acts, k, k])
+        ends = p.outer(
+            np.clip(fitted.theta[i] + NINETY * std * np.array([-1, 0, 1]), p.inner(p.lower), p.inner(p.upper))
+        )
+        parameters[p.key] = replace(each, low=float(ends[0]), mean=float(ends[1]), high=float(ends[2]))
+    labels = {explanation.term(name)}
+    others = [e for e in close if not labels & e.labels]
     return Shared(
-        candidate.name, candidate.probability, middle, low, high, candidate.gain,
-        acts=tuple(acts),
-        shown=sum(e is not None for e in candidate.added),
-        parameters={p.key: _pooled(p, theta[:, k], covariance[:, k, k]) for k, p in enumerate(_own(fits,
-        candidate.name))}, p_one=_one_set(theta, covariance),
-        alternatives=tuple(alternatives),
+        name, probability, middle, low, high, gain,
+        acts=tuple(int(i) for i in acts),
+        shown=len(lost),
+        parameters=parameters,
+        p_one=p_one,
+        alternatives=tuple(dict.fromkeys(str(t) for e in others for t in e.labels - explanation.labels)),
     )  # fmt: skip
 
 
-def _own(fits: Sequence[Fit], name: str) -> list[Parameter]:
-    return [p for p in fits[0].problem.parameters if p.term == name] if fits else []
+def _of_each(fitted: Fit, name: str) -> tuple[Floats, Floats, float]:
+    """Inner parameters that each test would give a shared term (test, parameter), covariances, p of one set for all.
+
+    To first order from the shared fit, so that a test which says little stays near it.
+    """
+    problem = fitted.problem
+    own = [i for i, p in enumerate(problem.parameters) if p.term == name]
+    prior, wide = np.diag(precision(problem)[own]), excess(fitted)
+    theta, covariance, q, rank = [], [], 0.0, 0
+    lower, upper = (ends[own] for ends in problem.bounds)
+    for number, rows in enumerate(_rows(problem)):
+        level = [i for i, p in enumerate(problem.parameters) if p.case == number]
+        basis = span_of(fitted.jacobian[rows][:, level])
+        columns = fitted.jacobian[rows][:, own]
+        columns = columns - basis @ (basis.T @ columns)
+        score, information = columns.T @ fitted.residual[rows], columns.T @ columns
+        inverse = np.linalg.inv(information + prior)
+        theta.append(np.clip(fitted.theta[own] - inverse @ score, lower, upper))
+        covariance.append(wide * inverse)
+        q += float(score @ np.linalg.pinv(information, rcond=SEEN, hermitian=True) @ score) / wide
+        rank += _rank(information)
+    free = rank - len(own)
+    return np.array(theta), np.array(covariance), float(chdtrc(free, q)) if free > 0 else float("nan")
 
 
-def _estimates(fits: Sequence[Fit], name: str) -> tuple[Floats, Floats]:
-    """Inner parameters of a term (test, parameter) and their covariances (test, parameter, parameter)."""
-    theta, covariance = [], []
-    for fitted in fits:
-        own = [i for i, p in enumerate(fitted.problem.parameters) if p.term == name]
-        wide = max(fitted.chi2 / max(len(fitted.residual) - len(fitted.theta), 1), 1.0)
-        theta.append(fitted.theta[own])
-        covariance.append(wide * fitted.covariance[np.ix_(own, own)])
-    return np.array(theta), np.array(covariance)
+def _rank(information: Floats) -> int:
+    """How many directions of the parameters the samples see, given their information (parameter, parameter)."""
+    size = np.linalg.eigvalsh(information)
+    return int(np.sum(size > SEEN * max(float(size[-1]), 1e-300)))
 
 
-def one_set(theta: Floats, covariance: Floats) -> tuple[Floats, Floats]:
-    """theta and its covariance, weighed over tests: (test, parameter), (test, parameter, parameter)."""
-    precision = np.linalg.inv(covariance)
-    together = np.linalg.inv(precision.sum(axis=0))
-    return together @ np.einsum("ijk,ik->j", precision, theta), together
+def _rows(problem: Problem) -> list[Ints]:
+    """The white samples of each test (sample,)."""
+    return [np.flatnonzero(problem.owner == number) for number in range(len(problem.cases))]
 
 
-def _typical(theta: Floats, covariance: Floats) -> Floats:
-    """The mean over tests, whose parameters scatter between them as far as they say (parameter,)."""
-    if len(theta) < 2:
-        return np.asarray(theta[0])
-    std = np.sqrt(np.einsum("ikk->ik", covariance))
-    between = [hierarchy.pool(theta[:, k], std[:, k]).between for k in range(theta.shape[1])]
-    return one_set(theta, covariance + np.diag(np.square(between)))[0]
+def _chi2(fitted: Fit) -> Floats:
+    """Squared length of the white residual of each test (test,)."""
+    return np.array([float(np.sum(fitted.residual[rows] ** 2)) for rows in _rows(fitted.problem)])
 
 
-def _one_set(theta: Floats, covariance: Floats) -> float:
-    """The probability of so large a Q if one set of parameters holds for all."""
-    if len(theta) < 2:
-        return float("nan")
-    off = theta - one_set(theta, covariance)[0]
-    q = float(np.einsum("ij,ijk,ik->", off, np.linalg.inv(covariance), off))
-    return float(chdtrc(off.shape[1] * (len(off) - 1), q))
+def _single(fitted: Fit, number: int) -> Fit:
+    """What a fit of all tests says of one of them."""
+    problem, case = fitted.problem, fitted.problem.cases[number]
+    channels = tuple(c for c in problem.channels if c in case.noise)
+    alone = replace(problem, cases=[case], channels=channels, nuisance=None, tracks=None)
+    values = {
+        p.name: inner for p, inner in zip(problem.parameters, fitted.theta, strict=True) if p.case in (None, number)
+    }
+    return at(alone, np.array([values[p.name] for p in alone.parameters]))
 
 
-def _pooled(p: Parameter, theta: Floats, variance: Floats) -> SharedParameter:
-    """A parameter over the tests, pooled as it is fitted."""
-    value, std = p.outer(theta), np.sqrt(variance) * (p.outer(theta) if p.log else p.scale)
-    if len(theta) < 2:
-        nan = float("nan")
-        return SharedParameter(p.unit, value, std, float(value[0]), nan, nan, nan, nan)
-    pooled = hierarchy.pool(theta, np.sqrt(variance))
-    mean, low, high = (float(p.outer(np.array(v))) for v in (pooled.mean, pooled.low, pooled.high))
-    between = pooled.between if p.log else pooled.between * p.scale
-    return SharedParameter(p.unit, value, std, mean, low, high, float(between), pooled.p_one)
+# ------------------------------------------------------------------------------------------------- own sets
 
 
-# ------------------------------------------------------------------------------------------------- errors
+def _own_sets(bases: Sequence[Explanation], result: Search) -> _Structure:
+    """Terms one after the other, each with parameters of its own in the tests that it acts in."""
+    laws = _laws(result)
+    now, chosen, refused = list(bases), list[Shared](), dict[str, str]()
+    rivals: tuple[tuple[str, str], Sequence[tuple[Fit, Fit]]] | None = None
+    while len(chosen) < THRESHOLDS.most_terms:
+        names = [name for name in _promising(now, result) if name not in {term.name for term in chosen}]
+        tried = sorted((added(now, name, laws) for name in names), key=lambda t: (-t.gain, t.name in laws))
+        enough = [t for t in tried if t.gain > (THRESHOLDS.law_enough if t.name in laws else THRESHOLDS.enough)]
+        refused |= {t.name: t.refused for t in enough if t.refused}
+        best = _best([t for t in enough if not t.refused], laws)
+        if best is None:
+            break
+        close = [t for t in tried if t is not best and not t.refused and best.gain - t.gain < THRESHOLDS.within]
+        rivals = rivals or _rivals(now, best, close)
+        chosen.append(_pooled(best, [t.name for t in close]))
+        now = [
+            e if e is not None and p > ACTS else old for e, p, old in zip(best.each, best.probability, now, strict=True)
+        ]
+    gain = sum(e.evidence - old.evidence for e, old in zip(now, bases, strict=True))
+    gain -= _paid(result) if any(term.name in laws for term in chosen) else 0.0
+    acts = {term.name: term.acts for term in chosen}
+    return _Structure(chosen, Learnt([e.fit for e in now], acts, laws), rivals, gain, refused)
 
 
-def _errors(
-    bases: Sequence[Explanation], now: Sequence[Explanation], shared: Sequence[Shared], laws: Mapping[str, Law]
-) -> dict[str, GroupError]:
-    """The error of each channel without the terms, and of each test by the terms of the others."""
-    constant = [_misses(plain_fit(replace(base.fit.problem, nuisance=None))) for base in bases]
-    several = any(len(term.acts) > 1 for term in shared)
-    foretold = [_foretold(i, now, shared, laws) for i in range(len(now))] if several else []
-    results = {}
-    for channel in dict.fromkeys(c for misses in constant for c in misses):
-        of = channels()[channel]
-        before, after = (
-            float(np.sqrt(np.mean(np.concatenate([m[channel] for m in every if channel in m]) ** 2)))
-            if every
-            else np.nan
-            for every in (constant, foretold)
-        )
-        results[channel] = GroupError(of.unit, of.factor * before, of.factor * after)
-    return results
+def _laws(result: Search) -> dict[str, Law]:
+    """The laws that all tests tell together."""
+    return {name: trial.law(result.answer.fit.values(name)) for name, trial in result.answer.laws.items()}
 
 
-def _foretold(
-    number: int, now: Sequence[Explanation], shared: Sequence[Shared], laws: Mapping[str, Law]
-) -> dict[str, Floats]:
-    """Misses of a test by the terms that act in it, with the parameters of the others that they act in."""
-    fitted = now[number].fit
-    values: dict[str, dict[str, float]] = {}
-    for term in shared:
-        fits = [now[i].fit for i in term.acts if (i - number) % min(len(now), FOLDS)]
-        if number in term.acts and fits:
-            theta = _typical(*_estimates(fits, term.name))
-            values[term.name] = {
-                p.key: float(p.outer(np.array(v))) for p, v in zip(_own(fits, term.name), theta, strict=True)
-            }
-    case = fitted.problem.cases[0]
-    test = replace(
-        case.test,
-        effects={**case.test.effects, **{name: own for name, own in values.items() if name not in laws}},
-        laws={**case.test.laws, **{name: resized(laws[name], values[name]["size"]) for name in values if name in laws}},
-    )
-    declared = replace(case, model=replace(case.model, experiment=test))
-    return _misses(plain_fit(replace(fitted.problem, cases=[declared], terms=(), trial={}, nuisance=None)))
+def _paid(result: Search) -> float:
+    """What the forms and parameters of the answer cost in its evidence: a law that is resized was learnt with them."""
+    answer, base = result.answer, result.base
+    return (base.evidence + 0.5 * base.fit.chi2) - (answer.evidence + 0.5 * answer.fit.chi2)
 
 
-def resized(law: Law, size: float) -> Law:
-    """A law with so many times its change."""
-    if law.shape is not None:
-        return replace(law, parameters={**law.parameters, law.of.size_key: size * law.parameters[law.of.size_key]})
-    middle = 1.0 if law.of.kind == "factor" else 0.0
-    return replace(law, value=tuple(middle + size * (value - middle) for value in law.value))
+def _promising(now: Sequence[Explanation], result: Search) -> list[str]:
+    """What the search over all tests chose, and the effects that promise most in single tests."""
+    promise: dict[str, float] = {}
+    for explanation in now:
+        for proposal in effects(explanation.fit):
+            promise[proposal.name] = promise.get(proposal.name, 0.0) + max(proposal.promise, 0.0)
+    best = sorted((name for name in promise if promise[name] > 0.0), key=lambda name: -promise[name])
+    return list(dict.fromkeys([*result.answer.terms, *best[: THRESHOLDS.tried]]))
 
 
-def _misses(fitted: Fit) -> dict[str, Floats]:
-    """Measured minus predicted of a fit of one test, by channel."""
-    (case,), (prediction,) = fitted.problem.cases, fitted.problem.predict(fitted.theta[None])
-    return {c: case.values(c) - channels()[c].predicted(case.model, prediction)[0] for c in case.noise}
+def _best(enough: Sequence[Added], laws: Mapping[str, Law]) -> Added | None:
+    """The term that says most, an effect before a law within reach; None where none says enough."""
+    close = [t for t in enough if enough[0].gain - t.gain < THRESHOLDS.within]
+    return min(close, key=lambda t: (t.name in laws, -t.gain), default=None)
 
 
-# ------------------------------------------------------------------------------------------------- next
-
-
-def _next(
-    now: Sequence[Explanation], rivals: Sequence[tuple[Sequence[Explanation], _Candidate]]
-) -> NextExperiment | None:
-    """The history that tells the closest rivals apart best over all tests."""
-    if not rivals:
+def _rivals(
+    now: Sequence[Explanation], best: Added, close: Sequence[Added]
+) -> tuple[tuple[str, str], Sequence[tuple[Fit, Fit]]] | None:
+    """The closest rival of a term, and the fits of both in the tests that the term acts in."""
+    if not close:
         return None
-    before, other = rivals[0]
-    first = next((e for e, old in zip(now, before, strict=True) if e is not old), None)
-    name = first.terms[len(before[0].terms)] if first is not None else ""
     pairs = [
-        ((e.fit, 0.5), (rival.fit, 0.5))
-        for e, rival, old in zip(now, other.added, before, strict=True)
-        if rival is not None and e is not old
+        (e.fit, rival.fit)
+        for e, rival, p in zip(best.each, close[0].each, best.probability, strict=True)
+        if rival is not None and e is not None and p > ACTS
     ]
-    return next_for_set(pairs, (name, other.name)) if pairs else None
+    return (best.name, close[0].name), pairs
+
+
+def _pooled(term: Added, alternatives: Sequence[str]) -> Shared:
+    acts = [i for i, e in enumerate(term.each) if e is not None and term.probability[i] > ACTS]
+    fits = [e.fit for e in (term.each[i] for i in acts) if e is not None]
+    theta, covariance = estimates(fits, term.name)
+    middle, low, high = term.share
+    own = parameters_of(fits, term.name)
+    return Shared(
+        term.name, term.probability, middle, low, high, term.gain,
+        acts=tuple(acts),
+        shown=sum(e is not None for e in term.each),
+        parameters={p.key: pooled(p, theta[:, k], covariance[:, k, k]) for k, p in enumerate(own)},
+        p_one=p_one_set(theta, covariance),
+        alternatives=tuple(alternatives),
+    )  # fmt: skip

@@ -28,7 +28,7 @@ from twindisc_cli.loop.noise import Noise
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.base import MODEL_KEYS
-from twindisc_cli.model.experiment import Experiment, Floats, Rig
+from twindisc_cli.model.experiment import Experiment, Floats, Ints, Rig
 from twindisc_cli.model.forward import ForwardModel, IntegratedSets, Prediction
 from twindisc_cli.model.patch import Paths
 
@@ -322,6 +322,12 @@ class Problem:
             for i, c in self.parts
         ]
         return np.concatenate(parts, axis=-1)
+
+    @cached_property
+    def owner(self) -> Ints:
+        """The test that each white sample is of (sample,)."""
+        count = [int(self.cases[i].noise[c].kept.sum()) for i, c in self.parts]
+        return np.repeat([i for i, _ in self.parts], count)
 
     @cached_property
     def measured(self) -> Floats:

@@ -103,8 +103,17 @@ class Search:
     others: Sequence[Explanation] = ()
 
 
-def search(problem: Problem, progress: Progress, other: Elsewhere | None = None) -> Search:
-    """Find the terms that explain all channels together, and foretell another test that is not fitted."""
+def search(
+    problem: Problem,
+    progress: Progress,
+    other: Elsewhere | None = None,
+    *,
+    enough: Callable[[Explanation, Explanation], bool] | None = None,
+) -> Search:
+    """Find the terms that explain all channels together, and predict another test that is not fitted.
+
+    enough: whether an answer beside the base model ends the search.
+    """
     progress("base model")
     first = refit(problem)
     before = first.chi2 + (other.density(first)[1] if other else 0.0)
@@ -116,6 +125,7 @@ def search(problem: Problem, progress: Progress, other: Elsewhere | None = None)
         best.labels not in known
         and len(best.terms) < THRESHOLDS.most_terms
         and not (len(best.terms) > 1 and _nothing_left(best))
+        and not (best.terms and enough is not None and enough(best, base))
     ):
         known.add(best.labels)
         progress(f"what is missing, term {len(best.terms) + 1}")

@@ -1,0 +1,83 @@
+"""The level that each test has of its own (mu, K, h S) beside the terms that it shares with others.
+
+log p_i = m + u_i + e_i,   cov(u_i, u_j) = tau^2 rho^|i - j|
+
+p_i   base parameter of test i in the order in which the tests are given
+u_i   its level about the mean of all, which scatters by tau and is correlated between neighbours by rho
+e_i   error of its estimate, widened by what the fit leaves
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from twindisc_cli.identify.hierarchy import Wander, prediction_half, wander
+from twindisc_cli.loop.fit import Fit
+from twindisc_cli.loop.members import excess
+from twindisc_cli.model.experiment import Floats, Ints
+
+
+@dataclass(frozen=True)
+class Levels:
+    """A base parameter of several tests: their numbers (test,), and how its logarithm scatters over their order."""
+
+    key: str
+    unit: str
+    tests: Ints
+    wander: Wander
+
+    @property
+    def value(self) -> Floats:
+        """As fitted (test,), in `unit`."""
+        return np.exp(self.wander.y)
+
+    @property
+    def shrunk(self) -> Floats:
+        """As its neighbours in the order let expect it, too (test,), in `unit`."""
+        return np.exp(self.wander.level(self.tests)[0])
+
+    @property
+    def drift(self) -> float:
+        """Relative change of the shrunk level from the first to the last test [1]."""
+        shrunk = self.shrunk
+        return float(shrunk[-1] / shrunk[0] - 1.0)
+
+    @property
+    def range(self) -> float:
+        """Largest shrunk level over the smallest, less one [1]."""
+        shrunk = self.shrunk
+        return float(shrunk.max() / shrunk.min() - 1.0)
+
+    def drawn(self, place: float = np.inf) -> tuple[float, float, float]:
+        """The level of another test with its 90 % interval: at a place in the order, or drawn from the scatter."""
+        (middle,), (std,) = self.wander.level(place)
+        half = prediction_half(len(self.tests), float(std))
+        low, value, high = np.exp(middle + half * np.array([-1.0, 0.0, 1.0]))
+        return float(value), float(low), float(high)
+
+
+def levels_of(fits: Sequence[Fit], tests: Sequence[int] | None = None) -> dict[str, Levels]:
+    """Levels of the base parameters that at least two tests have, by key, from a fit of all tests or one of each.
+
+    tests: the number of each case in the order of the fits; from 0 on where not given.
+    """
+    rows: dict[str, list[tuple[int, float, float, str]]] = {}
+    first = 0
+    for fitted in fits:
+        wide = excess(fitted)
+        for i, p in enumerate(fitted.problem.parameters):
+            own = p.case if p.case is not None else 0 if len(fitted.problem.cases) == 1 else None
+            if p.term is None and own is not None:
+                number = first + own if tests is None else tests[first + own]
+                std = float(np.sqrt(wide * fitted.covariance[i, i]))
+                rows.setdefault(p.key, []).append((number, float(fitted.theta[i]), std, p.unit))
+        first += len(fitted.problem.cases)
+    return {key: _levels(key, row) for key, row in rows.items() if len(row) > 1}
+
+
+def _levels(key: str, rows: Sequence[tuple[int, float, float, str]]) -> Levels:
+    numbers, inner, std, units = zip(*rows, strict=True)
+    return Levels(key, units[0], np.array(numbers), wander(inner, std, numbers))
