@@ -105,7 +105,7 @@ def test_a_zero_that_was_not_recorded_is_not_made_up(tmp_path: Path) -> None:
     assert measured.torque_zero is None
     assert measured.traction is not None
     assert measured.traction.ratio.mean() == pytest.approx(MU + OFFSET / (LOAD * RADIUS), rel=0.003)
-    with pytest.raises(MeasurementError, match=r"torque \[N mm\]: no rows without load at either end"):
+    with pytest.raises(MeasurementError, match=r"torque \[N mm\]: no section without load is in it"):
         read(tmp_path, log(idle=(0, 0)), 'torque_zero = "unloaded"')
     with pytest.raises(DefinitionError, match='must be "unloaded", "as recorded" or a torque in N m, not "zero"'):
         read(tmp_path, log(), 'torque_zero = "zero"')
@@ -138,11 +138,11 @@ def test_rows_are_told_by_every_command(tmp_path: Path, capsys: pytest.CaptureFi
         assert f"log.csv: {row['used']} of 540 rows used; left out: " in err
         assert "120 unloaded" in err
         zero = (
-            r"torque zero 3[45](\.\d)? ± 0\.\d+ mN m \(one standard deviation\), drift -?\d\S* mN m, "
-            "from 120 rows without load, taken off"
+            r"torque zero 3[45](\.\d)? ± 0\.\d+ mN m \(one standard deviation\), from 120 rows without load in 2 "
+            r"sections \((level|drift), -?\d\S* mN m from first to last\), taken off"
         )
         assert re.search(zero, err)
-        assert "drift" in row["notes"][0]
+        assert "torque zero" in row["notes"][0]
         with h5py.File(str(tmp_path / "small" / f"{command}.h5")) as file:
             reasons = list(file["reason"].asstr()[()])
             assert file["rows_left_out"][0, reasons.index("unloaded")] == 120

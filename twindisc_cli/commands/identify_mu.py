@@ -8,7 +8,7 @@ import numpy as np
 
 from twindisc_cli.definition import Test
 from twindisc_cli.identify.friction import ABOVE_LIMIT, CONFIDENCE
-from twindisc_cli.identify.steps import StepFriction, identify_friction, softness
+from twindisc_cli.identify.steps import StepFriction, identify_friction, softness, zero_error
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
@@ -26,8 +26,18 @@ def run(test: Test) -> Result:
     result = identify_friction(ForwardModel(experiment))
     return Result(
         command="identify-mu",
-        summary=(*_summary(result), *_wide(result), *_note(experiment), *_softer(experiment, result)),
-        json={"interval_percent": 100.0 * CONFIDENCE, "steps": [_step(result, i) for i in range(len(result.mu))]},
+        summary=(
+            *_summary(result),
+            *_zero(experiment),
+            *_wide(result),
+            *_note(experiment),
+            *_softer(experiment, result),
+        ),
+        json={
+            "interval_percent": 100.0 * CONFIDENCE,
+            "zero_std": or_null(float(np.max(zero_error(experiment))) or np.nan),
+            "steps": [_step(result, i) for i in range(len(result.mu))],
+        },
         dataset=_dataset(result),
         figure=lambda: _figure(experiment, result),
     )
@@ -38,6 +48,20 @@ def _wide(friction: StepFriction) -> tuple[str, ...]:
     wide = [str(i + 1) for i in np.flatnonzero(np.isfinite(friction.mu) & (friction.high - friction.low > friction.mu))]
     steps = f"step {', '.join(wide)}"
     return (f"warning: at {steps} the 90 % interval is as wide as mu itself: these data hardly fix it",) if wide else ()
+
+
+def _zero(test: Experiment) -> tuple[str, ...]:
+    """What the error of the torque's zero makes of T/N, or that it is in no interval."""
+    zero, error = test.measured.torque_zero, zero_error(test)
+    if zero is None:
+        return ()
+    if not zero.taken_off:
+        return ("the torque is as recorded: the error of its zero is in no interval",)
+    if not np.any(error > 0.0):
+        return ("the zero of the torque is as stated: its error is in no interval",)
+    least, most = float(error[error > 0.0].min()), float(error.max())
+    span = f"{most:.2g}" if least > 0.9 * most else f"{least:.2g} to {most:.2g}"
+    return (f"the zero of the torque is known to ± {span} of T/N (one standard deviation), which is in every interval",)
 
 
 def _note(test: Experiment) -> tuple[str, ...]:

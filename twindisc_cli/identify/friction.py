@@ -52,6 +52,11 @@ def states(mu: Floats, share: Floats) -> list[str | None]:
     ]
 
 
+def half_interval(std: Floats) -> Floats:
+    """Half the 90 % interval of a normal error, from its standard deviation, both (...)."""
+    return np.asarray(ndtri(0.5 + 0.5 * CONFIDENCE) * std)
+
+
 def mean_and_interval(values: Floats, uncertainty: Floats, group: Ints, groups: int) -> tuple[Floats, Floats]:
     """Mean of each group of samples and half its 90 % interval, each (group,): Student's t of the samples' scatter.
 
@@ -61,7 +66,7 @@ def mean_and_interval(values: Floats, uncertainty: Floats, group: Ints, groups: 
     with np.errstate(divide="ignore", invalid="ignore"):
         mean = np.bincount(group, values, groups) / count
         variance = np.bincount(group, (values - mean[group]) ** 2, groups) / (count - 1.0)
-        stated = ndtri(0.5 + 0.5 * CONFIDENCE) * np.sqrt(np.bincount(group, uncertainty**2, groups)) / count
+        stated = half_interval(np.sqrt(np.bincount(group, uncertainty**2, groups)) / count)
         quantile = stdtrit(np.maximum(count - 1.0, 1.0), 0.5 + 0.5 * CONFIDENCE)
         half = np.where(count > 1.0, quantile * np.sqrt(variance / count), stated)
     return mean, half

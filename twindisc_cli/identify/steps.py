@@ -16,6 +16,7 @@ from twindisc_cli.identify.friction import (
     HIGHEST_THAT_WEARS,
     LIGHT_LINE,
     NO_CREEPAGE,
+    half_interval,
     mean_and_interval,
     mu_from_traction,
     states,
@@ -34,7 +35,8 @@ Explanation = tuple[Callable[[Floats], Floats], Callable[[Floats], Floats]]
 class StepFriction:
     """What the measured traction of each step says, each (step,); NaN where nothing was measured.
 
-    creepage and ratio T/N, means of the samples [1], with their signs; half, half the 90 % interval of ratio; mu and
+    creepage and ratio T/N, means of the samples [1], with their signs; half, half the 90 % interval of ratio, from the
+    samples' scatter and the error of the torque's zero; mu and
     its interval low ... high [1], inf above the elastic limit; share, T/(mu N) at mu; state, None where nothing was
     measured.
     """
@@ -56,6 +58,7 @@ def identify_friction(model: ForwardModel) -> StepFriction:
         raise MeasurementError("no traction was measured; name its file under [measured]")
     steps = len(model.experiment.history.step_creepage)
     ratio, half = mean_and_interval(samples.ratio, samples.uncertainty, samples.step, steps)
+    half = np.hypot(half, half_interval(zero_error(model.experiment)))
     creepage, _ = mean_and_interval(samples.creepage, samples.uncertainty, samples.step, steps)
     sense = np.where(creepage < 0.0, -1.0, 1.0)
     plain = model.experiment.is_plain and model.experiment.history.is_constant and not _wears(model.experiment)
@@ -69,6 +72,14 @@ def identify_friction(model: ForwardModel) -> StepFriction:
     mu, low, high, share = (np.where(idle, np.nan, values) for values in (mu, low, high, share))
     state = [_idle(r) if no_slip else s for s, no_slip, r in zip(states(mu, share), idle, ratio, strict=True)]
     return StepFriction(creepage=creepage, ratio=ratio, half=half, mu=mu, low=low, high=high, share=share, state=state)
+
+
+def zero_error(test: Experiment) -> Floats:
+    """Standard error of T/N in each step from the zero of the torque (step,); 0 where none was taken off."""
+    zero = test.measured.torque_zero
+    if zero is None or not zero.taken_off:
+        return np.zeros(len(test.history.step_creepage))
+    return np.asarray(np.nan_to_num(zero.of_step))
 
 
 def _idle(ratio: float) -> str | None:

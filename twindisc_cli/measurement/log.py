@@ -47,7 +47,7 @@ SMALLEST_RATIO = 0.003
 """A T/N below which a unit is more likely wrong than a contact that slippery."""
 _MOST_OUTLIERS = 0.01  # of the rows: more are a state of the rig
 _MOST_DEAD = 0.2  # of the rows: more are a signal that was never there
-_TOLD = {"torque": (1e3, "mN m"), "traction force": (1.0, "N"), "traction ratio": (1.0, "")}
+_UNIT = {"torque": (1e3, " mN m"), "traction force": (1.0, " N"), "traction ratio": (1.0, "")}
 
 
 @dataclass(frozen=True)
@@ -73,15 +73,11 @@ class Log:
         """The signal of T/N = 1 at a load [N]."""
         return np.ones_like(np.asarray(load)) if self.kind == "traction ratio" else np.asarray(self.arm * load)
 
-    def told(self, value: float, *, digits: int = 3) -> str:
-        """A signal as it is told."""
-        factor, _ = _TOLD[self.kind]
-        return f"{value * factor:.{digits}g}"
-
-    @property
-    def unit(self) -> str:
-        """The unit in which a signal is told."""
-        return _TOLD[self.kind][1]
+    def unit_of(self, value: float) -> tuple[float, str]:
+        """The unit in which a signal is written, and the factor to it; torques from 1 N m on are not in mN m."""
+        if self.kind == "torque" and abs(value) >= 1.0:
+            return 1.0, " N m"
+        return _UNIT[self.kind]
 
 
 def read_log(
@@ -93,7 +89,7 @@ def read_log(
     check_time(table)
     table.check()
     columns = table.columns
-    kind = next(name for name in _TOLD if name in columns)
+    kind = next(name for name in _UNIT if name in columns)
     arm = _arm(table, rig, torque_disc) if kind == "torque" else 1.0
     creepage, speed = _motion(columns)
     _check_slip(table, creepage)

@@ -89,7 +89,7 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
     reason = idle_rows(log, rig, lightest)
     result = find_zero(log.time, log.signal, log.load, lightest) if log.has_load else None
     if torque_zero == "unloaded" and result is None:
-        table.note("no rows without load at either end: no torque_zero can be found in this log", log.kind)
+        table.note("no section without load is in it: no torque_zero can be found in this log", log.kind)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = (log.signal - _offset(log.time, result, torque_zero)) / log.per_ratio(log.load)
     dead_rows(log, reason)
@@ -97,27 +97,15 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
     driven = reason == 0
     mean = _averages(log, driven, ratio, _length(log.time[driven], history))
     sense = float(np.sign(np.median(mean.ratio * np.sign(mean.creepage))) or 1.0)
-    if history is None:
-        steps = find_steps(Seen(mean.time, mean.creepage, mean.speed, mean.load, mean.label), rig)
-        history, step, time = steps.history, steps.step, mean.time - steps.begin
-        kept = step >= 0
-        table.notes.append(f"the history found in it:\n{told(history, rig)}")
-    else:
-        step = _align(mean, history, rig)
-        kept = _settled(mean.creepage, step, history)
-        _check_rig(log, rig, history, mean, step)
-        _check_steps(log, mean.time, step, kept, history)
-        time = _history_time(mean.time, step, history)
-    table.check()
     unit = sense * float(log.per_ratio(rig.normal_load))
-    zero = _zero(result, torque_zero, log.time[driven], unit)
-    ratio, told_zero = sense * mean.ratio, zero
+    placed = _placed(log, rig, history, mean)
+    table.check()
+    kept, time, step = placed.kept, placed.time, placed.step
+    steps = _OfSteps(mean.time[kept], step[kept], placed.history)
+    zero, ratio = _zero(result, torque_zero, unit, steps), sense * mean.ratio
     if result is None and not isinstance(torque_zero, float):
-        both = zero_of_both_ways(history.step_creepage, ratio[kept], step[kept])
-        if both is not None:
-            off = torque_zero != "as recorded"
-            ratio = ratio - both[0] if off else ratio
-            told_zero = zero = TorqueZero(both[0], both[1], np.nan, taken_off=off, unit=unit)
+        zero = _zero_of_both_ways(ratio[kept], torque_zero, unit, steps)
+        ratio = ratio - zero.value if zero is not None and zero.taken_off else ratio
     reason[driven] = _left(step, kept)[mean.block]
     creepage, scatter = steadied(mean.creepage[kept], ratio[kept], time[kept], step[kept])
     if scatter > 0.0:
@@ -125,17 +113,35 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
             f"the creepage scatters by {100.0 * scatter:.2g} % within the steps and the traction does not follow: "
             "error of the tachometers, the mean of each step is taken"
         )
-    samples = TractionSamples(
-        time=time[kept],
-        step=step[kept],
-        creepage=creepage,
-        ratio=ratio[kept],
-        uncertainty=np.full(int(kept.sum()), np.nan),
-    )
+    unknown = np.full(int(kept.sum()), np.nan)
+    samples = TractionSamples(time[kept], step[kept], creepage, ratio[kept], uncertainty=unknown)
     table.left_out |= _counts(reason)
-    table.notes += (*_notes(log, told_zero, result, mean.time, history), *_too_slippery(log, ratio))
+    table.notes += (*_notes(log, zero, result, mean.time, placed.history), *_too_slippery(log, ratio))
     begin = float(mean.time[kept][0] - time[kept][0]) if np.any(kept) else 0.0
-    return RigLog(samples, history, begin, zero, table.count(int(np.sum(reason == 0))))
+    return RigLog(samples, placed.history, begin, zero, table.count(int(np.sum(reason == 0))))
+
+
+@dataclass(frozen=True)
+class _Placed:
+    """Averages on a history, each (average,): step, time [s] on its clock, and whether the average is of a step."""
+
+    history: History
+    step: Ints
+    time: Floats
+    kept: Bools
+
+
+def _placed(log: Log, rig: Rig, history: History | None, mean: _Averages) -> _Placed:
+    """The averages of a log on the history, which is found where it is None."""
+    if history is None:
+        result = find_steps(Seen(mean.time, mean.creepage, mean.speed, mean.load, mean.label), rig)
+        log.table.notes.append(f"the history found in it:\n{told(result.history, rig)}")
+        return _Placed(result.history, result.step, mean.time - result.begin, result.step >= 0)
+    step = _align(mean, history, rig)
+    kept = _settled(mean.creepage, step, history)
+    _check_rig(log, rig, history, mean, step)
+    _check_steps(log, mean.time, step, kept, history)
+    return _Placed(history, step, _history_time(mean.time, step, history), kept)
 
 
 def log_temperature(
@@ -178,14 +184,46 @@ def _offset(time: Floats, zero: Zero | None, setting: ZeroSetting) -> Floats | f
     return 0.0 if zero is None or setting == "as recorded" else zero.at(time)
 
 
-def _zero(zero: Zero | None, setting: ZeroSetting, time: Floats, unit: float) -> TorqueZero | None:
-    """What is known of the zero, as T/N; time [s] of the rows under load, unit the signal of T/N = 1."""
+@dataclass(frozen=True)
+class _OfSteps:
+    """Times [s] on the clock of the log at which was measured and their steps, each (average,); the history."""
+
+    time: Floats
+    step: Ints
+    history: History
+
+    @property
+    def load_factor(self) -> Floats:
+        """Load of each step over the rig's (step,)."""
+        return self.history.load_factor[np.unique(self.history.step, return_index=True)[1]]
+
+    def mean(self, values: Floats) -> Floats:
+        """The mean of values (average,) in each step (step,); NaN where nothing was measured."""
+        count = len(self.load_factor)
+        with np.errstate(invalid="ignore"):
+            return np.asarray(np.bincount(self.step, values, count) / np.bincount(self.step, minlength=count))
+
+
+def _zero(zero: Zero | None, setting: ZeroSetting, unit: float, steps: _OfSteps) -> TorqueZero | None:
+    """What is known of the zero, as T/N; unit: the signal of T/N = 1."""
     if isinstance(setting, float):
-        return TorqueZero(setting / unit, np.nan, np.nan, taken_off=True, unit=unit)
+        unknown = np.full(len(steps.load_factor), np.nan)
+        return TorqueZero(setting / unit, np.nan, np.nan, taken_off=True, unit=unit, of_step=unknown)
     if zero is None:
         return None
-    mean, off = float(zero.at(time).mean()), setting != "as recorded"
-    return TorqueZero(mean / unit, zero.std / abs(unit), zero.drift / unit, taken_off=off, unit=unit)
+    std, off = zero.std_at(steps.time), setting != "as recorded"
+    of_step = steps.mean(std) / abs(unit) / steps.load_factor
+    value, mean_std = (float(values.mean()) if len(values) else np.nan for values in (zero.at(steps.time), std))
+    return TorqueZero(value / unit, mean_std / abs(unit), zero.drift / unit, taken_off=off, unit=unit, of_step=of_step)
+
+
+def _zero_of_both_ways(ratio: Floats, setting: ZeroSetting, unit: float, steps: _OfSteps) -> TorqueZero | None:
+    """The zero that slip both ways shows in T/N (average,); None where nothing was driven both ways."""
+    both = zero_of_both_ways(steps.history.step_creepage, ratio, steps.step)
+    if both is None:
+        return None
+    of_step = both[1] / steps.load_factor
+    return TorqueZero(*both, np.nan, taken_off=setting != "as recorded", unit=unit, of_step=of_step)
 
 
 def _length(time: Floats, history: History | None) -> float:
@@ -244,15 +282,20 @@ def _notes(log: Log, zero: TorqueZero | None, result: Zero | None, time: Floats,
     """The zero of the signal, or how to know it, and a log that is much shorter or longer than the history."""
     notes = []
     if zero is not None:
-        unit = f" {log.unit}" if log.unit else ""
-        drift = f", drift {log.told(zero.drift * zero.unit)}{unit}" if np.isfinite(zero.drift) else ""
-        error = f" ± {log.told(zero.std * abs(zero.unit), digits=2)}" if np.isfinite(zero.std) else ""
-        whence = f"from {result.rows} rows without load" if result else "from slip both ways"
+        factor, unit = log.unit_of(zero.value * zero.unit)
+        value, size = zero.value * zero.unit * factor, abs(zero.unit) * factor
+        drift = f", {zero.drift * zero.unit * factor:.3g}{unit} from first to last" if np.isfinite(zero.drift) else ""
+        error = f" ± {zero.std * size:.2g}" if np.isfinite(zero.std) else ""
+        kind = f" ({result.kind}{drift})" if result and drift else ""
+        whence = (
+            f"from {result.rows} rows without load in {len(result.time)} sections{kind}"
+            if result
+            else "from slip both ways"
+        )
         whence = whence if np.isfinite(zero.std) else "as stated"
         taken = "taken off" if zero.taken_off else "left in"
-        name = "torque" if log.kind == "torque" else log.kind
         level = " (one standard deviation)" if error else ""
-        notes.append(f"{name} zero {log.told(zero.value * zero.unit)}{error}{unit}{level}{drift}, {whence}, {taken}")
+        notes.append(f"{log.kind} zero {value:.3g}{error}{unit}{level}, {whence}, {taken}")
     elif log.kind != "traction ratio":
         how = "run some seconds without load before and after, or slip both ways"
         notes.append(f"the zero of the {log.kind} is not known: {how}")

@@ -1,11 +1,14 @@
 """The zero of a torque sensor, from the rows in which the discs carry no load, or from slip both ways.
 
-    z(t) = z_b + (z_a - z_b) (t - t_b) / (t_a - t_b)        a constant where only one end was recorded
+    z_i   median of the torque in the i-th section without load [N m], at its mean time t_i; e_i its standard error
 
-    z_b, z_a   medians of the torque before and after [N m], at the mean times t_b, t_a [s]
+    level   z = sum(z_i / e_i^2) / sum(1 / e_i^2)        where the sections agree within their errors
+    step    a level before and another after one of the times between them
+    drift   a line through the sections, or from each to the next where they lie on none
 
-The standard error of an end is that of the means of its stretches, which sees noise that is correlated in time; of a
-drift that is not known to be linear, a sixth is added.
+of which the first is taken that the sections bear (chi-squared at 1 %), of step and line the nearer one. The standard
+error of a section is that of a median by the means of its stretches, which see noise that is correlated in time. In
+between, a sixth of a change that is not known to be linear is added, and 1 / sqrt(12) of a step at a time not known.
 """
 
 from __future__ import annotations
@@ -14,56 +17,122 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import chdtri
 
-from twindisc_cli.measurement.sheet import Floats
+from twindisc_cli.measurement.sheet import Bools, Floats
 
 UNLOADED = 0.02
 """Share of the nominal load below which a row carries none: the torque of a load being put on is no zero."""
 FEWEST = 5  # rows: a level and its scatter
 _STRETCHES = 20  # means whose scatter tells what a level is worth
 _ALIKE = 1.05  # creepages within 5 % are the same both ways
+_SURE = 0.01  # share of true levels and lines that are taken for something else
+_OF_MEDIAN = float(np.sqrt(np.pi / 2.0))  # standard error of a median over that of the mean, of Gaussian scatter
+_EXACT = 1e-9  # of the zero: a log without noise is no exacter
 
 
 @dataclass(frozen=True)
 class Zero:
-    """Medians of the torque [N m] before and after, their times [s] and standard errors [N m]; one of each or two."""
+    """The zero [N m] at the mean times of the sections without load [s], its standard errors [N m], each (section,).
+
+    median: of the torque in each section [N m]; between: what is added to the error from each to the next [N m]
+    (section - 1,); kind: level, step or drift; rows: how many rows without load.
+    """
 
     time: Floats
     torque: Floats
     error: Floats
+    median: Floats
+    between: Floats
+    kind: str
     rows: int
 
     def at(self, time: Floats) -> Floats:
-        """The zero at times [s], [N m]."""
-        slope = np.diff(self.torque) / np.diff(self.time) if len(self.time) > 1 else np.zeros(1)
-        return np.asarray(self.torque[0] + slope[0] * (time - self.time[0]))
+        """The zero at times [s], [N m]; before the first and after the last section it is theirs."""
+        return np.asarray(np.interp(time, self.time, self.torque))
+
+    def std_at(self, time: Floats) -> Floats:
+        """Its standard error at times [s], [N m]."""
+        if len(self.time) == 1:
+            return np.full(np.shape(time), self.error[0])
+        at = np.clip(np.searchsorted(self.time, time) - 1, 0, len(self.between) - 1)
+        share = np.clip((time - self.time[at]) / (self.time[at + 1] - self.time[at]), 0.0, 1.0)
+        of_ends = np.hypot((1.0 - share) * self.error[at], share * self.error[at + 1])
+        of_ends = np.maximum(of_ends, self.error.min()) if self.kind == "level" else of_ends
+        return np.hypot(of_ends, self.between[at])
 
     @property
     def drift(self) -> float:
-        """After less before [N m]; NaN where only one end was recorded."""
-        return float(self.torque[1] - self.torque[0]) if len(self.torque) > 1 else np.nan
-
-    @property
-    def std(self) -> float:
-        """Standard error of the mean zero [N m]."""
-        ends = float(np.sqrt(np.sum(self.error**2))) / len(self.error)
-        return float(np.hypot(ends, np.nan_to_num(self.drift) / 6.0))
+        """Last less first section [N m]; NaN where only one was recorded."""
+        return float(self.median[-1] - self.median[0]) if len(self.time) > 1 else np.nan
 
 
 def find_zero(time: Floats, torque: Floats, load: Floats, nominal: float) -> Zero | None:
-    """The zero of a log, each (row,); None where it has no rows without load at either end."""
-    carrying = np.flatnonzero(np.abs(load) > UNLOADED * nominal)
-    if not len(carrying):
+    """The zero of a log, each (row,); None where it has no section without load."""
+    idle = np.abs(load) <= UNLOADED * nominal
+    sections = _sections(idle) if not np.all(idle) else []
+    if not sections:
         return None
-    ends = [rows for rows in (np.arange(carrying[0]), np.arange(carrying[-1] + 1, len(load))) if len(rows) >= FEWEST]
-    if not ends:
-        return None
-    return Zero(
-        time=np.array([time[rows].mean() for rows in ends]),
-        torque=np.array([np.median(torque[rows]) for rows in ends]),
-        error=np.array([_error(torque[rows]) for rows in ends]),
-        rows=sum(len(rows) for rows in ends),
-    )
+    at = np.array([time[rows].mean() for rows in sections])
+    median = np.array([np.median(torque[rows]) for rows in sections])
+    error = _OF_MEDIAN * np.array([_error(torque[rows]) for rows in sections])
+    count = sum(rows.stop - rows.start for rows in sections)
+    return Zero(at, *_curve(at, median, np.maximum(error, _EXACT * np.max(np.abs(median)))), count)
+
+
+def _sections(idle: Bools) -> list[slice]:
+    """The stretches of rows without load that are long enough."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], idle, [False]]).astype(np.int8)))
+    return [slice(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= FEWEST]
+
+
+def _curve(at: Floats, median: Floats, error: Floats) -> tuple[Floats, Floats, Floats, Floats, str]:
+    """Zero and its error at the sections, the medians, what is added between, and which kind it is."""
+    count, none = len(at), np.zeros(len(at) - 1)
+    level, std = _level(median, error)
+    if _bears(median - level, error, count - 1):
+        return np.full(count, level), np.full(count, std), median, none, "level"
+    if count > 2:
+        line, line_std = _line(at, median, error)
+        steps = [_two_levels(median, error, k) for k in range(1, count)]
+        first = int(np.argmin([_chi2(median - values, error) for values, _ in steps])) + 1
+        values, stds = steps[first - 1]
+        is_step = _chi2(median - values, error) < _chi2(median - line, error)
+        if is_step and _bears(median - values, error, count - 2):
+            jump = np.where(np.arange(1, count) == first, np.abs(values[first] - values[first - 1]), 0.0)
+            return values, stds, median, jump / np.sqrt(12.0), "step"
+        if _bears(median - line, error, count - 2):
+            return line, line_std, median, none, "drift"
+    return median, error, median, np.abs(np.diff(median)) / 6.0, "drift"
+
+
+def _chi2(off: Floats, error: Floats) -> float:
+    return float(np.sum((off / error) ** 2))
+
+
+def _bears(off: Floats, error: Floats, freedom: int) -> bool:
+    """Whether the sections lie off a curve by no more than their errors say."""
+    return freedom < 1 or _chi2(off, error) <= float(chdtri(freedom, _SURE))
+
+
+def _level(values: Floats, error: Floats) -> tuple[float, float]:
+    """Weighted mean and its standard error."""
+    weight = 1.0 / error**2
+    return float(np.sum(weight * values) / weight.sum()), float(1.0 / np.sqrt(weight.sum()))
+
+
+def _two_levels(values: Floats, error: Floats, first: int) -> tuple[Floats, Floats]:
+    """A level of the sections before `first` and one of the others, at the sections, with their errors."""
+    parts = [(*_level(values[own], error[own]), len(values[own])) for own in (slice(first), slice(first, None))]
+    return tuple(np.repeat([part[n] for part in parts], [part[2] for part in parts]) for n in (0, 1))  # type: ignore[return-value]
+
+
+def _line(at: Floats, values: Floats, error: Floats) -> tuple[Floats, Floats]:
+    """A weighted line at the sections, and its standard errors there."""
+    design = np.column_stack([np.ones(len(at)), (at - at.mean()) / np.ptp(at)])
+    covariance = np.linalg.inv(design.T @ (design / error[:, None] ** 2))
+    line = design @ (covariance @ (design.T @ (values / error**2)))
+    return line, np.sqrt(np.einsum("ij,jk,ik->i", design, covariance, design))
 
 
 def _error(values: NDArray[np.float64]) -> float:

@@ -335,7 +335,7 @@ class TorqueZero:
     """The zero of the torque sensor, as T/N [1]: mean over the test, standard error, drift from before to after.
 
     std is NaN where the zero was stated, drift where only one end was recorded. taken_off: whether the samples are
-    free of it. unit: torque of T/N = 1 [N m].
+    free of it. unit: torque of T/N = 1 [N m]. of_step: the standard error in each step, as T/N at its load (step,).
     """
 
     value: float
@@ -343,6 +343,7 @@ class TorqueZero:
     drift: float
     taken_off: bool
     unit: float
+    of_step: Floats
 
 
 @dataclass(frozen=True)
