@@ -301,7 +301,7 @@ def test_effects_are_named_as_in_their_explanation(name: str) -> None:
 def test_where_data_cannot_tell_no_single_name_is_told(test: Test) -> None:
     first = sentences.sentences(found(test))[0]
     assert first == (
-        "The model lacks in the traction falling friction or film breakdown (probable, 71 %); "
+        "The model lacks in the traction falling friction (probable, 71 %; or film breakdown); "
         "in the worn profile lateral wander (established, > 99 %)."
     )
     assert "cannot separate" in sentences.sentences(found(test))[1]
@@ -553,8 +553,21 @@ def test_the_page_answers_what_a_reader_asks(test: Test) -> None:
     asked = dict(sentences.answers(found(test)))
     assert asked["How sure is it?"][0].startswith("Falling friction: probable; it is chosen in 71 %")
     assert "film breakdown" in asked["What else could it be?"][0]
+    assert asked["What changed?"][0].startswith("Added: falling friction; mu at infinite sliding speed over mu at rest")
+    assert "0.412 (90 % interval 0.394 to 0.430)" in asked["What changed?"][0]
     assert any("from 0.0660 to 0.00408" in line for line in asked["What changed?"])
     assert "How sure is it?" not in dict(sentences.answers(nothing(test)))
+
+
+def test_what_is_as_good_is_named_where_the_answer_stands_alone(test: Test) -> None:
+    alone = replace(found(test), effects=[replace(e, alternatives=()) for e in found(test).effects])
+    asked = dict(sentences.answers(alone))["What else could it be?"]
+    assert "as good a fit but less probable: film breakdown (29 %)" in asked[0]
+    (film,) = [t for t in alone.tried if sentences.term_name(t.term) == "film breakdown"]
+    assert sentences.outcome(alone, film) == "fits as well, less probable"
+    renamed = replace(film, refused="in other words")
+    assert sentences.share(alone, renamed) == "–"
+    assert sentences.outcome(alone, renamed) == "the same in other words, counted there"
 
 
 class Structure(HTMLParser):

@@ -1,4 +1,4 @@
-"""Half-space contact: the patch follows the worn profiles and is no ellipse.
+"""Half-space contact: the patch follows the worn profiles and is not an ellipse.
 
     u(y) = (1 - f) u_Hertz(y) + f u_half-space(y)
 

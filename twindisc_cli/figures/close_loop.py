@@ -214,7 +214,7 @@ def _mean_course(over: Floats, values: Floats, bins: int) -> tuple[Floats, Float
 def _ranked(view: View) -> list[CandidateResult]:
     """The explanations that are drawn: all that were chosen, and those that come first beside them."""
     ranked = sentences.ranked(view.diagnosis, view.channel)
-    first = sorted(range(len(ranked)), key=lambda i: (not ranked[i].chosen, i))[:SHOWN]
+    first = sorted(range(len(ranked)), key=lambda i: (not ranked[i].chosen, bool(ranked[i].refused), i))[:SHOWN]
     return [ranked[i] for i in sorted(first)]
 
 

@@ -75,7 +75,7 @@ def next_for_set(alive: Sequence[Sequence[tuple[Fit, float]]], names: Sequence[s
         why = f"no history of these creepages separates {pair}: they do the same to what is recorded"
     return NextExperiment(
         why=why if not helps else f"{why}; recording the {wanted} as well would settle it",
-        steps=best[2],
+        steps=best[2] if helps or separation >= HARDLY else (),
         rivals=rivals,
         separation=separation,
         separation_now=_length(now[3][closest]),

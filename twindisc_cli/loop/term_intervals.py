@@ -63,11 +63,11 @@ def widening(fitted: Fit) -> Floats:
 
 
 def estimate_of(fitted: Fit, number: int) -> Estimate:
-    """Value, standard deviation and interval of a parameter by its profile likelihood, widened by what remains."""
+    """Value and interval of a parameter by its profile likelihood, widened by what remains; std: the interval's own."""
     parameter, wide = fitted.problem.parameters[number], float(widening(fitted)[number])
-    value, std = fitted.value(parameter)
+    value, _ = fitted.value(parameter)
     low, high = (_end(fitted, number, side, wide) for side in (-1.0, 1.0))
-    return Estimate(value, std * wide, low, high, parameter.unit)
+    return Estimate(value, (high - low) / (2.0 * np.sqrt(INTERVAL)), low, high, parameter.unit)
 
 
 def _end(fitted: Fit, number: int, side: float, wide: float) -> float:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.law import Law
 from twindisc_cli.loop.channels import base_named, channels
 from twindisc_cli.loop.diagnosis import (
@@ -35,6 +36,8 @@ from twindisc_cli.report.words import (
 
 FoundTerm = FoundEffect | FoundLaw
 AT_FLOOR = 1.15
+SAME = "in other words"
+"""Why a law is not given that is an effect, or another law, by another name."""
 WORN = ("profile", "mass")
 """Channels for which an added term acts on the wear, and so on what K means."""
 TOLD = 0.05
@@ -77,17 +80,22 @@ def probability(diagnosis: Diagnosis, tried: CandidateResult) -> float:
     return given[0] if given else tried.probability
 
 
+def share(diagnosis: Diagnosis, tried: CandidateResult) -> str:
+    """The probability of what was tried as text; a dash where its resamples count for another in whose words it is."""
+    return "–" if tried.refused == SAME else percent(probability(diagnosis, tried))
+
+
 def answers(diagnosis: Diagnosis) -> list[tuple[str, list[str]]]:
-    """The answer as questions that a reader asks, each with its told."""
+    """The answer as questions that a reader asks, each with its answers."""
     terms = [term for result in together(diagnosis).values() for term in result]
     rows = [
         ("How sure is it?", [f"{sentence(name_of(term))}: {_how_sure(term)}." for term in terms]),
-        ("What changed?", [_fall(c, error) for c, error in diagnosis.errors.items() if terms]),
-        ("What else could it be?", [_what_else(term) for term in terms]),
+        ("What changed?", [*map(_added, terms), *(_fall(c, e) for c, e in diagnosis.errors.items() if terms)]),
+        ("What else could it be?", [_what_else(diagnosis, term) for term in terms]),
         ("What is still open?", [f"{sentence(rest)}." for rest in open_questions(diagnosis)]),
     ]
     if diagnosis.next_experiment is not None:
-        rows.append(("What should be measured next?", [f"{sentence(diagnosis.next_experiment.why)}."]))
+        rows.append(("What should be measured next?", [f"{sentence(next_step(diagnosis))}."]))
     return [(question, said) for question, said in rows if said]
 
 
@@ -98,11 +106,39 @@ def _how_sure(term: FoundTerm) -> str:
     return f"{term.strength}; it is chosen in {percent(term.probability)} of the resamples of the data"
 
 
-def _what_else(term: FoundTerm) -> str:
+def _added(term: FoundTerm) -> str:
+    """A term that was added with its parameters and their intervals."""
+    if isinstance(term, FoundLaw):
+        return f"Added: {law_text(term)}."
+    meanings = {p.name: p.meaning for p in catalogue()[term.name].params}
+    parts = [f"{meanings.get(key, key)} {value(e)} (90 % interval {interval(e)})" for key, e in term.parameters.items()]
+    return f"Added: {name_of(term)}; {'; '.join(parts)}."
+
+
+def _what_else(diagnosis: Diagnosis, term: FoundTerm) -> str:
     others = [f"{term_name(other)}{f' ({p})' if p else ''}" for other, p in weighed(term)]
-    if not others:
-        return f"Nothing that was tried explains the data as well as {name_of(term)}."
-    return f"In the place of {name_of(term)}: {listed(others, 'or')}. These data cannot separate them."
+    if others:
+        return f"In the place of {name_of(term)}: {listed(others, 'or')}. These data cannot separate them."
+    less = [
+        f"{term_name(tried.term)} ({share(diagnosis, tried)})"
+        for tried in diagnosis.tried
+        if tried.replaces == term.name and not tried.chosen and not tried.refused
+    ]
+    if less:
+        return f"In the place of {name_of(term)}, as good a fit but less probable: {listed(less, 'or')}."
+    return f"Nothing that was tried explains the data as well as {name_of(term)}."
+
+
+def next_step(diagnosis: Diagnosis) -> str:
+    """What to measure next, with the explanations in words."""
+    if diagnosis.next_experiment is None:
+        return ""
+    every: list[FoundTerm] = [*diagnosis.effects, *diagnosis.laws]
+    terms = {tried.term for tried in diagnosis.tried} | {other.term for term in every for other in term.alternatives}
+    text = diagnosis.next_experiment.why
+    for term in sorted(terms, key=lambda term: -len(str(term))):
+        text = text.replace(str(term), term_name(term))
+    return text.replace(" + ", " with ")
 
 
 def declared(test: Experiment) -> str:
@@ -112,8 +148,9 @@ def declared(test: Experiment) -> str:
 
 
 def named(term: FoundTerm) -> str:
-    """An effect or a law with how sure it is; where the data cannot tell it from others, all of them."""
-    return f"{listed([name_of(term), *rivals(term)], 'or')} ({sureness(term)})"
+    """An effect or a law with how sure it is, and what the data cannot separate from it."""
+    others = f"; or {listed(rivals(term), 'or')}" if rivals(term) else ""
+    return f"{name_of(term)} ({sureness(term)}{others})"
 
 
 def sureness(term: FoundTerm) -> str:
@@ -267,11 +304,15 @@ def against_noise(error: ChannelError) -> str:
 # ------------------------------------------------------------------------------------------------- what was tried
 
 
-def outcome(tried: CandidateResult) -> str:
+def outcome(diagnosis: Diagnosis, tried: CandidateResult) -> str:
     """What came of an explanation."""
     if tried.refused:
-        return f"refused: {tried.refused}"
-    return "added to the model" if tried.chosen else "cannot be separated from what was added"
+        return "the same in other words, counted there" if tried.refused == SAME else f"refused: {tried.refused}"
+    if tried.chosen:
+        return "added to the model"
+    every: list[FoundTerm] = [*diagnosis.effects, *diagnosis.laws]
+    named_beside = {other.term for term in every if term.name == tried.replaces for other in term.alternatives}
+    return "cannot be separated from what was added" if tried.term in named_beside else "fits as well, less probable"
 
 
 def length(gain: float) -> float:
