@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 
+import h5py
 import numpy as np
 import pytest
 from definitions import TRACTION, VALID, changed, write
@@ -428,3 +429,14 @@ def test_a_patch_larger_than_the_discs_is_refused(
     assert exit_code(command, "small.toml") == 4
     (line,) = capsys.readouterr().err.splitlines()
     assert "times as large as the discs' radii" in line
+
+
+def test_without_a_figure_the_numbers_are_the_same(folder: Path) -> None:
+    """The run key knows that there is none: asked for again with its figure, the result is made again."""
+    path = write(folder, traction=TRACTION)
+    assert exit_code("check", path, "-o", "out") == exit_code("check", path, "-o", "bare", "--no-figure") == 0
+    assert {p.name for p in (folder / "bare/small").iterdir()} == {"check.h5"}
+    with h5py.File(folder / "out/small/check.h5") as one, h5py.File(folder / "bare/small/check.h5") as other:
+        assert one["outcome"].attrs["json"] == other["outcome"].attrs["json"]
+    assert exit_code("check", path, "-o", "bare") == 0
+    assert {p.name for p in (folder / "bare/small").iterdir()} == {"check.h5", "check.png"}

@@ -51,6 +51,7 @@ Formats = Annotated[
     str, typer.Option("--format", metavar="png,pdf,svg", help="What the figure is written as, one or several.")
 ]
 Dpi = Annotated[int, typer.Option("--dpi", metavar="N", min=20, max=2400, help="Pixels an inch of the figure.")]
+NoFigure = Annotated[bool, typer.Option("--no-figure", help="Write numbers only, in half the time.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Say nothing but what went wrong.")]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Say on stderr why the result is made, and how long.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say whether the result would be made, and why.")]
@@ -111,6 +112,7 @@ def _output(
     force: Force = False,
     formats: Formats = "png",
     dpi: Dpi = DPI,
+    no_figure: NoFigure = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
     dry_run: DryRun = False,
@@ -125,6 +127,7 @@ def _output(
     chosen = tuple(dict.fromkeys(part.strip().lower() for part in formats.split(",")))
     if unknown := [part for part in chosen if part not in FORMATS]:
         raise typer.BadParameter(f"--format knows {', '.join(FORMATS)}, not {unknown[0] or 'nothing'}")
+    chosen = () if no_figure else chosen
     if over and over not in OVER:
         raise typer.BadParameter(f"--over knows {', '.join(OVER)}, not {over}")
     return Output(
@@ -237,7 +240,7 @@ def check(test: TestFile, output: Output) -> int:
     return _run("check", test, output)
 
 
-@_command("close-loop")
+@_command("close-loop", without=("no_figure",))
 def close_loop(
     tests: Annotated[list[Path], typer.Argument(metavar="TEST.toml [MORE.toml ...]", show_default=False)],
     output: Output,
@@ -266,7 +269,7 @@ def close_loop(
     return _runner.run_close_loop(paths, options, output)
 
 
-@_command("paper", without=TIMELESS)
+@_command("paper", without=(*TIMELESS, "no_figure"))
 def paper(
     air: Annotated[Path, typer.Argument(metavar="AIR.toml", help="The test in air.", show_default=False)],
     nitrogen: Annotated[Path, typer.Argument(metavar="NITROGEN.toml", help="The one in nitrogen.", show_default=False)],
@@ -282,7 +285,7 @@ def paper(
     return _runner.run_paper([air, nitrogen, *([revised] if revised else [])], output)
 
 
-@_command("campaign", without=("depfile", "effects", "formats", "dpi", "over", "panels", "style"))
+@_command("campaign", without=("depfile", "effects", "formats", "dpi", "over", "panels", "style", "no_figure"))
 def campaign(
     command: Annotated[str, typer.Argument(metavar="COMMAND", help="What is run on every test.", show_default=False)],
     output: Output,
@@ -308,7 +311,7 @@ def campaign(
     return run(command, tests or ["configs/*.toml"], means, output)
 
 
-@_command("compare", without=("force", "dry_run", "depfile", "effects", "panels"))
+@_command("compare", without=("force", "dry_run", "depfile", "effects", "panels", "no_figure"))
 def compare(
     results: Annotated[
         list[Path],
@@ -325,7 +328,7 @@ def compare(
     return run(results, xlsx, output)
 
 
-@_command("report", without=("force", "dry_run", "depfile", "effects", "formats", "dpi", "over", "panels"))
+@_command("report", without=("force", "dry_run", "depfile", "effects", "formats", "dpi", "over", "panels", "no_figure"))
 def report(
     test: Annotated[
         Path, typer.Argument(metavar="TEST", help="A definition, or the folder of its results.", show_default=False)

@@ -18,10 +18,10 @@ OVER = ("s", "min", "h", "cycles", "km")
 class Output:
     """Where results go, what figures are drawn as, and how the outcome is told.
 
-    formats: of the figure, dpi of its pixels; over, what time is drawn over, "" as usual; panels, whether each panel is
-    a file of its own too; style, a style sheet of matplotlib. dry_run: only say what would be made, and why. depfile: a
-    file for the rule that make reads. effects: a folder of further effects. trust_effects: whether the Python files in
-    folders that definitions name may be run.
+    formats: of the figure, none where it is not wanted; dpi of its pixels; over, what time is drawn over, "" as usual;
+    panels, whether each panel is a file of its own too; style, a style sheet of matplotlib. dry_run: only say what
+    would be made, and why. depfile: a file for the rule that make reads. effects: a folder of further effects.
+    trust_effects: whether the Python files in folders that definitions name may be run.
     """
 
     folder: Path

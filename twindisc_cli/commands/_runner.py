@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -29,15 +29,19 @@ from twindisc_cli.results.store import images, plain, put
 from twindisc_cli.version import __version__
 
 Progress = Callable[[str, float], None]
+LINE_EVERY = 10.0
+"""Seconds between lines that say how far a command is, where they go to a file: a log stays short."""
+READ = 0.05
+"""How far a command is once it has read its tests."""
 
 
 def run_command(command: str, path: Path, output: Output, **options: float) -> int:
     """Run a command on one test, with the command's own options. The exit code."""
-    with progress_bar() as progress:
+    with progress_bar(quiet=output.quiet) as progress:
         progress(f"{command}: reading", 0.0)
         know(output.effects, trusting=output.trust_effects)
         tests = load_all([path])
-        progress(command, 0.05)
+        progress(command, READ)
         return _deliver(command, tests, options, output, lambda: _module(command).run(tests[0], **options))
 
 
@@ -56,7 +60,7 @@ def single_origin(command: str, test: Test) -> Origin:
 
 def run_close_loop(paths: Sequence[Path], options: Mapping[str, Any], output: Output) -> int:
     """Run close-loop on several tests: those `fitted`, the one to `validate` with if any, those to predict."""
-    with progress_bar() as progress:
+    with progress_bar(quiet=output.quiet) as progress:
         progress("close-loop: reading", 0.0)
         know(output.effects, trusting=output.trust_effects)
         tests = load_all(paths)
@@ -75,7 +79,7 @@ def run_close_loop(paths: Sequence[Path], options: Mapping[str, Any], output: Ou
 
 def run_paper(paths: Sequence[Path], output: Output) -> int:
     """Draw the figures of the paper from its two tests, and a revised one where a third is given. The exit code."""
-    with progress_bar() as progress:
+    with progress_bar(quiet=output.quiet) as progress:
         progress("paper: reading", 0.0)
         know(output.effects, trusting=output.trust_effects)
         tests = load_all(paths)
@@ -249,14 +253,12 @@ def _made(
     """A result, and its files by name, made for a folder; a failure says which definition it is of."""
     from twindisc_cli.commands._base import with_data
     from twindisc_cli.commands._possible import refuse_impossible
-    from twindisc_cli.figures.style import house_style
-    from twindisc_cli.figures.time_axis import time_drawn_over
 
     test = tests[0]
     try:
         for each in tests:
             refuse_impossible(each.experiment)
-        with house_style(output.style), time_drawn_over(output.over):
+        with _drawing(output) if output.formats else nullcontext():
             result = with_data(compute(), tests)
             files = result.extra_files.items()
             extra = {name: _content(name, text, test, folder, output.effects) for name, text in files}
@@ -265,6 +267,16 @@ def _made(
         raise ValidityError(str(error)).of(test.path) from error
     except TwindiscError as error:
         raise error.of(test.path) from error
+
+
+@contextmanager
+def _drawing(output: Output) -> Iterator[None]:
+    """The style of all figures, and what their time is drawn over; the library that draws them is loaded for it."""
+    from twindisc_cli.figures.style import house_style
+    from twindisc_cli.figures.time_axis import time_drawn_over
+
+    with house_style(output.style), time_drawn_over(output.over):
+        yield
 
 
 def _content(name: str, content: str | bytes, test: Test, folder: Path, effects: Path | None) -> bytes:
@@ -280,11 +292,44 @@ def _content(name: str, content: str | bytes, test: Test, folder: Path, effects:
         raise OutputError(Problem(what, str(folder / name))) from None
 
 
+def progress_lines() -> Progress:
+    """progress(what, fraction): after LINE_EVERY seconds, and no more often, a line on stderr with the time left.
+
+    What is left is taken to go at the pace of what is done; before that is more than READ nothing is said.
+    """
+    began = last = time.monotonic()
+
+    def progress(what: str, fraction: float) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last < LINE_EVERY or not READ < fraction < 1.0:
+            return
+        last = now
+        gone, left = now - began, (now - began) * (1.0 - fraction) / fraction
+        terminal.say([f"{what}: {_rounded(gone)} so far, about {_rounded(left)} left"], error=True)
+
+    return progress
+
+
+def _rounded(seconds: float) -> str:
+    """A time to two digits: `40 s`, `12 min`, `3 h`."""
+    for size, unit in ((3600.0, "h"), (60.0, "min")):
+        if seconds >= 2.0 * size:
+            return f"{seconds / size:.0f} {unit}"
+    return f"{seconds:.0f} s"
+
+
 @contextmanager
-def progress_bar() -> Iterator[Progress]:
-    """Return progress(what, fraction): a bar on stderr where that is a terminal, nothing elsewhere."""
-    if sys.stderr is None or not sys.stderr.isatty():
+def progress_bar(*, quiet: bool = False) -> Iterator[Progress]:
+    """Return progress(what, fraction): a bar on stderr where that is a terminal, else now and then a line.
+
+    quiet: neither of them.
+    """
+    if sys.stderr is None or quiet:
         yield lambda _what, _fraction: None
+        return
+    if not sys.stderr.isatty():
+        yield progress_lines()
         return
     from rich.console import Console
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from twindisc_cli.campaign.groups import points_of
 from twindisc_cli.campaign.outcome import RATE, Outcome
+from twindisc_cli.figures.mass import ENERGY, around, regime_lines, regimes_said
 from twindisc_cli.figures.style import (
     BLACK,
     BLUE,
@@ -25,7 +26,6 @@ from twindisc_cli.figures.style import (
     page,
 )
 from twindisc_cli.identify.least_squares import NINETY
-from twindisc_cli.identify.regimes import FEWEST
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,7 +42,6 @@ WIDE = 15.0
 """Creepages that span more than this factor are drawn on a logarithmic axis."""
 MOST_PARAMETERS = 3
 """Parameters of groups that are drawn."""
-ENERGY = "$T\\gamma/A$ [N/mm²]"
 _RESULTS = {
     "simulate-wear": ("depth [um]", "width [mm]", RATE),
     "fit-k": ("K [1]", "depth [um]", "width [mm]"),
@@ -122,28 +121,6 @@ def wear(table: Table, k: Sequence[Regime], rate: Sequence[Regime], *, title: st
         name_axes(axes, ENERGY, label, regimes_said(result, points=int(np.sum(shown))))
         legend(axes, 3)
     return figure
-
-
-def around(values: Floats) -> tuple[float, float]:
-    """Limits of a logarithmic axis, a little outside of positive values."""
-    return float(np.min(values)) / 1.15, float(np.max(values)) * 1.15
-
-
-def regimes_said(regimes: Sequence[Regime], *, points: int) -> str:
-    """How many regimes the points show, or that they are too few to show any."""
-    if points < 2 * FEWEST:
-        return f"{points} points, too few to show a break"
-    return f"{len(regimes)} regimes" if len(regimes) > 1 else "one regime: no break shown"
-
-
-def regime_lines(axes: Axes, regimes: Sequence[Regime], *, points: int) -> None:
-    """The line of each regime that has points enough, and the probability by chance of each break."""
-    for regime in regimes if points >= FEWEST else ():
-        ends = np.array([regime.low, regime.high])
-        axes.plot(np.exp(ends), np.exp(regime.intercept + regime.slope * ends), color=BLACK, linewidth=1.0)
-        if np.isfinite(regime.p_value):
-            axes.axvline(np.exp(regime.low), color=GREY, linewidth=0.8, linestyle=":",
-                         label=f"break, p = {regime.p_value:.2g}")  # fmt: skip
 
 
 def effects(result: Sequence[Effect], shared: Sequence[Common], *, title: str, provenance: str) -> Figure:

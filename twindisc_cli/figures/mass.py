@@ -9,14 +9,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from twindisc_cli.figures.campaign import ENERGY, around, regime_lines, regimes_said
-from twindisc_cli.figures.style import BLUE, ORANGE, legend, logarithmic, measured_points, name_axes, page
+from twindisc_cli.figures.style import BLACK, BLUE, GREY, ORANGE, legend, logarithmic, measured_points, name_axes, page
 from twindisc_cli.identify.least_squares import NINETY
+from twindisc_cli.identify.regimes import FEWEST
 
 if TYPE_CHECKING:
     from twindisc_cli.identify.mass import MassFit
     from twindisc_cli.identify.regimes import Regime
+    from twindisc_cli.model.experiment import Floats
 
+ENERGY = "$T\\gamma/A$ [N/mm²]"
 DISCS = {1: ORANGE, 2: BLUE}
 
 
@@ -56,3 +58,25 @@ def wear_rate(axes: Axes, fit: MassFit, regimes: Sequence[Regime]) -> None:
         logarithmic(axes.yaxis, *around(rates.rate[shown] * 1e3))
     name_axes(axes, ENERGY, "wear rate [µg/m/mm²]", regimes_said(regimes, points=int(np.sum(shown))))
     legend(axes, 3)
+
+
+def around(values: Floats) -> tuple[float, float]:
+    """Limits of a logarithmic axis, a little outside of positive values."""
+    return float(np.min(values)) / 1.15, float(np.max(values)) * 1.15
+
+
+def regimes_said(regimes: Sequence[Regime], *, points: int) -> str:
+    """How many regimes the points show, or that they are too few to show any."""
+    if points < 2 * FEWEST:
+        return f"{points} points, too few to show a break"
+    return f"{len(regimes)} regimes" if len(regimes) > 1 else "one regime: no break shown"
+
+
+def regime_lines(axes: Axes, regimes: Sequence[Regime], *, points: int) -> None:
+    """The line of each regime that has points enough, and the probability by chance of each break."""
+    for regime in regimes if points >= FEWEST else ():
+        ends = np.array([regime.low, regime.high])
+        axes.plot(np.exp(ends), np.exp(regime.intercept + regime.slope * ends), color=BLACK, linewidth=1.0)
+        if np.isfinite(regime.p_value):
+            axes.axvline(np.exp(regime.low), color=GREY, linewidth=0.8, linestyle=":",
+                         label=f"break, p = {regime.p_value:.2g}")  # fmt: skip

@@ -25,6 +25,8 @@ from twindisc_cli.loop.validate import at_its_own_level, elsewhere, predict_test
 from twindisc_cli.model.experiment import Experiment, Floats
 
 Progress = Callable[[str, float], None]
+SEARCHED = 0.8
+"""Share of the time that the search takes, at most."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +83,7 @@ def explain(tests: Sequence[Experiment], *, validate: Experiment | None, quick: 
     seen_before = plain_fit(seen)
     seen = replace(seen, cases=remembered(seen.cases, seen_before))
     other = elsewhere(validate, seen_before) if validate is not None else None
-    result = search(seen, lambda stage: progress(stage, 0.3), other)
+    result = search(seen, _by_stage(progress), other)
     members = ranked(
         [result.answer, *(e for rivals in result.rivals.values() for e in rivals), *result.others, result.base]
     )
@@ -97,6 +99,17 @@ def explain(tests: Sequence[Experiment], *, validate: Experiment | None, quick: 
     compared = replace(compared, answer=judged.explanation)
     mixture = mixture_of(judged, compared, refused, masks)
     return Outcome(result, judged, mixture, compared, refused, on_all, as_estimated(judged.estimated))
+
+
+def _by_stage(progress: Progress) -> Callable[[str], None]:
+    """Progress of a search, of which nobody knows how many stages it has: each takes a quarter of what is left."""
+    left = [SEARCHED]
+
+    def stage(what: str) -> None:
+        left[0] *= 0.75
+        progress(what, SEARCHED - left[0])
+
+    return stage
 
 
 def chosen_on_all(judged: Judged, members: Sequence[Explanation]) -> frozenset[Term]:

@@ -10,6 +10,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
+from importlib.util import find_spec
 from typing import Any
 
 from twindisc_cli.quantities import UNITS, unit_named
@@ -39,7 +40,7 @@ class Quantity:
             return self.units[plain]
         result = None if plain in _COMMON else self._looked_up(plain)
         if result is None:
-            more = "" if _registry() or not self.by_pint else "; others with twindisc[rigs]"
+            more = "" if not self.by_pint or find_spec("pint") else "; others with twindisc[rigs]"
             raise ValueError(f"unknown unit [{unit}] for {self.name}; known: {known}{more}")
         return result
 

@@ -31,6 +31,7 @@ from twindisc_cli.model.base import BaseParameters, column
 from twindisc_cli.model.experiment import Contact, Experiment, Floats
 from twindisc_cli.model.patch import AnyPath, OwnPaths, Patch, Paths, WeightedPaths, strips_passed, weighted_paths
 from twindisc_cli.model.points import Points, operating_points
+from twindisc_cli.model.settling import Passes
 from twindisc_cli.model.surface import Stops, recorded_sections, worn_surface
 from twindisc_cli.model.traction_law import traction_law
 from twindisc_cli.model.wear_path import (
@@ -58,6 +59,8 @@ _NOTHING = np.zeros((1, 1))
 SETTLED, COUNTED = 1e-7, 1e-4
 """Change of the energy in a pass at which the chain stands still, and at which an integration of local wear may
 begin."""
+KELVINS = 100.0
+"""Kelvins that count as much as all the energy: both then stand still together."""
 MOST_MARCHES, MARCHED = 4, 1e-3
 """How often a history of loads is integrated, and the relative change of the sections at which that ends."""
 _STANDING = 1e-9
@@ -200,6 +203,19 @@ def _standing(last: State, state: State, within: float) -> bool:
     return energy < within and max(warmth, wear) < 100.0 * within
 
 
+def _mixed(passes: Passes, last: State, state: State, joule: Floats) -> State:
+    """Where to pass next: a state with energy and temperature as the last passes let expect them.
+
+    joule: how many kelvins count as much as a joule, (set, 1) [K/J].
+    """
+    before, after = (np.concatenate([s.energy * joule, np.nan_to_num(s.temperature)], axis=1) for s in (last, state))
+    energy, temperature = np.split(passes.next(before, after), 2, axis=1)
+    known = np.isfinite(state.temperature)
+    return state.replace(
+        energy=np.maximum(energy / joule, 0.0), temperature=np.where(known, np.maximum(temperature, 0.0), np.nan)
+    )
+
+
 def _as_it_is(load_ratio: Floats) -> Scaled:
     """The scale of what is not taken to another load."""
     one = np.ones_like(load_ratio)
@@ -218,10 +234,13 @@ class _Chain:
 
     def settled(self, state: State, within: float = SETTLED) -> State:
         """Pass through the stages until energy, temperature and wear stand still."""
-        for _ in range(MOST_PASSES):
-            last, state = state, self.run(state)
+        passes, last, state = Passes(), state, self.run(state)
+        joule = KELVINS / np.maximum(state.energy.max(axis=1, keepdims=True), 1e-30)
+        for _ in range(MOST_PASSES - 1):
             if _standing(last, state, within):
                 break
+            last = _mixed(passes, last, state, joule)
+            state = self.run(last)
         return state
 
     @property

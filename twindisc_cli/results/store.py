@@ -50,7 +50,7 @@ def images(
         raise ValidityError(f"{what}; nothing was written")
     files = dict(extra)
     figures = {**({} if result.figure is None else {result.command: result.figure}), **result.figures}
-    for name, draw in figures.items():
+    for name, draw in figures.items() if formats else ():
         files |= drawn_files(name, draw(), formats, dpi, panels=panels)
     hashes = {name: sha256(data).hexdigest() for name, data in files.items()}
     files[f"{result.command}.h5"] = hdf5_image(result, origin, beside=hashes)

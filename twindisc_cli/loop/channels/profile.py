@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, known
 from twindisc_cli.loop.channels._held_out import held_out_bands
@@ -65,10 +64,16 @@ def noise(test: Experiment) -> Noise:
     for number in np.unique(record):
         here = np.flatnonzero(record == number)
         here = here[np.argsort(profile.y[here])]
-        rough = profile.height[here] - median_filter(profile.height[here], NEIGHBOURS, mode="nearest")
+        rough = profile.height[here] - _smoothed(profile.height[here])
         far = np.abs(rough) > SPIKE * max(result.std, scatter(rough))
         kept[here] = ~far | in_a_run(far)
     return result.at(kept, position / spacing, record)
+
+
+def _smoothed(height: Floats) -> Floats:
+    """Medians of NEIGHBOURS samples (sample,), beyond the ends as at the ends."""
+    beyond = np.pad(height, NEIGHBOURS // 2, mode="edge")
+    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(beyond, NEIGHBOURS), axis=1))
 
 
 def _records(profile: ProfileSamples) -> Ints:

@@ -1,0 +1,41 @@
+"""Passes to a fixed point: linear maps in closed form, and a disc whose heat transfer grows with its warming."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from rigs import ROOM, experiment, history
+
+from twindisc_cli.model.experiment import Options, Thermal
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.settling import MEMORY, Passes
+
+
+def test_a_map_that_swings_further_each_pass_ends_at_its_fixed_point() -> None:
+    """x = A x + b with eigenvalues beyond one, each row its own: as many passes as eigenvalues are enough."""
+    rng = np.random.default_rng(1)
+    turn = np.linalg.qr(rng.standard_normal((5, 5)))[0]
+    eigenvalues = np.array([[-3.0, -1.5, 0.9, 0.0, 0.0], [-2.0, 0.5, 0.0, 0.0, 0.0]])
+    matrices = np.einsum("ij,sj,kj->sik", turn, eigenvalues, turn)
+    known = rng.standard_normal((2, 5))
+    exact = np.linalg.solve(np.eye(5) - matrices, known[..., None])[..., 0]
+    passes, x = Passes(), np.zeros((2, 5))
+    for _ in range(MEMORY + 2):
+        x = passes.next(x, np.einsum("sij,sj->si", matrices, x) + known)
+    np.testing.assert_allclose(x, exact, atol=1e-8)
+
+
+@pytest.mark.parametrize("exponent", [0.25, 1.0, 2.0, 3.0])
+def test_a_hot_disc_gives_off_what_it_takes_in(exponent: float) -> None:
+    """After hours P = (hS)_0 ((T_0 + w) / (T_0 + 10 K))^n w, for exponents at which a colder disc of one pass is a
+    hotter one of the next."""
+    test = experiment(
+        history((0.03,), 4, duration=20000.0),
+        options=Options(friction_coefficient=0.5),
+        thermal=Thermal(ROOM, 100.0, ROOM),
+        effects={"nonlinear_convection": {"exponent": exponent, "onset_K": 5.0}},
+    )
+    prediction = ForwardModel(test).predict({"mu": np.array([0.5]), "convection_W_K": np.array([0.2])})
+    warming = float(prediction.state.warming[0, -1])
+    given_off = 0.2 * ((5.0 + warming) / 15.0) ** exponent * warming
+    assert given_off == pytest.approx(float(prediction.state.power[0, -1]), rel=1e-5)

@@ -1,0 +1,53 @@
+"""Faster passes to a fixed point x = g(x), each parameter set by itself (Anderson acceleration).
+
+    x' = g - sum_j c_j dg_j,   c = argmin |f - sum_j c_j df_j|^2,   f = g(x) - x
+
+    dg_j, df_j   differences of the last passes, MEMORY of them
+
+Where a pass leads further off, the memory is given up for one short step x' = x + SHORT f. Plain passes x' = g swing
+for ever where the heat transfer grows faster than the warming itself; these end up to its third power.
+Source: H. F. Walker, P. Ni, SIAM J. Numer. Anal. 49 (2011) 1715-1735.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from twindisc_cli.model.experiment import Floats
+
+MEMORY = 4
+"""Differences that are kept: more of them are nearly dependent and gain no pass, fewer swing where n = 2."""
+FURTHER = 2.0
+"""Growth of the change in a pass from which on the last passes say nothing of the next."""
+SHORT = 0.3
+"""Length of the step then: at half of a swing or less it comes back inside."""
+_ROUNDING = 1e-12
+"""Share of the squared differences that is taken for rounding."""
+
+
+@dataclass
+class Passes:
+    """The last passes, (pass, set, value), and the next x from them."""
+
+    images: list[Floats] = field(default_factory=list)
+    changes: list[Floats] = field(default_factory=list)
+
+    def next(self, x: Floats, image: Floats) -> Floats:
+        """Where to pass next, (set, value), after x has become `image`, each (set, value)."""
+        change = image - x
+        if self.changes and np.linalg.norm(change) > FURTHER * np.linalg.norm(self.changes[-1]):
+            self.images, self.changes = [image], [change]
+            return np.asarray(x + SHORT * change)
+        self.images, self.changes = [*self.images, image][-MEMORY - 1 :], [*self.changes, change][-MEMORY - 1 :]
+        if len(self.images) == 1:
+            return image
+        along, apart = np.diff(self.images, axis=0), np.diff(self.changes, axis=0)
+        products = np.einsum("isv,jsv->sij", apart, apart)
+        size = np.trace(products, axis1=1, axis2=2) + 1e-300
+        products += _ROUNDING * size[:, None, None] * np.eye(len(apart))
+        seen = np.einsum("isv,sv->si", apart, change)
+        shares = np.linalg.solve(products, seen[..., None])[..., 0]
+        better = image - np.einsum("si,isv->sv", shares, along)
+        return np.where(np.isfinite(better), better, image)
