@@ -25,7 +25,7 @@ def test_a_map_that_swings_further_each_pass_ends_at_its_fixed_point() -> None:
     np.testing.assert_allclose(x, exact, atol=1e-8)
 
 
-@pytest.mark.parametrize("exponent", [0.25, 1.0, 2.0, 3.0])
+@pytest.mark.parametrize("exponent", [0.25, 1.0, 2.0, 3.0, 4.0])
 def test_a_hot_disc_gives_off_what_it_takes_in(exponent: float) -> None:
     """After hours P = (hS)_0 ((T_0 + w) / (T_0 + 10 K))^n w, for exponents at which a colder disc of one pass is a
     hotter one of the next."""

@@ -51,7 +51,8 @@ from twindisc_cli.model.wear_path.carried import PIECE
 from twindisc_cli.physics import combined, disc_heat, line_contact, polach, spin
 from twindisc_cli.physics.flash import flash_temperature
 
-MOST_PASSES = 40  # of energy and temperature in turn, at the most
+MOST_PASSES = 20
+"""Passes after which nothing more is gained: what has not settled by then asks for a step in the temperature."""
 SPIN_ARM_OF_A_LINE = 0.5
 """On each strip of a line spin acts on T like a lateral creepage of phi a / 2: in full sliding T = mu N (1 - phi^2
 <x^2> / 2 v^2), with <x^2> = a^2 / 4 under the pressure. To the creepage along rolling it adds - phi y."""
@@ -59,8 +60,10 @@ _NOTHING = np.zeros((1, 1))
 SETTLED, COUNTED = 1e-7, 1e-4
 """Change of the energy in a pass at which the chain stands still, and at which an integration of local wear may
 begin."""
-KELVINS = 100.0
-"""Kelvins that count as much as all the energy: both then stand still together."""
+KELVINS = 1.0
+"""Warming from which on passes are mixed by its logarithm [K]; below, its sign may change."""
+MOST_WARMING = 10.0
+"""Largest of these logarithms: 11,000 K."""
 MOST_MARCHES, MARCHED = 4, 1e-3
 """How often a history of loads is integrated, and the relative change of the sections at which that ends."""
 _STANDING = 1e-9
@@ -203,17 +206,21 @@ def _standing(last: State, state: State, within: float) -> bool:
     return energy < within and max(warmth, wear) < 100.0 * within
 
 
-def _mixed(passes: Passes, last: State, state: State, joule: Floats) -> State:
+def _mixed(passes: Passes, last: State, state: State, whole: Floats) -> State:
     """Where to pass next: a state with energy and temperature as the last passes let expect them.
 
-    joule: how many kelvins count as much as a joule, (set, 1) [K/J].
+    Warming above KELVINS counts by its logarithm, over which powers of it are lines; energy by its share of the whole
+    (set, 1) [J].
     """
-    before, after = (np.concatenate([s.energy * joule, np.nan_to_num(s.temperature)], axis=1) for s in (last, state))
-    energy, temperature = np.split(passes.next(before, after), 2, axis=1)
-    known = np.isfinite(state.temperature)
-    return state.replace(
-        energy=np.maximum(energy / joule, 0.0), temperature=np.where(known, np.maximum(temperature, 0.0), np.nan)
+    around = np.nan_to_num(state.environment)
+    before, after = (
+        np.concatenate([s.energy / whole, np.arcsinh((np.nan_to_num(s.temperature) - around) / KELVINS)], axis=1)
+        for s in (last, state)
     )
+    energy, warming = np.split(passes.next(before, after), 2, axis=1)
+    temperature = around + KELVINS * np.sinh(np.clip(warming, -MOST_WARMING, MOST_WARMING))
+    known = np.isfinite(state.temperature)
+    return state.replace(energy=np.maximum(energy * whole, 0.0), temperature=np.where(known, temperature, np.nan))
 
 
 def _as_it_is(load_ratio: Floats) -> Scaled:
@@ -235,11 +242,11 @@ class _Chain:
     def settled(self, state: State, within: float = SETTLED) -> State:
         """Pass through the stages until energy, temperature and wear stand still."""
         passes, last, state = Passes(), state, self.run(state)
-        joule = KELVINS / np.maximum(state.energy.max(axis=1, keepdims=True), 1e-30)
+        whole = np.maximum(state.energy.max(axis=1, keepdims=True), 1e-30)
         for _ in range(MOST_PASSES - 1):
             if _standing(last, state, within):
                 break
-            last = _mixed(passes, last, state, joule)
+            last = _mixed(passes, last, state, whole)
             state = self.run(last)
         return state
 

@@ -5,7 +5,7 @@
     dg_j, df_j   differences of the last passes, MEMORY of them
 
 Where a pass leads further off, the memory is given up for one short step x' = x + SHORT f. Plain passes x' = g swing
-for ever where the heat transfer grows faster than the warming itself; these end up to its third power.
+for ever where the heat transfer grows faster than the warming itself; these end, up to its fourth power.
 Source: H. F. Walker, P. Ni, SIAM J. Numer. Anal. 49 (2011) 1715-1735.
 """
 
