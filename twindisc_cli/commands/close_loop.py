@@ -152,7 +152,8 @@ def _before_after(error: ChannelError) -> str:
 
 def _error_line(channel: str, error: ChannelError) -> str:
     fitted = f"error {number(error.before)} -> {number(error.after)} {unit(error.unit)}".rstrip()
-    return f"{channel}: {fitted}, held out {_before_after(error)}, noise {number(error.noise)}"
+    noise = f"noise {number(error.noise)}{' (assumed)' * error.assumed}"
+    return f"{channel}: {fitted}, held out {_before_after(error)}, {noise}"
 
 
 def _term_line(term: sentences.FoundTerm) -> str:

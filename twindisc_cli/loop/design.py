@@ -34,6 +34,8 @@ SAMPLES = 4  # a stop: noise falls by two, as with a short hold
 SLIGHTLY = 0.01  # relative step of a derivative that is drawn, not fitted
 CLEAR = 5.0  # standard deviations: separated beyond doubt
 HARDLY = 1.0  # standard deviation: not separated
+TEMPERED = "; both explain much more, and formulas err the more, so that this does not decide yet"
+"""Why explanations that the record at hand sets apart clearly still stand side by side: evidence is tempered."""
 
 
 def next_experiment(alive: Sequence[tuple[Fit, float]], names: Sequence[str]) -> NextExperiment:
@@ -68,7 +70,7 @@ def next_for_set(alive: Sequence[Sequence[tuple[Fit, float]]], names: Sequence[s
     each = f" in each of {len(alive)} tests" if len(alive) > 1 else ""
     why = (
         f"{best[1]}: expected to separate {rivals[0]} from {rivals[1]} by {separation:.1f} standard deviations{each} "
-        f"(this history again: {_length(now[3][closest]):.1f})"
+        f"(this history again: {_length(now[3][closest]):.1f}{TEMPERED * (_length(now[3][closest]) > CLEAR)})"
     )
     if separation < HARDLY:
         pair = f"{rivals[0]} from {rivals[1]}"

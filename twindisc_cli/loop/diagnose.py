@@ -272,6 +272,7 @@ def _error(channel: str, outcome: Outcome) -> ChannelError:
         after=of.factor * judged.error(channel, "after", held_out=False),
         held_out_before=of.factor * judged.error(channel, "unseen_before", held_out=True),
         held_out_after=of.factor * outcome.mixture.error(channel, "unseen_after", held_out=True),
+        assumed=not all(n.estimated for n in noises),
     )
 
 
@@ -502,7 +503,7 @@ def _predicted_errors(first: PredictedTest, last: Sequence[PredictedTest], weigh
         after = of.factor * rms(weights @ np.array([each.misses(channel) for each in last]))
         if np.isfinite(before):
             errors[channel] = ChannelError(
-                of.unit, of.factor * noise.std, noise.correlation, np.nan, np.nan, before, after
+                of.unit, of.factor * noise.std, noise.correlation, np.nan, np.nan, before, after, not noise.estimated
             )
     return errors
 

@@ -105,7 +105,10 @@ class Unexplained:
 
 @dataclass(frozen=True)
 class ChannelError:
-    """Root mean square of measured minus predicted, and the noise, all in `unit`; NaN where nothing is held out."""
+    """Root mean square of measured minus predicted, and the noise, all in `unit`; NaN where nothing is held out.
+
+    assumed: whether the noise of a test is assumed, for nothing in its record scatters.
+    """
 
     unit: str
     noise: float
@@ -114,6 +117,7 @@ class ChannelError:
     after: float
     held_out_before: float
     held_out_after: float
+    assumed: bool = False
 
 
 @dataclass(frozen=True)

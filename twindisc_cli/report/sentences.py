@@ -292,6 +292,17 @@ def _fall(channel: str, error: ChannelError) -> str:
     return f"The error of the {channel_name(channel)} {fall} {where}; the noise is {number(error.noise)}."
 
 
+def floor(errors: Mapping[str, ChannelError]) -> str:
+    """What the noise of the channels says of an error: a floor where it was estimated, nothing where it is assumed."""
+    assumed = [channel_name(channel) for channel, error in errors.items() if error.assumed]
+    if not assumed:
+        return "The noise is the floor: no model of these data does better."
+    return (
+        f"The noise of the {listed(assumed)} is assumed, one percent of its size, for nothing in the record scatters: "
+        "a model may err less, and every significance and probability there rests on that percent."
+    )
+
+
 def against_noise(error: ChannelError) -> str:
     """What the error after says beside the noise."""
     after = error.held_out_after if np.isfinite(error.held_out_after) else error.after
