@@ -12,7 +12,7 @@ from twindisc_cli.laws.law import Law, warnings
 from twindisc_cli.loop.fit import fit, linearised
 from twindisc_cli.loop.problem import Problem, case_of
 from twindisc_cli.loop.thresholds import THRESHOLDS
-from twindisc_cli.loop.validate import Elsewhere, predict_test
+from twindisc_cli.loop.validate import Elsewhere, drawn_levels, predict_test
 from twindisc_cli.model.forward import ForwardModel, Prediction
 
 COURSE = history((0.01, 0.02, 0.05, 0.08), 1)
@@ -83,3 +83,18 @@ def test_the_level_of_a_test_that_is_only_predicted_is_that_of_the_middle_of_tho
     fitted = fit(Problem(cases, ("traction",)))
     told = predict_test(rig.record(Plant(COURSE), np.random.default_rng(9)), fitted)
     assert told.case.held["mu"] == pytest.approx(np.median(levels), rel=0.01)
+
+
+def test_the_level_of_one_more_test_is_drawn_from_the_scatter_of_those_fitted() -> None:
+    """Of one test by what repeats scatter; of several by Student's t of their own levels, wide where these are few."""
+    rig, levels = Instruments(channels=("traction",)), (0.5, 0.62, 0.6, 0.55, 0.58)
+    cases = [
+        case_of(rig.record(Plant(COURSE, mu=lambda t, c, n, m=mu: m + 0.0 * t), np.random.default_rng(seed)))
+        for seed, mu in enumerate(levels)
+    ]
+    low, high = drawn_levels(fit(Problem(cases[:1], ("traction",))))["mu"]
+    assert np.log([low / 0.5, high / 0.5]) == pytest.approx(1.645 * THRESHOLDS.repeats * np.array([-1, 1]), abs=0.003)
+    low, high = drawn_levels(fit(Problem(cases, ("traction",))))["mu"]
+    y = np.log(levels)
+    half = 2.353 * np.std(y, ddof=1) * np.sqrt(1.0 + 1.0 / 5.0)  # t of three degrees of freedom, noise is small
+    assert np.log([low, high]) == pytest.approx(np.mean(y) + half * np.array([-1, 1]), abs=0.03)

@@ -11,8 +11,8 @@ import numpy as np
 from twindisc_cli.campaign.plan import Job, read
 from twindisc_cli.campaign.table import Row
 from twindisc_cli.loop.group import SINGLE, GroupDiagnosis, Shared, diagnose_group
-from twindisc_cli.loop.levels import Levels
 from twindisc_cli.loop.members import SharedParameter
+from twindisc_cli.report.levels import level_json, level_text
 from twindisc_cli.report.words import p_value
 
 Progress = Callable[[str, float], None]
@@ -36,7 +36,7 @@ class Common:
             yield f"{count}: nothing that these tests show holds for the group"
         yield from (f"{count}: {_term(term)}" for term in self.found.shared)
         yield from (f": {name} is refused: {why}" for name, why in self.found.refused.items())
-        yield from (f": {_level(levels)}" for levels in self.found.levels.values())
+        yield from (f": {level_text(levels)}" for levels in self.found.levels.values())
         for channel, error in self.found.errors.items():
             if np.isfinite(error.left_out):
                 yield (
@@ -54,7 +54,7 @@ class Common:
             "group": self.group,
             "tests": list(self.found.tests),
             "terms": [_json(term, self.found.tests) for term in self.found.shared],
-            "levels": {key: _levels(levels, self.found.tests) for key, levels in self.found.levels.items()},
+            "levels": {key: level_json(levels, self.found.tests) for key, levels in self.found.levels.items()},
             "refused": dict(self.found.refused),
             "error": {channel: vars(error) for channel, error in self.found.errors.items()},
             "next_experiment": None if planned is None else vars(planned),
@@ -117,32 +117,3 @@ def _json(term: Shared, tests: Sequence[str]) -> dict[str, Any]:
 
 def _parameter(p: SharedParameter) -> Mapping[str, Any]:
     return {**vars(p), "value": p.value.tolist(), "std": p.std.tolist()}
-
-
-def _level(levels: Levels) -> str:
-    """How the level of the tests scatters, and whether neighbours are alike."""
-    wander = levels.wander
-    inner, unit = np.exp(wander.mean), "" if levels.unit == "1" else f" {levels.unit}"
-    order = ""
-    if wander.p_order < SINGLE:
-        order = (
-            f"; it wanders over the order of the tests (correlation of neighbours {wander.correlation:.2f}, "
-            f"{p_value(wander.p_order)}), from the first to the last by {100.0 * levels.drift:+.2g} %"
-        )
-    return f"level of {levels.key} {inner:.3g}{unit}, range {100.0 * levels.range:.2g} %{order}"
-
-
-def _levels(levels: Levels, tests: Sequence[str]) -> dict[str, Any]:
-    wander = levels.wander
-    return {
-        "tests": [tests[i] for i in levels.tests],
-        "value": levels.value.tolist(),
-        "shrunk": levels.shrunk.tolist(),
-        "unit": levels.unit,
-        "mean": float(np.exp(wander.mean)),
-        "between": wander.between,
-        "correlation": wander.correlation,
-        "p_order": wander.p_order,
-        "drift": levels.drift,
-        "range": levels.range,
-    }

@@ -31,6 +31,7 @@ from twindisc_cli.loop.diagnosis import (
 from twindisc_cli.loop.terms import Alternative, EffectTerm
 from twindisc_cli.report import sentences
 from twindisc_cli.report.close_loop import render
+from twindisc_cli.report.levels import WANDERS, level_json, level_text
 from twindisc_cli.report.words import channel_name, listed, number, p_value, plain_name, unit, with_error
 from twindisc_cli.results import Result, or_null
 from twindisc_cli.version import __version__
@@ -120,6 +121,7 @@ def summary(diagnosis: Diagnosis) -> list[str]:
     base = [f"{name} = {with_error(e.value, e.std, e.unit)}" for name, e in diagnosis.base.items()]
     with_what = ", with what was added (use them with revised.toml)" if sentences.together(diagnosis) else ""
     lines += [f"base{with_what}: {', '.join(base)} (± one standard deviation)"] if base else []
+    lines += [level_text(of) for of in diagnosis.levels.values() if of.wander.p_order < WANDERS]
     if diagnosis.validation is not None:
         lines.append(f"predicted, not fitted, used in the choice: {_predicted_line(diagnosis.validation)}")
     lines += [f"predicted, used in nothing: {_predicted_line(predicted)}" for predicted in diagnosis.predictions]
@@ -137,8 +139,11 @@ def _predicted_line(predicted: PredictedErrors) -> str:
     """Errors of a test that was only predicted; with its own level known where that is another."""
     parts = [f"{channel_name(c)} {_before_after(e)}" for c, e in predicted.errors.items()]
     own = [f"{channel_name(c)} {_before_after(e)}" for c, e in predicted.at_own_level.items()]
-    level = [f"{key} {number(used)} for {number(its)}" for key, (used, its) in predicted.level.items()]
-    known = f"; with its own level ({', '.join(level)}): {', '.join(own)}" if level else ""
+    level = [
+        f"{key} {number(of.own)} for {number(of.predicted)}, {number(of.low)} to {number(of.high)} expected"
+        for key, of in predicted.level.items()
+    ]
+    known = f"; with its own level ({'; '.join(level)}): {', '.join(own)}" if level else ""
     return f"{predicted.test}: {', '.join(parts)}{known}"
 
 
@@ -193,6 +198,7 @@ def _json(diagnosis: Diagnosis) -> dict[str, Any]:
         "validation": None if diagnosis.validation is None else _prediction(diagnosis.validation),
         "prediction": [_prediction(predicted) for predicted in diagnosis.predictions],
         "step_scatter": [{**vars(each), "varied_with": dict(each.varied_with)} for each in diagnosis.step_scatter],
+        "levels": {key: level_json(of, list(diagnosis.held_out_steps)) for key, of in diagnosis.levels.items()},
         "held_out": {"blind": diagnosis.blind},
         "search": {"same_on_all": diagnosis.same_on_all},
         "hold_out_steps": {test: [step + 1 for step in steps] for test, steps in diagnosis.held_out_steps.items()},
@@ -280,7 +286,7 @@ def _prediction(predicted: PredictedErrors) -> dict[str, Any]:
         "test": predicted.test,
         "error": _errors(predicted.errors),
         "error_at_own_level": _errors(predicted.at_own_level),
-        "levels": {key: {"predicted": shared, "own": own} for key, (shared, own) in predicted.level.items()},
+        "levels": {key: {**vars(of), "inside": of.inside} for key, of in predicted.level.items()},
     }
 
 

@@ -26,6 +26,7 @@ from twindisc_cli.loop.diagnosis import (
     LawCurve,
     NextExperiment,
     PredictedErrors,
+    PredictedLevel,
     Strength,
     Unexplained,
     Verdict,
@@ -35,6 +36,7 @@ from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.holdout import steps_withheld
 from twindisc_cli.loop.intervals import base_parameters
 from twindisc_cli.loop.judge import Kind
+from twindisc_cli.loop.levels import levels_of
 from twindisc_cli.loop.problem import Case
 from twindisc_cli.loop.screen import Residual, unexplained_residual
 from twindisc_cli.loop.search import Explanation
@@ -42,7 +44,7 @@ from twindisc_cli.loop.step_scatter import step_scatter
 from twindisc_cli.loop.term_intervals import term_parameters, unfixed, widened
 from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm, Term, joined
 from twindisc_cli.loop.thresholds import THRESHOLDS
-from twindisc_cli.loop.validate import PredictedTest, at_its_own_level, predict_test, rms
+from twindisc_cli.loop.validate import PredictedTest, at_its_own_level, drawn_levels, predict_test, rms
 from twindisc_cli.model.experiment import Experiment, Floats
 
 PLACES = 60  # on the axis of a curve that is drawn
@@ -90,6 +92,7 @@ def diagnose(
         next_experiment=_next(outcome, weights, left),
         validation=validation,
         step_scatter=scattered,
+        levels=levels_of([outcome.judged.after]),
         predictions=[_prediction(outcome, test) for test in predict],
         same_on_all=None if outcome.on_all is None else outcome.on_all == outcome.answer.labels,
         blind=outcome.blind,
@@ -485,8 +488,9 @@ def _prediction(outcome: Outcome, test: Experiment) -> PredictedErrors:
     first = predict_test(test, outcome.judged.before)
     last = [predict_test(test, member.after) for member in outcome.mixture.members]
     own = at_its_own_level(first), [at_its_own_level(each) for each in last]
+    drawn = drawn_levels(outcome.judged.after)
     level = {
-        key: (float(value), float(own[1][0].level[key]))
+        key: PredictedLevel(float(value), *drawn.get(key, (np.nan, np.nan)), float(own[1][0].level[key]))
         for key, value in last[0].level.items()
         if np.isfinite(value) and own[1][0].level[key] != value
     }

@@ -4,13 +4,14 @@ curves."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.laws.law import Law
+from twindisc_cli.loop.levels import Levels
 from twindisc_cli.loop.step_scatter import StepScatter
 from twindisc_cli.loop.terms import Alternative, Term
 from twindisc_cli.model.experiment import Floats, Ints
@@ -174,23 +175,40 @@ class NextExperiment:
 
 
 @dataclass(frozen=True)
+class PredictedLevel:
+    """A base parameter of a test that was only predicted: as those fitted let expect it, with the 90 % interval in
+    which one more test lies, and as the test itself has it."""
+
+    predicted: float
+    low: float
+    high: float
+    own: float
+
+    @property
+    def inside(self) -> bool:
+        """Whether its own level is one that the scatter of the tests lets expect."""
+        return self.low <= self.own <= self.high
+
+
+@dataclass(frozen=True)
 class PredictedErrors:
     """A test that was only predicted: the error of each channel before and after.
 
     errors: with the level (mu, h S) of the tests that were fitted; at_own_level: with the level estimated on the test
-    itself, so that only its course is predicted. level: base parameters by key, as predicted and as its own.
+    itself, so that only its course is predicted. level: the base parameters that differ, by key.
     """
 
     test: str
     errors: Mapping[str, ChannelError]
     at_own_level: Mapping[str, ChannelError]
-    level: Mapping[str, tuple[float, float]]
+    level: Mapping[str, PredictedLevel]
 
 
 @dataclass(frozen=True)
 class Diagnosis:
     """All that the closed loop found out.
 
+    levels: base parameters that each of several tests has of its own, by key, and how they wander over their order.
     step_scatter: scatter between steps beyond the noise, by something that is in none of the terms.
     same_on_all: whether a choice on all samples would give the same terms, None where not asked.
     blind: whether the held-out samples had no say in the choice.
@@ -215,3 +233,4 @@ class Diagnosis:
     blind: bool
     seconds: float
     difference: str = ""
+    levels: Mapping[str, Levels] = field(default_factory=dict)

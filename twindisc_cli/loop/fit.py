@@ -51,6 +51,11 @@ class Fit:
         """Squared length of the white residual."""
         return float(self.residual @ self.residual)
 
+    @property
+    def excess(self) -> float:
+        """Mean square of the white residual, one at least: by how much what a fit leaves widens its covariances."""
+        return max(self.chi2 / max(len(self.residual) - len(self.theta), 1), 1.0)
+
     @cached_property
     def evidence(self) -> float:
         """Logarithm of the evidence, up to a constant of the data."""

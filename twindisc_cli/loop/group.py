@@ -24,6 +24,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.special import chdtrc
 
+from twindisc_cli.identify.least_squares import NINETY
 from twindisc_cli.laws.law import Law
 from twindisc_cli.loop.candidates import effects
 from twindisc_cli.loop.design import next_for_set
@@ -37,7 +38,6 @@ from twindisc_cli.loop.members import (
     added,
     changes_sign,
     estimates,
-    excess,
     mixture,
     p_one_set,
     parameters_of,
@@ -57,8 +57,6 @@ SINGLE = 0.05
 """One set of parameters for all tests is refused below this probability."""
 SEEN = 1e-6
 """Information on a direction of the parameters, over that on the best seen one, above which a test sees it."""
-NINETY = 1.645
-"""Half a 90 % interval of a normal, in standard errors."""
 
 
 @dataclass(frozen=True)
@@ -213,7 +211,7 @@ def _of_all(explanation: Explanation, name: str, close: Sequence[Explanation]) -
     own = [i for i, p in enumerate(fitted.problem.parameters) if p.term == name]
     parameters = {}
     for k, i in enumerate(own):
-        p, std = fitted.problem.parameters[i], np.sqrt(excess(fitted) * fitted.covariance[i, i])
+        p, std = fitted.problem.parameters[i], np.sqrt(fitted.excess * fitted.covariance[i, i])
         each = pooled(p, theta[acts, k], covariance[acts, k, k])
         ends = p.outer(
             np.clip(fitted.theta[i] + NINETY * std * np.array([-1, 0, 1]), p.inner(p.lower), p.inner(p.upper))
@@ -238,7 +236,7 @@ def _of_each(fitted: Fit, name: str) -> tuple[Floats, Floats, float]:
     """
     problem = fitted.problem
     own = [i for i, p in enumerate(problem.parameters) if p.term == name]
-    prior, wide = np.diag(precision(problem)[own]), excess(fitted)
+    prior, wide = np.diag(precision(problem)[own]), fitted.excess
     theta, covariance, q, rank = [], [], 0.0, 0
     lower, upper = (ends[own] for ends in problem.bounds)
     for number, rows in enumerate(_rows(problem)):

@@ -14,9 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twindisc_cli.identify.hierarchy import Wander, prediction_half, wander
+from twindisc_cli.identify.hierarchy import Wander, pool, prediction_half, wander
 from twindisc_cli.loop.fit import Fit
-from twindisc_cli.loop.members import excess
 from twindisc_cli.model.experiment import Floats, Ints
 
 
@@ -51,10 +50,14 @@ class Levels:
         shrunk = self.shrunk
         return float(shrunk.max() / shrunk.min() - 1.0)
 
-    def drawn(self, place: float = np.inf) -> tuple[float, float, float]:
+    def drawn(self, place: float | None = None) -> tuple[float, float, float]:
         """The level of another test with its 90 % interval: at a place in the order, or drawn from the scatter."""
-        (middle,), (std,) = self.wander.level(place)
-        half = prediction_half(len(self.tests), float(std))
+        if place is None:
+            pooled = pool(self.wander.y, self.wander.s)
+            middle, std = pooled.mean, float(np.hypot(pooled.between, pooled.std))
+        else:
+            middle, std = (float(values[0]) for values in self.wander.level(place))
+        half = prediction_half(len(self.tests), std)
         low, value, high = np.exp(middle + half * np.array([-1.0, 0.0, 1.0]))
         return float(value), float(low), float(high)
 
@@ -67,7 +70,7 @@ def levels_of(fits: Sequence[Fit], tests: Sequence[int] | None = None) -> dict[s
     rows: dict[str, list[tuple[int, float, float, str]]] = {}
     first = 0
     for fitted in fits:
-        wide = excess(fitted)
+        wide = fitted.excess
         for i, p in enumerate(fitted.problem.parameters):
             own = p.case if p.case is not None else 0 if len(fitted.problem.cases) == 1 else None
             if p.term is None and own is not None:

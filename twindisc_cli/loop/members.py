@@ -171,13 +171,8 @@ def estimates(fits: Sequence[Fit], name: str) -> tuple[Floats, Floats]:
     for fitted in fits:
         own = [i for i, p in enumerate(fitted.problem.parameters) if p.term == name]
         theta.append(fitted.theta[own])
-        covariance.append(excess(fitted) * fitted.covariance[np.ix_(own, own)])
+        covariance.append(fitted.excess * fitted.covariance[np.ix_(own, own)])
     return np.array(theta), np.array(covariance)
-
-
-def excess(fitted: Fit) -> float:
-    """By how much what a fit leaves widens its covariances: mean square of the white residual, one at least."""
-    return max(fitted.chi2 / max(len(fitted.residual) - len(fitted.theta), 1), 1.0)
 
 
 def one_set(theta: Floats, covariance: Floats) -> tuple[Floats, Floats]:

@@ -19,8 +19,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from twindisc_cli.identify.least_squares import NINETY
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.fit import Fit, carried, linearised, plain_fit, remembered
+from twindisc_cli.loop.levels import levels_of
 from twindisc_cli.loop.problem import Case, Problem, base_parameters, case_of, stated
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.experiment import Experiment, Floats
@@ -90,6 +92,16 @@ def typical_base(fitted: Fit) -> dict[str, float]:
         if p.term is None:
             values.setdefault(p.key, []).append(fitted.value(p)[0])
     return {key: float(np.median(several)) for key, several in values.items()}
+
+
+def drawn_levels(fitted: Fit) -> dict[str, tuple[float, float]]:
+    """90 % interval of the level of one more test, by key: drawn from the scatter of those fitted, or of repeats."""
+    intervals = {}
+    for p in fitted.problem.parameters:
+        if p.term is None and p.case is not None:
+            value, half = fitted.value(p)[0], NINETY * THRESHOLDS.repeats
+            intervals[p.key] = value * float(np.exp(-half)), value * float(np.exp(half))
+    return intervals | {key: of.drawn()[1:] for key, of in levels_of([fitted]).items()}
 
 
 @dataclass(frozen=True)
