@@ -88,3 +88,23 @@ def test_the_error_of_the_zero_is_in_every_interval_of_mu(tmp_path: Path, capsys
         np.testing.assert_allclose(other.dataset.arrays[2].values[::2], scatter, rtol=0.2)
         assert other.json["zero_std"] is None
         assert any(said in line for line in other.summary)
+
+
+def test_two_cylinders_go_by_the_exact_law_and_fastsim_by_its_error(tmp_path: Path) -> None:
+    """Carter's data of mu = 0.42: exact by default; FASTSIM gives 0.51 at 0.5 %, and says that it may be 0.42."""
+    path = suros.write(tmp_path, Truth(torque=0.001))
+    text = path.read_text()
+    path.write_text(text.replace('traction = "exact"\n', ""))
+    default = load(path)
+    assert default.experiment.options.traction == "exact"
+    assert default.resolved["model"]["traction"] == "exact"
+    mu = identify_mu.run(default).json["steps"]
+    assert [step["mu"] for step in mu] == pytest.approx([0.42] * 5, abs=0.004)
+    path.write_text(text.replace('"exact"', '"fastsim"'))
+    named = identify_mu.run(load(path))
+    first = named.json["steps"][0]
+    assert first["mu"] > 0.5
+    for step in named.json["steps"]:
+        assert step["mu_low"] - 0.002 < 0.42 < step["mu_high"] + 0.002
+    assert any("FASTSIM is an approximation on two cylinders" in line for line in named.summary)
+    assert not any("FASTSIM" in line for line in identify_mu.run(default).summary)

@@ -43,6 +43,7 @@ from twindisc_cli.model.experiment import (
     TractionSamples,
 )
 from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.traction_law import theory_for
 from twindisc_cli.physics.disc_heat import temperatures
 
 __all__ = [
@@ -59,7 +60,7 @@ __all__ = [
 ]
 
 
-def creep_curve(rig: Rig, creepage: ArrayLike, *, mu: ArrayLike, traction: Traction = "fastsim") -> Floats:
+def creep_curve(rig: Rig, creepage: ArrayLike, *, mu: ArrayLike, traction: Traction | None = None) -> Floats:
     """T/N of the unworn discs over the creepage.
 
     Parameters
@@ -71,7 +72,8 @@ def creep_curve(rig: Rig, creepage: ArrayLike, *, mu: ArrayLike, traction: Tract
     mu : scalar or (m,)
         Coefficient of friction in the contact [1].
     traction
-        "fastsim" (the paper's), "fastrip", or "exact" (CONTACT's theory, from a table).
+        "fastsim" (the paper's), "fastrip", or "exact" (CONTACT's theory, from a table); left out: "fastsim", and
+        "exact" on two cylinders.
 
     Returns
     -------
@@ -93,13 +95,13 @@ def creep_curve(rig: Rig, creepage: ArrayLike, *, mu: ArrayLike, traction: Tract
     >>> creep_curve(rig, [0.001, 0.05], mu=[0.3, 0.6], traction="exact").shape
     (2, 2)
     """
-    test = _bare(rig, Options(traction=traction))
+    test = _bare(rig, Options(traction=theory_for(rig, traction)))
     result = friction_chart(test, mu=np.atleast_1d(np.asarray(mu, dtype=float)), creepage=_floats(creepage)).apparent
     return result if np.ndim(mu) else np.asarray(result[0])
 
 
 def identify_friction(
-    rig: Rig, creepage: ArrayLike, traction_ratio: ArrayLike, *, traction: Traction = "fastsim"
+    rig: Rig, creepage: ArrayLike, traction_ratio: ArrayLike, *, traction: Traction | None = None
 ) -> Floats:
     """The coefficient of friction in the contact behind each measured T/N.
 
@@ -112,7 +114,8 @@ def identify_friction(
     traction_ratio : (n,)
         Measured traction over normal load [1].
     traction
-        "fastsim" (the paper's), "fastrip", or "exact" (CONTACT's theory, from a table).
+        "fastsim" (the paper's), "fastrip", or "exact" (CONTACT's theory, from a table); left out: "fastsim", and
+        "exact" on two cylinders.
 
     Returns
     -------
@@ -135,7 +138,7 @@ def identify_friction(
     >>> print(identify_friction(rig, [0.0001], [0.5]))
     [inf]
     """
-    law, slip = unworn_law(_bare(rig, Options(traction=traction))), np.abs(_floats(creepage))
+    law, slip = unworn_law(_bare(rig, Options(traction=theory_for(rig, traction)))), np.abs(_floats(creepage))
     ratio = _floats(traction_ratio) * np.sign(_floats(creepage))
     return mu_from_traction(ratio, traction=lambda mu: law.apparent(mu, slip))
 

@@ -29,6 +29,7 @@ def run(test: Test) -> Result:
         summary=(
             *_summary(result),
             *_zero(experiment),
+            *_approximate(result),
             *_wide(result),
             *_note(experiment),
             *_softer(experiment, result),
@@ -62,6 +63,17 @@ def _zero(test: Experiment) -> tuple[str, ...]:
     least, most = float(error[error > 0.0].min()), float(error.max())
     span = f"{most:.2g}" if least > 0.9 * most else f"{least:.2g} to {most:.2g}"
     return (f"the zero of the torque is known to ± {span} of T/N (one standard deviation), which is in every interval",)
+
+
+def _approximate(friction: StepFriction) -> tuple[str, ...]:
+    """What FASTSIM makes of mu on two cylinders, where the exact law is known."""
+    most = float(np.max(np.abs(friction.approximate), initial=0.0))
+    if not most > 0.0:
+        return ()
+    exact = 'traction = "exact" under [model] is without it'
+    return (
+        f"FASTSIM is an approximation on two cylinders: up to {most:.2g} in mu, which is in the intervals; {exact}",
+    )
 
 
 def _note(test: Experiment) -> tuple[str, ...]:

@@ -33,6 +33,7 @@ from twindisc_cli.laws.shapes import SHAPES
 from twindisc_cli.loop.channels import further_channels
 from twindisc_cli.loop.channels._channel import Channel
 from twindisc_cli.model.experiment import Disc, Experiment, History, Options, Rig, Thermal
+from twindisc_cli.model.traction_law import theory_for
 from twindisc_cli.physics.half_space import ContactError
 from twindisc_cli.quantities import CELSIUS, UNITS
 from twindisc_cli.reading import LARGEST_DEFINITION, read_regular
@@ -64,14 +65,14 @@ def load_text(text: str, path: Path) -> Test:
         recorded = measurement.read(sources, rig=rig, history=history, provenance=table.provenance)
     except ContactError as error:
         raise ValidityError(str(error)).of(path) from error
-    resolved = _resolved(definition)
+    resolved = _resolved(definition, rig)
     _check_hold_out(definition, recorded.history, path)
     experiment = Experiment(
         name=definition.test.name,
         description=definition.test.description,
         rig=rig,
         history=recorded.history,
-        options=_options(definition),
+        options=_options(definition, rig),
         thermal=_thermal(definition.thermal) if definition.thermal else None,
         effects=resolved.get("effects", {}),
         laws={name: _law(table) for name, table in definition.laws.items()},
@@ -140,9 +141,10 @@ def _text(path: Path) -> str:
     return text
 
 
-def _resolved(definition: DefinitionBase) -> dict[str, Any]:
+def _resolved(definition: DefinitionBase, rig: Rig) -> dict[str, Any]:
     """The definition as plain tables, defaults included, empty tables left out."""
     plain = definition.model_dump(by_alias=True, exclude_none=True)
+    plain["model"]["traction"] = theory_for(rig, definition.model.traction)
     return {key: value for key, value in plain.items() if value != {}}
 
 
@@ -239,11 +241,11 @@ def _history(table: HistoryTable, steps: Sequence[StepTable], rig: Rig) -> Histo
     )
 
 
-def _options(definition: DefinitionBase) -> Options:
+def _options(definition: DefinitionBase, rig: Rig) -> Options:
     model = definition.model
     return Options(
         contact=model.contact,
-        traction=model.traction,
+        traction=theory_for(rig, model.traction),
         wear_coefficient=_or_nan(model.wear_coefficient),
         disc1_wear_coefficient=_or_nan(model.disc1_wear_coefficient),
         friction_coefficient=_or_nan(model.friction_coefficient),

@@ -230,7 +230,9 @@ class ModelTable(Table):
     """How contact is computed, and the base parameters that are known."""
 
     contact: Literal["hertz", "half_space"] = "hertz"
-    traction: Literal["fastsim", "fastrip", "exact"] = "fastsim"
+    traction: Literal["fastsim", "fastrip", "exact"] | None = Field(
+        default=None, description='left out: "exact" on two cylinders, else "fastsim"'
+    )
     wear_coefficient: Positive | None = Field(default=None, le=1.0, description="K of disc 2; left out: identified")
     disc1_wear_coefficient: Positive | None = Field(
         default=None, le=1.0, description="K of disc 1; left out: it does not wear, unless an effect says so"

@@ -6,7 +6,7 @@ What is found is the base coefficient: where no friction effect is declared, it 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from twindisc_cli.identify.friction import (
 )
 from twindisc_cli.identify.law import unworn_law
 from twindisc_cli.model.base import BaseParameters
-from twindisc_cli.model.experiment import Experiment, Floats, TractionSamples
+from twindisc_cli.model.experiment import Experiment, Floats, Traction, TractionSamples
 from twindisc_cli.model.forward import ForwardModel
 
 FAR_BEYOND = 2.0
@@ -38,7 +38,8 @@ class StepFriction:
     creepage and ratio T/N, means of the samples [1], with their signs; half, half the 90 % interval of ratio, from the
     samples' scatter and the error of the torque's zero; mu and
     its interval low ... high [1], inf above the elastic limit; share, T/(mu N) at mu; state, None where nothing was
-    measured.
+    measured. approximate: by how much mu is higher by the exact law, where FASTSIM is declared on two cylinders; it is
+    in the interval.
     """
 
     creepage: Floats
@@ -49,6 +50,7 @@ class StepFriction:
     high: Floats
     share: Floats
     state: list[str | None]
+    approximate: Floats
 
 
 def identify_friction(model: ForwardModel) -> StepFriction:
@@ -62,16 +64,17 @@ def identify_friction(model: ForwardModel) -> StepFriction:
     creepage, _ = mean_and_interval(samples.creepage, samples.uncertainty, samples.step, steps)
     sense = np.where(creepage < 0.0, -1.0, 1.0)
     plain = model.experiment.is_plain and model.experiment.history.is_constant and not _wears(model.experiment)
-    explain = _in_closed_form if plain else _through_model
-    traction, share_at = explain(model, samples)
+    traction, share_at = _in_closed_form(model.experiment, samples) if plain else _through_model(model, samples)
     targets = np.stack([sense * ratio, sense * ratio - half, sense * ratio + half])
     highest = HIGHEST_THAT_WEARS if _wears(model.experiment) else HIGHEST
     mu, low, high = mu_from_traction(targets, traction=lambda mu: sense * traction(mu), highest_mu=highest)
+    apart = model_error(model.experiment, samples, sense, sense * ratio)
+    low, high = low + np.minimum(apart, 0.0), high + np.maximum(apart, 0.0)
     share = share_at(np.where(np.isfinite(mu) & (mu > 0.0), mu, 1.0))
     idle = model.experiment.history.step_creepage == 0.0
     mu, low, high, share = (np.where(idle, np.nan, values) for values in (mu, low, high, share))
     state = [_idle(r) if no_slip else s for s, no_slip, r in zip(states(mu, share), idle, ratio, strict=True)]
-    return StepFriction(creepage=creepage, ratio=ratio, half=half, mu=mu, low=low, high=high, share=share, state=state)
+    return StepFriction(creepage, ratio, half, mu, low, high, share, state, approximate=apart)
 
 
 def zero_error(test: Experiment) -> Floats:
@@ -123,9 +126,26 @@ def _wears(test: Experiment) -> bool:
     return bool(test.options.wear_coefficient > 0.0)
 
 
-def _in_closed_form(model: ForwardModel, samples: TractionSamples) -> Explanation:
+def model_error(test: Experiment, samples: TractionSamples, sense: Floats, ratio: Floats) -> Floats:
+    """By how much mu lies higher by the exact law where FASTSIM is declared on two cylinders (step,); else 0.
+
+    sense, ratio: sign of the creepage, and T/N in its direction (step,). Both mu are of the unworn discs.
+    """
+    if not test.rig.is_line or test.options.traction != "fastsim":
+        return np.zeros(len(ratio))
+
+    def mu_by(theory: Traction) -> Floats:
+        law, _ = _in_closed_form(replace(test, options=replace(test.options, traction=theory)), samples)
+        return mu_from_traction(ratio, traction=lambda mu: sense * law(mu))
+
+    declared, exact = mu_by("fastsim"), mu_by("exact")
+    with np.errstate(invalid="ignore"):
+        return np.nan_to_num(exact - declared, nan=0.0, posinf=np.inf, neginf=0.0)
+
+
+def _in_closed_form(test: Experiment, samples: TractionSamples) -> Explanation:
     """T/N (..., step) over mu (..., step), and T/(mu N) (step,), by the declared law on the unworn patch."""
-    law, mean = unworn_law(model.experiment), _mean_of_steps(model.experiment, samples)
+    law, mean = unworn_law(test), _mean_of_steps(test, samples)
 
     def traction(mu: Floats) -> Floats:
         return mean(law.apparent(mu[..., samples.step], samples.creepage))

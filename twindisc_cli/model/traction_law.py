@@ -25,6 +25,11 @@ class TractionLaw:
     full: float = 1.0
 
 
+def theory_for(rig: Rig, named: Traction | None) -> Traction:
+    """The theory that is named, else the usual one: the paper's FASTSIM, and on two cylinders Carter's exact law."""
+    return named or ("exact" if rig.is_line else "fastsim")
+
+
 def traction_law(rig: Rig, theory: Traction) -> TractionLaw:
     """The law of a theory; on a strip FaStrip is exact, and Carter's."""
     if rig.is_line:
