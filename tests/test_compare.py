@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas
 import pytest
 
+from twindisc_cli.campaign import comparison
 from twindisc_cli.cli import main
 
 DEFINITION = """schema = 1
@@ -125,3 +127,18 @@ def test_a_report_of_nothing_is_refused(tmp_path: Path, capsys: pytest.CaptureFi
     (tmp_path / "t.toml").write_text("[test]\n")
     assert left(["report", str(tmp_path / "t.toml")]) == 2
     assert "neither the folder" in capsys.readouterr().err
+
+
+def test_the_rolled_distance_stands_still_in_pauses() -> None:
+    """Two steps of 100 and 50 revolutions at 60 and 120 rpm with 30 s between them, by hand."""
+    steps = [
+        {"creepage_percent": 1.0, "iterations": 2},
+        {"pause_s": 30.0, "iterations": 1},
+        {"creepage_percent": 1.0, "iterations": 1, "mean_speed_rpm": 120.0},
+    ]
+    disc = {"rolling_radius_mm": 50.0}
+    rig = {"mean_speed_rpm": 60.0, "disc1": disc, "disc2": disc}
+    history = {"revolutions_per_iteration": 50.0, "steps": steps}
+    test = SimpleNamespace(definition={"rig": rig, "history": history})
+    turned = comparison._cycles(test, np.array([50.0, 100.0, 115.0, 130.0, 155.0]))  # type: ignore[arg-type]
+    np.testing.assert_allclose(turned, [50.0, 100.0, 100.0, 100.0, 150.0])

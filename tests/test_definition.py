@@ -417,3 +417,8 @@ def test_repeats_are_named_by_their_group(tmp_path: Path) -> None:
     assert grouped.resolved["test"]["group"] == "dry_steel"
     with pytest.raises(DefinitionError, match=r"small\.toml:5: test\.group: must be letters"):
         load(write(tmp_path, changed(name='name = "small"\ngroup = "dry steel"')))
+
+
+def test_a_key_of_a_disc_is_sent_to_the_discs() -> None:
+    text = VALID.replace("[rig]\n", "[rig]\nwidth_mm = 10.0\n")
+    assert "it belongs in disc1 or disc2: disc1 = { width_mm = ..., ... }" in only_problem(text, "width_mm = 10")

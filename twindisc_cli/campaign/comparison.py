@@ -372,11 +372,25 @@ def _circumference(test: Shown) -> float:
 
 
 def _cycles(test: Shown, time: Floats) -> Floats:
-    """Revolutions at times (n,) of a test at one speed."""
-    rig = test.definition["rig"]
-    if rig.get("mean_speed_rpm"):
-        return np.asarray(time * float(rig["mean_speed_rpm"]) / 60.0)
-    return np.asarray(time * float(rig["rolling_speed_m_s"]) / _circumference(test))
+    """Revolutions at times (n,): by the steps and pauses of the definition, else at one speed."""
+    rig, history = test.definition["rig"], test.definition["history"]
+    steps = history["steps"] if isinstance(history, dict) else None
+    if isinstance(steps, list):
+        turns = [
+            0.0 if "pause_s" in s else s.get("iterations", 1) * history["revolutions_per_iteration"] for s in steps
+        ]
+        own = [s if {"mean_speed_rpm", "rolling_speed_m_s"} & set(s) else rig for s in steps]
+        rates = [_rate(table, test) for table in own]
+        lasts = [s.get("pause_s") or n / rate for s, n, rate in zip(steps, turns, rates, strict=True)]
+        return np.asarray(np.interp(time, np.cumsum([0.0, *lasts]), np.cumsum([0.0, *turns])))
+    return np.asarray(time * _rate(rig, test))
+
+
+def _rate(table: Mapping[str, Any], test: Shown) -> float:
+    """Revolutions a second by the speed in the table of a rig or of a step."""
+    if table.get("mean_speed_rpm"):
+        return float(table["mean_speed_rpm"]) / 60.0
+    return float(table["rolling_speed_m_s"]) / _circumference(test)
 
 
 _MAKERS: tuple[Callable[[Sequence[Shown], str], Quantity], ...] = (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -42,9 +43,14 @@ def tell_unchanged(command: str, paths: Sequence[Path], options: Mapping[str, An
 
 
 def write_depfile(output: Output, files: Sequence[Path], definitions: Sequence[Path], inputs: Sequence[Path]) -> None:
-    """Write the rule that make reads: the files of a result depend on the definitions and the files that they name."""
+    """Write the rule that make reads: the files of a result depend on the definitions and the files that they name.
+
+    Files that are up to date become newer than what they depend on, so that make is done with them.
+    """
     if output.depfile is None:
         return
+    for path in files:
+        os.utime(path)
     from twindisc_cli.results.files import write_all
 
     targets, needed = ([_for_make(path) for path in paths] for paths in (files, [*definitions, *inputs]))

@@ -218,7 +218,7 @@ def _shown(value: object) -> str:
 def _guess(key: Key, model: type[BaseModel]) -> str | None:
     """The sibling that an unknown key most probably meant; None where it has its place in another table."""
     name, siblings = str(key[-1]), _keys(model, key[:-1])
-    if _table_of(key, model) is not None:
+    if _inside(key, model) or _table_of(key, model) is not None:
         return None
     return nearest(name, siblings) or next((s for s in siblings if _same_quantity(name, s)), None)
 
@@ -228,9 +228,16 @@ def _table_of(key: Key, model: type[BaseModel]) -> Key | None:
     return next((table for table, names in _every_table(model) if key[-1] in names and table != key[:-1]), None)
 
 
+def _inside(key: Key, model: type[BaseModel]) -> list[str]:
+    """The tables inside the one of an unknown key in which it is known."""
+    return [name for name in _keys(model, key[:-1]) if key[-1] in _keys(model, (*key[:-1], name))]
+
+
 def _unknown(key: Key, guess: str | None, model: type[BaseModel]) -> str:
     """What to tell about an unknown key."""
-    table = _table_of(key, model)
+    table, inner = _table_of(key, model), _inside(key, model)
+    if inner:
+        return f"unknown key here; it belongs in {' or '.join(inner)}: {inner[0]} = {{ {key[-1]} = ..., ... }}"
     if table is not None:
         return f"unknown key here; it belongs {f'in [{_dotted(table)}]' if table else 'at the top of the file'}"
     if guess is None:
