@@ -25,6 +25,7 @@ from twindisc_cli.identify.chart import friction_chart
 from twindisc_cli.identify.friction import mu_from_traction
 from twindisc_cli.identify.law import unworn_law
 from twindisc_cli.identify.wear_history import WearHistory, wear_history
+from twindisc_cli.loop.averaging import averaged
 from twindisc_cli.loop.diagnose import diagnose
 from twindisc_cli.loop.diagnosis import Diagnosis
 from twindisc_cli.model.experiment import (
@@ -368,7 +369,17 @@ def close_loop(
     >>> print(f"{found.effects[0].parameters['ratio'].value:.1f}")
     0.5
     """
-    return diagnose(list(tests), validate=validate, predict=predict, quick=quick, progress=progress)
+    own, others = ([averaged(test) for test in group] for group in (tests, predict))
+    other = averaged(validate) if validate is not None else None
+    found = diagnose(
+        [test for test, _ in own],
+        validate=other[0] if other else None,
+        predict=[test for test, _ in others],
+        quick=quick,
+        progress=progress,
+    )
+    said = [note for _, notes in (*own, *others, *([other] if other else [])) for note in notes]
+    return replace(found, notes=[*said, *found.notes])
 
 
 def _floats(values: ArrayLike) -> Floats:

@@ -16,6 +16,7 @@ from twindisc_cli.definition import Test, dump, law_table
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Param
 from twindisc_cli.errors import NEGATIVE_FINDING, DefinitionError, Problem
+from twindisc_cli.loop.averaging import averaged
 from twindisc_cli.loop.channels import channels, measured_channels, place_of
 from twindisc_cli.loop.channels.traction import friction_is_given
 from twindisc_cli.loop.diagnose import diagnose
@@ -53,11 +54,13 @@ def run(
     quick: no resampling, and so no probabilities.
     """
     _refuse_nothing_measured(tests)
-    experiments = [test.experiment for test in tests]
-    unseen = validate.experiment if validate else None
-    others = [test.experiment for test in predict]
+    used = [note for test in tests for note in laws_beyond(test.experiment)]
+    every = [averaged(test.experiment) for test in (*tests, *predict, *([validate] if validate else []))]
+    used += [note for _, notes in every for note in notes]
+    experiments, others = ([test for test, _ in part] for part in (every[: len(tests)], every[len(tests) :]))
+    unseen = others.pop() if validate else None
     diagnosis = diagnose(experiments, validate=unseen, progress=progress, quick=quick, predict=others)
-    used = [note for test in experiments for note in laws_beyond(test)]
+    tests = [replace(test, experiment=own) for test, own in zip(tests, experiments, strict=True)]
     return result_of(replace(diagnosis, notes=[*used, *diagnosis.notes]), tests, validate)
 
 
