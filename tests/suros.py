@@ -174,3 +174,27 @@ steps = [{", ".join(f"{{ creepage_percent = {c}, iterations = {BLOCKS} }}" for c
 [model]
 traction = "exact"
 """
+
+
+BLOCK = """\
+# what no file of the rig says
+[rig]
+disc1 = { rolling_radius_mm = 23.5, transverse_radius_mm = inf, width_mm = 10.0 }
+disc2 = { rolling_radius_mm = 23.5, transverse_radius_mm = inf, width_mm = 10.0 }
+[material]
+youngs_modulus_GPa = 209.0
+poisson_ratio = 0.30
+hardness_HV = 280
+density_kg_m3 = 7850
+[measured]
+balance_mg = 0.1
+provenance = "synthetic"
+"""
+
+
+def write_raw(folder: Path) -> None:
+    """The files of the worked example: a raw log, weights of both discs, and what no file says."""
+    log, weighed = run(Truth(k_disc1=2e-4, severe=3.0, critical=20.0, balance_mg=0.1), np.random.default_rng(7))
+    (folder / "rig.txt").write_text(raw_text([row for rows in raw_log(log) for row in rows]), encoding="utf-8")
+    table(folder / "weights.csv", "revolutions,weight disc 1 [g],weight disc 2 [g]", weights(weighed))
+    (folder / "block.toml").write_text(BLOCK, encoding="utf-8")

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import re
+import shutil
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+import suros
 
 from twindisc_cli.effects import catalogue
 
@@ -109,3 +112,21 @@ def test_examples_in_docstrings_are_shown_as_python() -> None:
 
     fenced = EXAMPLE.sub("[]", "Words.\n\n>>> 1 + 1\n2\n\nMore.")
     assert fenced == "Words.\n\n[]\n\nMore."
+
+
+def test_from_the_text_of_a_rig_to_the_wear_rate(tmp_path: Path) -> None:
+    """The page of SUROS is run; its friction and its wear are those of the data, which are those of the test's code."""
+    shutil.copytree(DOCS / "examples/suros", tmp_path / "suros")
+    suros.write_raw(tmp_path)
+    for name in ("rig.txt", "weights.csv", "block.toml"):
+        assert (tmp_path / name).read_text() == (tmp_path / "suros" / name).read_text()
+    text = page((DOCS / "example-suros.md").read_text(encoding="utf-8"), Workbench(tmp_path), tmp_path / "to")
+    mu = [[float(v) for v in row] for row in re.findall(r"%  ([\d.]+)  ([\d.]+) \.\.\. ([\d.]+)", text)]
+    assert len(mu) == 10
+    assert [row[0] for row in mu] == pytest.approx([0.42] * 10, abs=0.01)
+    assert sum(low - 0.001 <= 0.42 <= high + 0.001 for _, low, high in mu) >= 8
+    rows = re.findall(r"disc (\d)  +([\d.]+) N/mm2  +([\d.]+) ug", text)
+    for disc, k in (("1", 2e-4), ("2", 3.7e-4)):
+        index, rate = np.array([(float(i), float(r)) for d, i, r in rows if d == disc]).T
+        expected = k * 7850 / (280 * 9.80665e6) * index * 1e6 * np.where(index > 20.0, 3.0, 1.0) * 1e3
+        np.testing.assert_allclose(rate, expected, rtol=0.04)

@@ -4,11 +4,11 @@
 
     level   z = sum(z_i / e_i^2) / sum(1 / e_i^2)        where the sections agree within their errors
     step    a level before and another after one of the times between them
-    drift   a line through the sections, or from each to the next where they lie on none
+    drift   from each section to the next: a meter that warms up follows no line
 
-of which the first is taken that the sections bear (chi-squared at 1 %), of step and line the nearer one. The standard
+of which the first is taken that the sections bear (chi-squared at 1 %); a step must lie nearer to them than a line. The
 error of a section is that of a median by the means of its stretches, which see noise that is correlated in time. In
-between, a sixth of a change that is not known to be linear is added, and 1 / sqrt(12) of a step at a time not known.
+between, what a drift may be bent is added, and 1 / sqrt(12) of a step, whose time is not known.
 """
 
 from __future__ import annotations
@@ -88,12 +88,12 @@ def _sections(idle: Bools) -> list[slice]:
 
 def _curve(at: Floats, median: Floats, error: Floats) -> tuple[Floats, Floats, Floats, Floats, str]:
     """Zero and its error at the sections, the medians, what is added between, and which kind it is."""
-    count, none = len(at), np.zeros(len(at) - 1)
+    count = len(at)
     level, std = _level(median, error)
     if _bears(median - level, error, count - 1):
-        return np.full(count, level), np.full(count, std), median, none, "level"
+        return np.full(count, level), np.full(count, std), median, np.zeros(count - 1), "level"
     if count > 2:
-        line, line_std = _line(at, median, error)
+        line = _line(at, median, error)
         steps = [_two_levels(median, error, k) for k in range(1, count)]
         first = int(np.argmin([_chi2(median - values, error) for values, _ in steps])) + 1
         values, stds = steps[first - 1]
@@ -101,9 +101,7 @@ def _curve(at: Floats, median: Floats, error: Floats) -> tuple[Floats, Floats, F
         if is_step and _bears(median - values, error, count - 2):
             jump = np.where(np.arange(1, count) == first, np.abs(values[first] - values[first - 1]), 0.0)
             return values, stds, median, jump / np.sqrt(12.0), "step"
-        if _bears(median - line, error, count - 2):
-            return line, line_std, median, none, "drift"
-    return median, error, median, np.abs(np.diff(median)) / 6.0, "drift"
+    return median, error, median, _bent(at, median), "drift"
 
 
 def _chi2(off: Floats, error: Floats) -> float:
@@ -127,12 +125,23 @@ def _two_levels(values: Floats, error: Floats, first: int) -> tuple[Floats, Floa
     return tuple(np.repeat([part[n] for part in parts], [part[2] for part in parts]) for n in (0, 1))  # type: ignore[return-value]
 
 
-def _line(at: Floats, values: Floats, error: Floats) -> tuple[Floats, Floats]:
-    """A weighted line at the sections, and its standard errors there."""
+def _bent(at: Floats, median: Floats) -> Floats:
+    """How far a drift may lie off the chord from each section to the next (section - 1,) [N m].
+
+    Of two sections a sixth of the change; of more, the sagitta of the parabola through three.
+    """
+    if len(at) == 2:
+        return np.abs(np.diff(median)) / 6.0
+    slope, apart = np.diff(median) / np.diff(at), np.diff(at)
+    bend = np.abs(np.diff(slope)) / (apart[1:] + apart[:-1])
+    return np.asarray(np.maximum(np.append(bend, 0.0), np.append(0.0, bend)) * apart**2 / 4.0)
+
+
+def _line(at: Floats, values: Floats, error: Floats) -> Floats:
+    """A weighted line through the sections, at them."""
     design = np.column_stack([np.ones(len(at)), (at - at.mean()) / np.ptp(at)])
     covariance = np.linalg.inv(design.T @ (design / error[:, None] ** 2))
-    line = design @ (covariance @ (design.T @ (values / error**2)))
-    return line, np.sqrt(np.einsum("ij,jk,ik->i", design, covariance, design))
+    return np.asarray(design @ (covariance @ (design.T @ (values / error**2))))
 
 
 def _error(values: NDArray[np.float64]) -> float:
