@@ -20,6 +20,7 @@ from time import perf_counter, process_time
 from typing import Any
 
 import bench_campaigns
+import bench_loop
 import bench_physics
 import numpy as np
 
@@ -913,7 +914,8 @@ def main(arguments: list[str]) -> None:
     threads = os.environ.get("OMP_NUM_THREADS", "all")
     print(f"{os.cpu_count()} cores, {threads} threads; load of the machine now: {os.getloadavg()[0]:.1f}")
     rows: list[Row] = []
-    sections = SECTIONS | {name: drawn(section, given.seed) for name, section in bench_physics.SECTIONS.items()}
+    by_seed = bench_physics.SECTIONS | bench_loop.SECTIONS
+    sections = SECTIONS | {name: drawn(section, given.seed) for name, section in by_seed.items()}
     for name, section in sections.items():
         if chosen and not any(word.lower() in name.lower() for word in chosen):
             continue
