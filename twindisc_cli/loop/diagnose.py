@@ -435,7 +435,8 @@ def _notes_on(case: Case) -> Iterator[str]:
         if not noise.estimated:
             yield (
                 f"the {channel} has no scatter to estimate its noise from; one percent of its size is "
-                f"assumed, and every significance in that channel rests on this"
+                f"assumed, and every significance in that channel rests on this; its {int(noise.kept.sum())} samples "
+                f"are asked for no more than {int(noise.kept.sum()) // THRESHOLDS.samples_each} parameters"
             )
     if test.effects:
         yield (

@@ -19,6 +19,7 @@ import numpy as np
 from twindisc_cli.effects._effect import Effect
 from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.candidates import Proposal, effects, flash_law, proposals, warmed
+from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.fit import MOST_STEPS, Fit, carried, fit, refit
 from twindisc_cli.loop.learn import Pair, Response, responses
 from twindisc_cli.loop.problem import Problem
@@ -170,10 +171,29 @@ def _most_promising(explanation: Explanation, proposed: Sequence[Proposal]) -> l
         least = THRESHOLDS.hopeless if few else max(0.0, THRESHOLDS.hopeful * best)
         if proposal.promise < least or count[proposal.is_law] >= THRESHOLDS.tried:
             continue
+        if _asks_too_much(explanation.fit.problem, proposal):
+            continue
         count[proposal.is_law] += 1
         explanations.append(_with(explanation, proposal))
         best = max(best, explanations[-1].here - explanation.here)
     return explanations
+
+
+def _asks_too_much(problem: Problem, proposal: Proposal) -> bool:
+    """Whether a term needs more parameters than a channel without scatter can fix.
+
+    Where the noise had to be assumed, no residual says when enough is explained: a formula of as many parameters as
+    there are samples meets them all.
+    """
+    more = problem.with_terms(*problem.terms, proposal.name, trial=_trial(proposal))
+    channel = more.shown_in(proposal.effect)
+    noises = [case.noise[channel] for case in more.cases if channel in case.noise]
+    if not noises or any(noise.estimated for noise in noises):
+        return False
+    base = {of.key for of in channels()[channel].parameters}
+    terms = {name for name in more.terms if more.shown_in(more.effect(name)) == channel}
+    asked = sum(p.key in base if p.term is None else p.term in terms for p in more.parameters)
+    return asked * THRESHOLDS.samples_each > sum(int(noise.kept.sum()) for noise in noises)
 
 
 def evidence_of(explanation: Explanation) -> float:
