@@ -34,7 +34,7 @@ SLID = Law("mu", "sliding_distance", "exponential", {"size": 0.3, "scale_m": 200
 def apart(one: History) -> list[History]:
     """Each step as a history of its own."""
     steps = [one.step == number for number in np.unique(one.step)]
-    columns = [f.name for f in fields(one) if f.name != "separate"]
+    columns = [f.name for f in fields(one) if isinstance(getattr(one, f.name), np.ndarray)]
     parts = [{column: getattr(one, column)[part] for column in columns} for part in steps]
     return [replace(one, separate=False, **part | {"step": 0 * part["step"]}) for part in parts]
 
