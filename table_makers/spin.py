@@ -30,6 +30,7 @@ import numpy as np
 from table_makers.rolling import centres
 from twindisc_cli.physics import kalker, spin
 from twindisc_cli.physics._arrays import Floats
+from twindisc_cli.physics._even_grid import local_cubic, polynomials, through
 from twindisc_cli.physics.half_space import rolling
 from twindisc_cli.physics.spin import COARSE, FINE, Nodes
 
@@ -207,7 +208,7 @@ def _finer_in_psi(solved: Floats, sideways: Floats) -> Floats:
 
 def _finer_in_size(solved: Floats, begun: Floats) -> Floats:
     """The same at twice as many sizes: solved in the steep rows where slip begins, else by cubics."""
-    onto = spin._local_cubic(FINE.rho * (SOLVED.rho_count - 1), SOLVED.rho_count)
+    onto = local_cubic(FINE.rho * (SOLVED.rho_count - 1), SOLVED.rho_count)
     finer = np.moveaxis(np.tensordot(onto, solved, axes=(1, 1)), 0, 1)
     off = begun - finer[:, _BEGUN, -_STEEP:, ::2]
     finer[:, _BEGUN, -_STEEP:] += _psi_at(off, np.broadcast_to(FINE.psi, (*off.shape[:2], FINE.psi_count)))
@@ -221,9 +222,7 @@ def _finer_in_ratio(solved: Floats, poisson: float) -> Floats:
     that moves with the ratio; the table is read at  psi = t + (psi0 - pi/2) sin^2 t  for one t at all ratios.
     Where nothing or everything slides the solver is not needed.
     """
-    onto = spin._through(
-        spin._polynomials(SOLVED.unit, SOLVED.ratio_count), spin._polynomials(FINE.unit, SOLVED.ratio_count)
-    )
+    onto = through(polynomials(SOLVED.unit, SOLVED.ratio_count), polynomials(FINE.unit, SOLVED.ratio_count))
     turned = _cancelling(solved) - 0.5 * np.pi
     directions = _directions(FINE)
     total = solved + _of_the_drive(FINE)

@@ -153,7 +153,49 @@ def flash_temperatures(rng: Generator, at_most: AtMost) -> Iterator[object]:
     yield at_most("  mean rise", off[:, 1].max(), 3.0, "%")
 
 
+def unlike_discs(rng: Generator, at_most: AtMost) -> Iterator[object]:
+    """Discs of unlike elasticity, creepages of both signs, through the forward model, against the solver."""
+    import rigs
+
+    from twindisc_cli.model.contact_fields import exact_field, hertz_patch
+    from twindisc_cli.model.experiment import Disc, Options, Rig
+    from twindisc_cli.model.forward import ForwardModel
+
+    off, work, yawed = [], [], []
+    while len(off) < 100 or len(yawed) < 20:
+        turned = len(off) == 100
+        young, radius = np.exp(rng.uniform(np.log([[5e9], [0.01]]), np.log([[400e9], [0.1]]), (2, 2)))
+        nu, crown = rng.uniform(0.1, 0.48, 2), np.exp(rng.uniform(np.log(0.005), np.log(0.5)))
+        discs = [
+            Disc(r, t, youngs_modulus=e, poisson_ratio=v, hardness=rigs.HARDNESS)
+            for r, t, e, v in zip(radius, (np.inf, crown), young, nu, strict=True)
+        ]
+        rig = Rig(*discs, normal_load=float(np.exp(rng.uniform(0.0, np.log(500.0)))), rolling_speed=1.0)
+        mu, ratio = rng.uniform(0.05, 0.8), float(rig.patch.a / rig.patch.b)
+        if not 0.02 < abs(rig.dundurs) / mu < 3.0 or not 0.07 < ratio < 10.0:
+            continue
+        unit = mu * rig.normal_load / (rig.shear_modulus * float(rig.patch.a * rig.patch.b) * 4.5)
+        creepage = float(np.exp(rng.uniform(np.log(0.1), np.log(8.0))) * rng.choice([-1.0, 1.0]) * unit)
+        yaw = turned * unit * rng.uniform(0.3, 3.0)
+        history = replace(rigs.history([creepage], 1), yaw=np.array([yaw]))
+        test = rigs.experiment(history, rig=rig, options=Options(traction="exact"))
+        base = {"mu": np.array([mu]), "K": np.array([np.nan]), "convection_W_K": np.array([1.0])}
+        found = ForwardModel(test).predict(base).state
+        exact = exact_field(
+            hertz_patch(rig, rig.normal_load), rig, mu=mu, creepage_x=creepage, creepage_y=yaw, spin=0.0
+        )
+        capacity = mu * rig.normal_load
+        (yawed if turned else off).append(abs(float(found.traction_ratio[0, 0]) / mu - exact.force_x / capacity))
+        if not turned:
+            slid = max(abs(creepage), unit)
+            work.append(abs(float(found.power[0, 0]) - exact.power) / (capacity * slid))
+    yield at_most("unlike discs, 100 drawn, both signs, T/(mu N) against the solver", max(off), 0.01)
+    yield at_most("  power over that of full slip", max(work), 0.02)
+    yield at_most("  20 with lateral creepage too, which is approximate, T/(mu N)", max(yawed), 0.25)
+
+
 SECTIONS = {
+    "drawn: unlike discs": unlike_discs,
     "drawn: flash temperatures": flash_temperatures,
     "drawn: tilted cylinders": tilted_cylinders,
     "drawn: loads up and down": loads_up_and_down,

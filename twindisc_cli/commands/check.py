@@ -27,7 +27,7 @@ from twindisc_cli.errors import NEGATIVE_FINDING
 from twindisc_cli.identify.track import Track, last_profile, worn_track
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.model.experiment import Experiment, Floats
-from twindisc_cli.model.traction_law import creep_stiffness
+from twindisc_cli.model.traction_law import creep_stiffness, slip_of_pressure
 from twindisc_cli.physics import kalker, shakedown
 from twindisc_cli.physics.archard import allowed_coefficient, worn_volume
 from twindisc_cli.quantities import for_reading
@@ -306,12 +306,13 @@ def elastic_limit(facts: Facts) -> Iterator[Finding]:
         slope = float(creep_stiffness(rig, rig.patch.a, rig.patch.b)[0]) / rig.normal_load
     except ValueError:
         return
+    of_pressure = abs(float(slip_of_pressure(rig, rig.patch.a, rig.patch.b, np.asarray(rig.normal_load))))
     for step in np.unique(samples.step):
         mine = samples.step == step
         creepage = float(np.mean(samples.creepage[mine]))
         ratio = samples.ratio[mine] * np.sign(creepage)
         error = float(np.std(ratio)) / np.sqrt(len(ratio))
-        creepage, nominal = abs(creepage), facts.test.history.step_creepage[step]
+        creepage, nominal = abs(creepage) + of_pressure, facts.test.history.step_creepage[step]
         if nominal != 0.0 and slope * creepage < 1.0:
             yield Finding(
                 rule="elastic limit",

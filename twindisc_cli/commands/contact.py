@@ -19,8 +19,9 @@ from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.contact_fields import Field, Patch, exact_field, fastsim_field, hertz_patch, profile_patch
 from twindisc_cli.model.experiment import Experiment, Floats, Rig
 from twindisc_cli.model.forward import ForwardModel
-from twindisc_cli.model.traction_law import creep_stiffness
-from twindisc_cli.physics import exact, fastrip, kalker, shakedown
+from twindisc_cli.model.traction_law import creep_stiffness, share_of_full_slip, slip_of_pressure
+from twindisc_cli.physics import exact, fastrip, kalker, shakedown, third_body, unlike
+from twindisc_cli.physics.half_space.rolling import SlipLaw
 from twindisc_cli.results import Array, Axis, Dataset, Result
 
 if TYPE_CHECKING:
@@ -114,13 +115,14 @@ def run(test: Test, *, step: int | None = None, creepage: float | None = None, m
     rig, given = (
         experiment.rig,
         {
-            "mu": point.mu,
             "creepage_x": point.creepage_x,
             "creepage_y": point.creepage_y,
             "spin": point.spin,
+            "layer_compliance": experiment.options.layer_compliance,
         },
     )
-    fields = (exact_field(patch, rig, **given), fastsim_field(patch, rig, **given))
+    local = _local_friction(experiment, point)
+    fields = (exact_field(patch, rig, mu=local, **given), fastsim_field(patch, rig, mu=point.mu, **given))
     shortcuts = _shortcuts(experiment, point, patch)
     under = Subsurface.of(rig, patch, fields[0])
     return Result(
@@ -162,8 +164,7 @@ def _operating_point(model: ForwardModel, *, step: int | None, creepage: float |
     def at(values: Floats) -> Floats:
         return np.asarray(np.broadcast_to(values, shape)[0, first])
 
-    capacity = at(state.sliding_speed * state.mu * state.normal_load)
-    share = np.divide(at(state.power), capacity, out=np.full(steps, np.inf), where=known & (capacity > 0.0))
+    share = np.where(known, at(share_of_full_slip(test.rig, state)), np.inf)
     slowest = np.where(share > PARTIAL, share + np.abs(at(state.creepage)), share)
     chosen = int(np.argmin(slowest)) if step is None else step - 1
     if mu is None and not known[chosen]:
@@ -226,25 +227,44 @@ def _without_roughness(height: Floats) -> Floats:
     return np.convolve(np.pad(height, half, mode="edge"), weights / weights.sum(), mode="valid")
 
 
+def _local_friction(test: Experiment, point: Point) -> float | SlipLaw:
+    """mu, or what it is at each place where it falls with the sliding speed: by the slip there, not that of all."""
+    falling = test.effects.get("falling_friction")
+    if falling is None:
+        return point.mu
+    ratio, decay = falling["ratio"], falling["decay_s_m"] * test.rig.rolling_speed
+
+    def share(slip: Floats) -> Floats:
+        return np.asarray(ratio + (1.0 - ratio) * np.exp(-decay * slip))
+
+    at_rest = point.mu / share(np.hypot(point.creepage_x, point.creepage_y))
+    return lambda slip: at_rest * share(slip)
+
+
 def _shortcuts(test: Experiment, point: Point, patch: Patch) -> dict[str, Any]:
     """T/N by the closed forms that hold for an ellipse without lateral creepage and spin."""
     if test.options.contact != "hertz" or point.creepage_y or point.spin:
         return {}
     if patch.line:
         return {}
-    nu = test.rig.poisson_ratio
-    linear = float(creep_stiffness(test.rig, np.asarray(patch.a), np.asarray(patch.b))[0])
-    capacity = point.mu * point.normal_load
-    xi = linear * abs(point.creepage_x) / capacity
-    sense = float(np.sign(point.creepage_x)) * point.mu
-    return {
-        "fastrip": {
-            "T_over_N": sense * float(fastrip.saturation(xi)),
+    rig, a, b = test.rig, np.asarray(patch.a), np.asarray(patch.b)
+    stiffness, compliance = creep_stiffness(rig, a, b)[0], test.options.layer_compliance
+    layer = third_body.compliance_ratio(compliance, stiffness=stiffness, a=a, b=b)
+    per_creepage = float(stiffness * third_body.slope_factor(layer)) / (point.mu * point.normal_load)
+    x = per_creepage * point.creepage_x
+    of_slip = per_creepage * float(slip_of_pressure(rig, a, b, np.asarray(point.normal_load)))
+    xi = float(np.hypot(x, of_slip))
+    quotient = float(unlike.quotients(x, of_slip, a / b, rig.poisson_ratio)[0]) if of_slip else float(np.sign(x))
+    saturation = exact.saturation(xi, a / b, rig.poisson_ratio)
+    share = float(third_body.saturation(np.asarray(xi), layer, saturation))
+    shortcuts: dict[str, Any] = {"exact_table": {"T_over_N": point.mu * quotient * share}}
+    if not (of_slip or compliance):
+        shortcuts["fastrip"] = {
+            "T_over_N": point.mu * quotient * float(fastrip.saturation(xi)),
             "stick_fraction": float(fastrip.stick_fraction(xi)),
             **_size(patch),
-        },
-        "exact_table": {"T_over_N": sense * float(exact.saturation(xi, patch.a / patch.b, nu))},
-    }
+        }
+    return shortcuts
 
 
 def _size(patch: Patch) -> dict[str, float]:
@@ -265,7 +285,7 @@ def _numbers(field: Field, patch: Patch, normal_load: float) -> dict[str, float]
 
 
 def _summary(
-    point: Point, patch: Patch, fields: tuple[Field, ...], shortcuts: dict[str, Any], unlike: float
+    point: Point, patch: Patch, fields: tuple[Field, ...], shortcuts: dict[str, Any], dundurs: float
 ) -> tuple[str, ...]:
     turned = f", lateral {point.creepage_y * 100.0:.3g} %, spin {point.spin:.3g} rad/m" * bool(
         point.creepage_y or point.spin
@@ -276,10 +296,10 @@ def _summary(
         f"mu = {point.mu:.3g}, creepage {point.creepage_x * 100.0:.3g} %{turned}, load {point.normal_load:.3g} N",
         f"patch of {patch.origin}: a {size['a_mm']:.4g} mm, b {size['b_mm']:.4g} mm, p0 {size['p0_MPa']:.4g} MPa",
     ]
-    if unlike:
+    if dundurs:
         lines.append(
-            f"discs of unlike elasticity (Dundurs' second constant {unlike:.2g}): the exact theory has the slip that "
-            "pressure alone makes, FASTSIM and every other command take the combined modulus"
+            f"discs of unlike elasticity (Dundurs' second constant {dundurs:.2g}): the exact theory and its table have "
+            "the slip that pressure alone makes, FASTSIM takes the combined modulus"
         )
     for field in fields:
         error = f" ± {field.error / point.normal_load:.1g} (error of the grid)" if field.error else ""

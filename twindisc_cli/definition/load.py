@@ -249,6 +249,7 @@ def _options(definition: DefinitionBase, rig: Rig) -> Options:
         wear_coefficient=_or_nan(model.wear_coefficient),
         disc1_wear_coefficient=_or_nan(model.disc1_wear_coefficient),
         friction_coefficient=_or_nan(model.friction_coefficient),
+        layer_compliance=(model.layer_compliance_mm3_N or 0.0) * 1e-9,
     )
 
 

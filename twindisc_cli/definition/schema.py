@@ -238,6 +238,12 @@ class ModelTable(Table):
         default=None, le=1.0, description="K of disc 1; left out: it does not wear, unless an effect says so"
     )
     friction_coefficient: Friction | None = Field(default=None, description="constant base value; left out: identified")
+    layer_compliance_mm3_N: float | None = Field(
+        default=None,
+        ge=0.0,
+        le=0.01,
+        description="thickness of a third body between the discs over its shear modulus, mm / (N/mm2); left out: none",
+    )
 
 
 def _zero(value: float | str) -> float | str:

@@ -16,7 +16,7 @@ from twindisc_cli.identify.roots import bracketed_root
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, Measured
 from twindisc_cli.model.forward import ForwardModel, Prediction
-from twindisc_cli.model.traction_law import traction_law
+from twindisc_cli.model.traction_law import share_of_full_slip, traction_law
 
 _FULL = 1.0 - 1e-13  # full slip is reached asymptotically: where rounding ends
 _MOMENT = 1e-9  # s; long enough for a traction, too short to wear or to warm
@@ -83,8 +83,7 @@ def _reached(test: Experiment, mu: Floats, share: float) -> Floats:
 
     def missing(log_creepage: Floats) -> Floats:
         prediction, last = _at(test, mu=mu, creepage=np.exp(log_creepage))
-        state = prediction.state
-        result = state.power / (state.sliding_speed * state.mu * state.normal_load)
+        result = share_of_full_slip(test.rig, prediction.state)
         return np.asarray(np.diagonal(result[:, last])) - share
 
     low, high = (np.full(len(mu), np.log(end)) for end in (_SMALLEST, _LARGEST))

@@ -25,6 +25,7 @@ from twindisc_cli.identify.law import unworn_law
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, Traction, TractionSamples
 from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.traction_law import share_of_full_slip
 
 FAR_BEYOND = 2.0
 """A step slides all over, whatever the contact's softness, at so many times the creepage of full slip."""
@@ -165,9 +166,7 @@ def _through_model(model: ForwardModel, samples: TractionSamples) -> Explanation
 
     def share(mu: Floats) -> Floats:
         state = model.predict(BaseParameters.declared(model.experiment, mu[None]), profiled=False).state
-        with np.errstate(invalid="ignore", divide="ignore"):
-            result = state.power / (state.sliding_speed * state.mu * state.normal_load)
-        return mean(model.points.traction(result)[0])
+        return mean(model.points.traction(share_of_full_slip(model.experiment.rig, state))[0])
 
     return traction, share
 

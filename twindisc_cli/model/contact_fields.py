@@ -15,7 +15,7 @@ from twindisc_cli.errors import ValidityError
 from twindisc_cli.model.experiment import Floats, Rig
 from twindisc_cli.model.forward import SPIN_ARM_OF_A_LINE
 from twindisc_cli.model.traction_law import creep_stiffness
-from twindisc_cli.physics import fastsim, kalker, line_contact
+from twindisc_cli.physics import fastsim, kalker, line_contact, third_body
 from twindisc_cli.physics._arrays import arrays
 from twindisc_cli.physics.combined import direction
 from twindisc_cli.physics.half_space import rolling
@@ -121,9 +121,18 @@ def profile_patch(rig: Rig, normal_load: float, *, y: Floats, height: Floats, or
     return Patch(fine, coarse, a, b, normal_load, f"{origin} (half-space)")
 
 
-def exact_field(patch: Patch, rig: Rig, *, mu: float, creepage_x: float, creepage_y: float, spin: float) -> Field:
+def exact_field(
+    patch: Patch,
+    rig: Rig,
+    *,
+    mu: float | rolling.SlipLaw,
+    creepage_x: float,
+    creepage_y: float,
+    spin: float,
+    layer_compliance: float = 0.0,
+) -> Field:
     """The exact theory on the patch, its force carried to the limit from this grid and one of half the fineness."""
-    if patch.line and creepage_y == spin == rig.dundurs == 0.0:
+    if patch.line and creepage_y == spin == rig.dundurs == layer_compliance == 0.0 and not callable(mu):
         return _line_field(patch, rig, "exact", mu=mu, creepage_x=creepage_x, creepage_y=0.0, spin=0.0)
 
     def solve(grid: Grid) -> rolling.Rolling:
@@ -137,13 +146,15 @@ def exact_field(patch: Patch, rig: Rig, *, mu: float, creepage_x: float, creepag
             creepage_x=creepage_x,
             creepage_y=creepage_y,
             spin=spin,
-            stiffness_difference=stiffness_difference(rig),
+            stiffness_difference=-stiffness_difference(rig),  # its creepage is positive where body 1 is the slower
+            layer_compliance=layer_compliance,
         )
 
     fine, coarse = solve(patch.fine), solve(patch.coarse)
     force_x, error = rolling.limit(coarse.force_x, fine.force_x)
     force_y, _ = rolling.limit(coarse.force_y, fine.force_y)
     moment, _ = rolling.limit(coarse.moment, fine.moment)
+    work, _ = rolling.limit(coarse.work, fine.work)
     x, y = np.meshgrid(patch.fine.x, patch.fine.y)
     per_length = fine.dissipation * rig.rolling_speed
     return Field(
@@ -160,19 +171,37 @@ def exact_field(patch: Patch, rig: Rig, *, mu: float, creepage_x: float, creepag
         error=float(error),
         stick_fraction=fine.stick_fraction,
         power_per_length=per_length,
-        power=rig.rolling_speed * float(creepage_x * force_x + creepage_y * force_y + spin * moment),
+        power=rig.rolling_speed * float(work),
     )
 
 
-def fastsim_field(patch: Patch, rig: Rig, *, mu: float, creepage_x: float, creepage_y: float, spin: float) -> Field:
-    """FASTSIM on the ellipse of the patch's area and width, or on a line's strip, with a parabolic bound."""
+def fastsim_field(
+    patch: Patch,
+    rig: Rig,
+    *,
+    mu: float,
+    creepage_x: float,
+    creepage_y: float,
+    spin: float,
+    layer_compliance: float = 0.0,
+) -> Field:
+    """FASTSIM on the ellipse of the patch's area and width, or on a line's strip, with a parabolic bound.
+
+    A layer adds its compliance to those of the theory.
+    """
     if patch.line:
-        return _line_field(patch, rig, "fastsim", mu=mu, creepage_x=creepage_x, creepage_y=creepage_y, spin=spin)
+        given = {"mu": mu, "creepage_x": creepage_x, "creepage_y": creepage_y, "spin": spin}
+        return _line_field(patch, rig, "fastsim", layer_compliance=layer_compliance, **given)
     try:
         c = kalker.coefficients(patch.a / patch.b, rig.poisson_ratio)
     except ValueError as error:
         raise ValidityError(f"FASTSIM has no creepage coefficients for this patch: {error}") from error
-    shape = fastsim.Patch(patch.a, patch.b, patch.normal_load, mu, rig.shear_modulus, c.c11, c.c22, c.c23)
+    layer = layer_compliance * rig.shear_modulus / patch.a
+    of_spin = 4.0 / np.pi * np.sqrt(patch.b / patch.a)
+    coefficients = (
+        own / (1.0 + layer * part * own) for own, part in ((c.c11, 0.375), (c.c22, 0.375), (c.c23, of_spin))
+    )
+    shape = fastsim.Patch(patch.a, patch.b, patch.normal_load, mu, rig.shear_modulus, *coefficients)
     vx, vy, turn, speed = creepage_x, creepage_y, spin, rig.rolling_speed
     fields = fastsim.fields(shape, creepage_x=vx, creepage_y=vy, spin=turn, speed=speed, nx=STRIPS, ny=STRIPS)
     whole = fastsim.solve(shape, creepage_x=vx, creepage_y=vy, spin=turn, speed=speed, nx=STRIPS, ny=STRIPS)
@@ -205,11 +234,13 @@ def _line_field(
     creepage_x: float,
     creepage_y: float,
     spin: float,
+    layer_compliance: float = 0.0,
 ) -> Field:
     """The closed form of a theory on each strip of a line, which spin gives a creepage of its own."""
     y = patch.b * (2.0 * np.arange(LINE_STRIPS) + 1.0 - LINE_STRIPS) / LINE_STRIPS
     sideways = float(np.hypot(creepage_y, SPIN_ARM_OF_A_LINE * spin * patch.a))
-    strips = [_line_strip(patch, rig, theory, mu, (creepage_x - spin * float(place), sideways)) for place in y]
+    stiffness = _line_stiffness(patch, rig, layer_compliance)
+    strips = [_line_strip(patch, stiffness, theory, mu, (creepage_x - spin * float(place), sideways)) for place in y]
     forces = mu * patch.normal_load * np.array([strip.share * strip.direction for strip in strips])
     slips = np.stack([creepage_x - spin * y, np.full_like(y, sideways)], axis=1)
     power = rig.rolling_speed * np.sum(forces * slips, axis=1)
@@ -243,19 +274,26 @@ class _LineStrip:
     sticks: float
 
 
+def _line_stiffness(patch: Patch, rig: Rig, layer_compliance: float) -> list[float]:
+    """Force per creepage along and across [N], the layer in series with the discs."""
+    a, b = np.asarray(patch.a), np.asarray(patch.b)
+    discs = creep_stiffness(rig, a, b)
+    layer = (third_body.compliance_ratio(layer_compliance, stiffness=k, a=a, b=b, line=True) for k in discs)
+    return [float(k / (1.0 + ratio)) for k, ratio in zip(discs, layer, strict=True)]
+
+
 def _line_strip(
-    patch: Patch, rig: Rig, theory: line_contact.Theory, mu: float, creepage: tuple[float, float]
+    patch: Patch, stiffness: list[float], theory: line_contact.Theory, mu: float, creepage: tuple[float, float]
 ) -> _LineStrip:
     """A strip at its creepages along and across rolling."""
-    stiffness = creep_stiffness(rig, np.asarray(patch.a), np.asarray(patch.b))
     capacity, width, slips = mu * patch.normal_load, 2.0 * patch.b, max(float(np.hypot(*creepage)), _STANDING)
-    along, across = (float(k) * v / capacity for k, v in zip(stiffness, creepage, strict=True))
+    along, across = (k * v / capacity for k, v in zip(stiffness, creepage, strict=True))
     xi = float(np.hypot(along, across))
     cells = line_contact.along_the_patch(
         patch.fine.x,
         a=patch.a,
         bound=capacity / width,
-        stiffness=max(xi * capacity / slips, float(min(stiffness))) / width,
+        stiffness=max(xi * capacity / slips, min(stiffness)) / width,
         creepage=slips,
         theory=theory,
     )

@@ -259,6 +259,7 @@ class Options:
     """How the contact is computed, and the base parameters that are given (NaN: to be found).
 
     wear_coefficient is disc 2's; disc1_wear_coefficient NaN: disc 1 does not wear, unless an effect says so.
+    layer_compliance: thickness over shear modulus of a third body between the discs [m/Pa].
     """
 
     contact: Contact = "hertz"
@@ -266,6 +267,7 @@ class Options:
     wear_coefficient: float = np.nan
     disc1_wear_coefficient: float = np.nan
     friction_coefficient: float = np.nan
+    layer_compliance: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -407,5 +409,5 @@ class Experiment:
 
     @property
     def is_plain(self) -> bool:
-        """Whether no effect and no law is declared, so that closed forms hold."""
-        return not (self.effects or self.laws)
+        """Whether no effect, law or layer is declared and the discs are alike, so that closed forms hold."""
+        return not (self.effects or self.laws or self.rig.dundurs or self.options.layer_compliance)

@@ -4,6 +4,7 @@
 
     xi = k G a b C11 v / (mu N),  T = mu N f(xi),  P = V v T                      traction, power
     T, Ty, M = mu N f(r) (q1, q2, q3 l),  P = V (v T + vy Ty + phi M)              with lateral creepage and spin
+    T = mu N f(r) q,  P = mu N f(r) V (q v + m v_p)                                discs of unlike elasticity
     S  = integral of (K/H) P dt / (2 pi R),  profile and patch from the wear path  wear
     rho C v dT/dt = P - h S (T - T_env)                                            heat (Eq. 18)
 
@@ -33,7 +34,7 @@ from twindisc_cli.model.patch import AnyPath, OwnPaths, Patch, Paths, WeightedPa
 from twindisc_cli.model.points import Points, operating_points
 from twindisc_cli.model.settling import Passes
 from twindisc_cli.model.surface import Stops, recorded_sections, worn_surface
-from twindisc_cli.model.traction_law import traction_law
+from twindisc_cli.model.traction_law import slip_of_pressure, traction_law
 from twindisc_cli.model.wear_path import (
     CREEPAGES,
     SHARES,
@@ -48,7 +49,7 @@ from twindisc_cli.model.wear_path import (
     weights_on,
 )
 from twindisc_cli.model.wear_path.carried import PIECE
-from twindisc_cli.physics import combined, disc_heat, line_contact, polach, spin
+from twindisc_cli.physics import combined, disc_heat, line_contact, polach, spin, third_body, unlike
 from twindisc_cli.physics.flash import flash_temperature
 
 MOST_PASSES = 20
@@ -465,7 +466,9 @@ class _Chain:
     def _traction(self, state: State) -> State:
         """Traction of the patch as worn so far, the power and the energy."""
         section = self.section(state)
+        test = self.model.experiment
         patch = self._paths(state, section).patch(section, state.normal_load / state.nominal_load)
+        patch = patch.with_layer(test.options.layer_compliance, line=test.rig.is_line)
         force, work, xi = self._rolling(state, patch)
         power = state.rolling_speed * work
         return state.replace(
@@ -501,17 +504,33 @@ class _Chain:
         capacity = state.mu * state.normal_load
         drive = state.slope / capacity
         x = patch.stiffness * drive * state.creepage
-        if not (np.any(state.lateral_creepage) or np.any(state.spin)):
-            size = np.maximum(np.abs(x), 1e-30)
-            force = capacity * self._law(state, size, patch) * np.sign(x)
-            return force, force * state.creepage, size
-        y = patch.stiffness_y * drive * state.lateral_creepage
-        z = spin.stiffness(patch.stiffness, patch.stiffness_y, patch.a, patch.b) * drive * state.spin
-        size = np.maximum(np.sqrt(x**2 + y**2 + z**2), 1e-30)
-        level = capacity * self._law(state, size, patch)
-        along, across, turn = spin.quotients(x, y, z, patch.ratio, self.model.experiment.rig.poisson_ratio)
-        sideways = across * state.lateral_creepage + turn * spin.arm(patch.a, patch.b) * state.spin
-        return level * along, level * (along * state.creepage + sideways), size
+        along, sideways, size = np.sign(x), _NOTHING, np.abs(x)
+        if np.any(state.lateral_creepage) or np.any(state.spin):
+            y = patch.stiffness_y * drive * state.lateral_creepage
+            z = spin.stiffness(patch.stiffness, patch.stiffness_y, patch.a, patch.b) * drive * state.spin
+            along, across, turn = spin.quotients(x, y, z, patch.ratio, self.model.experiment.rig.poisson_ratio)
+            sideways = across * state.lateral_creepage + turn * spin.arm(patch.a, patch.b) * state.spin
+            size = np.sqrt(x**2 + y**2 + z**2)
+        return self._with_pressure(state, patch, np.maximum(size, 1e-30), (along, along * state.creepage + sideways))
+
+    def _with_pressure(
+        self, state: State, patch: Patch, size: Floats, quotients: tuple[Floats, Floats]
+    ) -> tuple[Floats, Floats, Floats]:
+        """Longitudinal force and work [N] at a drive (its size, and quotients of both), and the normalised creepage.
+
+        Between discs of unlike elasticity the pressure drives too.
+        """
+        capacity, (along, work), rig = state.mu * state.normal_load, quotients, self.model.experiment.rig
+        if not rig.dundurs:
+            level = capacity * self._law(state, size, patch)
+            return level * along, level * work, size
+        slip = slip_of_pressure(rig, patch.a, patch.b, state.normal_load)
+        of_slip = patch.stiffness * state.slope / capacity * slip
+        both = np.hypot(size, of_slip)
+        level = capacity * self._law(state, both, patch)
+        acts = unlike.acting(size, of_slip, None if rig.is_line else patch.ratio, rig.poisson_ratio)
+        force, of_pressure = acts.force * along + acts.own_force, acts.work * along + acts.own_work
+        return level * force, level * (acts.force * work + acts.own_force * state.creepage + of_pressure * slip), both
 
     def _rolling_along_a_line(self, state: State, patch: Patch) -> tuple[Floats, Floats, Floats]:
         """The same for a line contact: strips across its width, each of which spin gives a creepage of its own."""
@@ -535,15 +554,18 @@ class _Chain:
         drive = state.slope / (state.mu * state.normal_load)
         along, across = patch.stiffness * drive * creepage, patch.stiffness_y * drive * sideways
         size = np.maximum(np.hypot(along, across), 1e-30)
-        traction = state.mu * state.normal_load * self._law(state, size, patch)
         east, north = combined.direction(along, across, creepage, sideways)
-        return traction * east, traction * (east * creepage + north * sideways), size
+        return self._with_pressure(state, patch, size, (east, east * creepage + north * sideways))
 
     def _law(self, state: State, xi: Floats, patch: Patch) -> Floats:
         """T/(mu N) of the declared traction law, moved towards the exact theory where an effect says so.
 
-        With another slope in the area of slip, the curve is corrected as Polach has it.
+        With another slope in the area of slip, the curve is corrected as Polach has it; a third body has a curve of
+        its own.
         """
+        if np.any(patch.layer):
+            plain = self._law(state, xi, replace(patch, layer=np.zeros((1, 1))))
+            return third_body.saturation(xi, patch.layer, plain)
         if np.any(state.slip_slope != 1.0):
             plain = self._law(state.replace(slip_slope=np.ones((1, 1))), xi, patch)
             return plain * polach.correction(xi, state.slip_slope)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,11 +17,15 @@ from twindisc_cli.model.experiment import Contact, Floats
 from twindisc_cli.model.interpolation import cubic_weights
 from twindisc_cli.model.path_table import WANDERS
 from twindisc_cli.model.wear_path import CarriedPath, Scaled, WearPath
+from twindisc_cli.physics import third_body
 
 
 @dataclass(frozen=True)
 class Patch:
-    """Contact at every point, (set, point): stiffness, stiffness_y [N], area [m2], a, b [m], squareness [1]."""
+    """Contact at every point, (set, point): stiffness, stiffness_y [N], area [m2], a, b [m], squareness [1].
+
+    layer: slope of the discs alone over that of a third body between them, which is in both stiffnesses [1].
+    """
 
     stiffness: Floats
     stiffness_y: Floats
@@ -29,11 +33,25 @@ class Patch:
     a: Floats
     b: Floats
     square: Floats
+    layer: Floats = field(default_factory=lambda: np.zeros((1, 1)))
 
     @property
     def ratio(self) -> Floats:
         """a/b [1]."""
         return self.a / self.b
+
+    def with_layer(self, compliance: float, *, line: bool) -> Patch:
+        """The patch with a third body of this shear compliance [m/Pa] between the discs."""
+        if not compliance:
+            return self
+        layer = third_body.compliance_ratio(compliance, stiffness=self.stiffness, a=self.a, b=self.b, line=line)
+        across = third_body.compliance_ratio(compliance, stiffness=self.stiffness_y, a=self.a, b=self.b, line=line)
+        return replace(
+            self,
+            stiffness=self.stiffness * third_body.slope_factor(layer),
+            stiffness_y=self.stiffness_y * third_body.slope_factor(across),
+            layer=layer,
+        )
 
 
 AnyPath = WearPath | CarriedPath

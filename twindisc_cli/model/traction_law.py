@@ -1,6 +1,8 @@
 """The laws of rolling that a test may declare, for the patch its discs make: an ellipse, or a strip.
 
 T = mu N f(xi),   xi = |linear force| / (mu N),   linear force G a b C11 v along and G a b C22 v across rolling
+
+Between discs of unlike elasticity the pressure drives as well (`physics.unlike`).
 """
 
 from __future__ import annotations
@@ -8,8 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
+from twindisc_cli.effects._state import State
 from twindisc_cli.model.experiment import Floats, Rig, Traction
-from twindisc_cli.physics import exact, fastrip, fastsim, kalker, line_contact
+from twindisc_cli.physics import exact, fastrip, fastsim, kalker, line_contact, unlike
 
 NEARLY_FULL = 0.999
 """Share of mu N that counts as full slip in the exact theory of an ellipse, where traction never points along rolling
@@ -56,3 +61,18 @@ def creep_stiffness(rig: Rig, a: Floats, b: Floats) -> tuple[Floats, Floats]:
         return rig.shear_modulus * a * b * c11, rig.shear_modulus * a * b * c22
     c = kalker.coefficients(a / b, rig.poisson_ratio)
     return rig.shear_modulus * a * b * c.c11, rig.shear_modulus * a * b * c.c22
+
+
+def slip_of_pressure(rig: Rig, a: Floats, b: Floats, normal_load: Floats) -> Floats:
+    """Slip that the pressure makes between discs of unlike elasticity, at the middle of the patch, as creepage [1]."""
+    p0 = (1.0 if rig.is_line else 1.5) * normal_load / (np.pi * a * b)
+    return unlike.slip_of_pressure(rig.dundurs, p0, rig.effective_modulus, np.zeros(()) if rig.is_line else a / b)
+
+
+def share_of_full_slip(rig: Rig, state: State) -> Floats:
+    """T/(mu N) [1] by the power; of discs of unlike elasticity, whose pressure dissipates too, along rolling alone."""
+    capacity = state.mu * state.normal_load
+    with np.errstate(invalid="ignore", divide="ignore"):
+        if rig.dundurs:
+            return np.asarray(np.abs(state.traction_ratio) * state.recorded_load / capacity)
+        return np.asarray(state.power / (state.sliding_speed * capacity))

@@ -32,6 +32,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
 
 from twindisc_cli.physics._arrays import Floats, arrays, together
+from twindisc_cli.physics._even_grid import local_cubic, polynomials, read, through
 from twindisc_cli.physics.kalker import POISSON_RANGE, require, require_ratio
 
 RATIO_RANGE = (0.05, 5.0)  # of semi-axes in the table
@@ -121,31 +122,13 @@ def quotients(
         np.arctan2(sideways, np.abs(x)) / (0.5 * np.pi),
         np.where(psi < 0.0, psi + np.pi, psi) / np.pi,
     )
-    along, across, turn = _read(_laid_out(poisson), unit)
+    along, across, turn = read(_laid_out(poisson), unit)
     sine = sideways * per_size
     return (
         x * per_size * (1.0 + sine**2 * along),
         y * per_size + side * sine * across,
         z * per_size + side * sine * turn,
     )
-
-
-def _read(table: NDArray[np.float32], unit: tuple[Floats, ...]) -> Floats:
-    """Linear between the cells of a table (..., 3) at places 0 ... 1 along each of its axes, (3, ...)."""
-    count = unit[0].size
-    index, corners, shares = np.zeros(count, np.intp), np.zeros(1, np.intp), []
-    for points, place in zip(table.shape[:-1], unit, strict=True):
-        position = place.ravel() * (points - 1)
-        cell = np.clip(np.nan_to_num(position).astype(np.intp), 0, points - 2)
-        shares.append(position - cell)
-        index = index * points + cell
-        corners = np.add.outer(corners * points, np.arange(2)).ravel()
-    rows = table.reshape(-1, 3).take(np.add.outer(corners, index), axis=0)
-    values = rows.transpose(2, 0, 1).astype(float)
-    for share in shares:
-        below, above = values[:, : values.shape[1] // 2], values[:, values.shape[1] // 2 :]
-        values = below + share * (above - below)
-    return values.reshape(3, *unit[0].shape)
 
 
 @lru_cache(maxsize=4)
@@ -164,28 +147,18 @@ def _refined(values: Floats, nodes: Nodes) -> Floats:
     ratio, rho, theta, psi = (np.linspace(0.0, 1.0, count) for count in _EVEN)
     turns = np.arange(nodes.theta_count)
     onto = [
-        _through(_polynomials(nodes.unit, nodes.ratio_count), _polynomials(2.0 * ratio - 1.0, nodes.ratio_count)),
-        _local_cubic(rho * (nodes.rho_count - 1), nodes.rho_count),
-        _through(np.cos(2.0 * np.outer(nodes.theta, turns)), np.cos(np.pi * np.outer(theta, turns))),
+        through(polynomials(nodes.unit, nodes.ratio_count), polynomials(2.0 * ratio - 1.0, nodes.ratio_count)),
+        local_cubic(rho * (nodes.rho_count - 1), nodes.rho_count),
+        through(np.cos(2.0 * np.outer(nodes.theta, turns)), np.cos(np.pi * np.outer(theta, turns))),
     ]
     for axis, matrix in enumerate(onto):
         values = np.moveaxis(np.tensordot(matrix, values, axes=(1, axis)), 0, axis)
     even, odd = (
-        _through(_harmonics(nodes.psi, nodes.psi_count, odd), _harmonics(np.pi * psi, nodes.psi_count, odd))
+        through(_harmonics(nodes.psi, nodes.psi_count, odd), _harmonics(np.pi * psi, nodes.psi_count, odd))
         for odd in (0, 1)
     )
     parts = [np.tensordot(values[..., part], (even, odd, odd)[part], axes=(-1, 1)) for part in range(3)]
     return np.stack(parts, axis=-1)
-
-
-def _polynomials(at: Floats, count: int) -> Floats:
-    """The first of Chebyshev's polynomials, (point, polynomial)."""
-    return np.asarray(chebyshev.chebvander(at, count - 1))
-
-
-def _through(at_nodes: Floats, at_points: Floats) -> Floats:
-    """The matrix from values at nodes to values at points, by functions known at both (point, function)."""
-    return np.asarray(at_points @ np.linalg.inv(at_nodes))
 
 
 def _harmonics(angle: Floats, count: int, odd: int) -> Floats:
@@ -193,16 +166,6 @@ def _harmonics(angle: Floats, count: int, odd: int) -> Floats:
     orders = 2 * np.arange(count // 2 + 1 - odd) + odd
     waves = np.outer(angle, orders)
     return np.concatenate([np.cos(waves), np.sin(waves)[:, 1 - odd : count - orders.size + 1 - odd]], axis=1)
-
-
-def _local_cubic(at: Floats, count: int) -> Floats:
-    """Cubic interpolation through the four nearest of the nodes 0 ... count - 1, (point, node)."""
-    first = np.clip(np.floor(at).astype(np.intp) - 1, 0, count - 4)
-    weights = np.zeros((at.size, count))
-    for i in range(4):
-        others = [j for j in range(4) if j != i]
-        weights[np.arange(at.size), first + i] = np.prod([(at - first - j) / (i - j) for j in others], axis=0)
-    return weights
 
 
 @cache

@@ -13,6 +13,8 @@ In steady rolling the material that is at x was at x + dx, so that what enters t
 (u(x) - u(x + dx)) / dx: the operator here. It keeps u' accurate to second order half an element ahead of the centre,
 and it lets tractions vanish at the leading edge, which lies at +x. The operator has no length of its own.
 
+A layer between the bodies that shears by L t under the traction t adds that to the displacement of its element alone.
+
     G, nu   combined shear modulus [Pa] and Poisson ratio [1] of Eq. 7;   K   difference of the bodies' stiffness [1]
 
 Source: J. J. Kalker, Three-Dimensional Elastic Bodies in Rolling Contact (1990), chapter 4.
@@ -44,12 +46,12 @@ class Straining:
     of its elements that share dx/dy.
     """
 
-    def __init__(self, *, shape: tuple[int, int], aspect: float, poisson: float) -> None:
-        """Prepare the transforms for ny by nx = `shape` elements of dx/dy = `aspect`."""
+    def __init__(self, *, shape: tuple[int, int], aspect: float, poisson: float, layer: float = 0.0) -> None:
+        """Prepare the transforms for ny by nx = `shape` elements of dx/dy = `aspect`, with a `layer` of L G / dx."""
         self._shape = shape
         self._padded = (fft.next_fast_len(2 * shape[0], real=True), fft.next_fast_len(2 * shape[1], real=True))
         self._workers = 2 if shape[0] * shape[1] >= _PARALLEL_FROM else 1
-        self._symbol = self._transform(_tangential(shape, aspect, poisson))
+        self._symbol = self._transform(_tangential(shape, aspect, poisson, layer))
         self._single = self._symbol.astype(np.complex64)
         self._inverse = _shifted_inverse(self._symbol).astype(np.complex64)
 
@@ -86,9 +88,9 @@ class Straining:
 
 
 @lru_cache(maxsize=12)
-def straining(*, shape: tuple[int, int], aspect: float, poisson: float) -> Straining:
+def straining(*, shape: tuple[int, int], aspect: float, poisson: float, layer: float = 0.0) -> Straining:
     """The operator of a grid, kept for its next use."""
-    return Straining(shape=shape, aspect=aspect, poisson=poisson)
+    return Straining(shape=shape, aspect=aspect, poisson=poisson, layer=layer)
 
 
 def strain_by_pressure(pressure: Floats, *, aspect: float) -> Floats:
@@ -103,14 +105,17 @@ def strain_by_pressure(pressure: Floats, *, aspect: float) -> Floats:
     return whole[:, :ny, :nx]
 
 
-def _tangential(shape: tuple[int, int], aspect: float, poisson: float) -> Floats:
+def _tangential(shape: tuple[int, int], aspect: float, poisson: float, layer: float) -> Floats:
     """Kernels xx, xy, yy at all offsets of the grid, (3, 2 ny - 1, 2 nx - 1)."""
 
     def corners(x: Floats, y: Floats) -> Floats:
         r, along, across = np.hypot(x, y), y * _log_sum(x, y), x * _log_sum(y, x)
         return np.stack([along + (1.0 - poisson) * across, -poisson * r, (1.0 - poisson) * along + across])
 
-    return _backward_difference(corners, shape, aspect)
+    kernel = _backward_difference(corners, shape, aspect)
+    kernel[::2, shape[0] - 1, shape[1] - 1] += layer
+    kernel[::2, shape[0] - 1, shape[1] - 2] -= layer
+    return kernel
 
 
 def _normal_corners(x: Floats, y: Floats) -> Floats:

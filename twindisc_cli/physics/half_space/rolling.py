@@ -5,11 +5,13 @@
 
     t        traction [Pa], s slip velocity over rolling speed [1], u elastic displacement by the tractions [m]
     vx, vy   longitudinal and lateral creepage [1];     phi   spin [rad/m]
+             with a third body between them  u + L t,  which shears by L t [m]
     mu p     traction bound [Pa];     w'   slip that the pressure itself makes in bodies of unequal stiffness [1]
 
 Signs: tractions and forces are positive where creepage is, so on body 1 they act the other way; the leading edge is at
 +x; the moment is the integral of x t_y - y t_x. Dissipation is the integral of t . s, with s averaged over both ends of
-an element, for then it balances the work of the forces, vx Fx + vy Fy + phi Mz, to rounding. In the slip condition,
+an element, for then it balances the work of the forces, vx Fx + vy Fy + phi Mz, to rounding (between unlike bodies
+the rolling resistance works too). In the slip condition,
 which takes a backward difference, the x of an element is a sixth of its length ahead of its centre.
 
 Method: Newton's steps in the tractions of the sticking elements and in the directions of the slipping ones, the sets
@@ -34,7 +36,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from twindisc_cli.physics.half_space import NoConvergenceError, ProfileError
-from twindisc_cli.physics.half_space.influence_tangential import strain_by_pressure, straining
+from twindisc_cli.physics.half_space.influence_tangential import Straining, strain_by_pressure, straining
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -114,19 +116,29 @@ class Rolling:
         work: Floats = (self.traction * self.slip).sum(axis=(0, 2)) * (self.x[1] - self.x[0])
         return work
 
+    @property
+    def work(self) -> float:
+        """Friction work of the patch per rolled length [N]; times the rolling speed it is the power."""
+        return float(self.dissipation.sum()) * float(self.y[1] - self.y[0])
+
 
 @dataclass(frozen=True)
 class _Case:
-    """One grid: bound over G (ny, nx), rigid slip (2, ny, nx), dx/dy, nu, and the operator on that grid."""
+    """One grid: bound over G (ny, nx), rigid slip (2, ny, nx), dx/dy, nu, layer L G / dx, and the operator on it."""
 
     bound: Floats
     rigid: Floats
     aspect: float
     poisson: float
+    layer: float = 0.0
 
     @property
-    def strain(self) -> Callable[[Floats], Floats]:
-        return straining(shape=self.contact.shape, aspect=self.aspect, poisson=self.poisson)
+    def strain(self) -> Straining:
+        return self.straining_of(self.contact.shape)
+
+    def straining_of(self, shape: tuple[int, ...]) -> Straining:
+        """The operator on another number of such elements."""
+        return straining(shape=(shape[0], shape[1]), aspect=self.aspect, poisson=self.poisson, layer=self.layer)
 
     @cached_property
     def contact(self) -> Mask:
@@ -149,6 +161,7 @@ def solve(
     creepage_y: float = 0.0,
     spin: float = 0.0,
     stiffness_difference: float = 0.0,
+    layer_compliance: float = 0.0,
     start: Floats | None = None,
     tolerance: float | None = None,
 ) -> Rolling:
@@ -161,6 +174,7 @@ def solve(
     shear_modulus   combined G of Eq. 7 [Pa];     poisson  combined nu of Eq. 7
     creepage_x, creepage_y [1], spin [rad/m] about the origin of the grid
     stiffness_difference   K = G/4 [(1 - 2 nu_1)/G_1 - (1 - 2 nu_2)/G_2] of unequal bodies [1]
+    layer_compliance   shear L of a third body between them, over the traction [m/Pa]
     start           tractions [Pa] of a similar case on this grid, (2, y, x)
     tolerance       on the slip condition, root mean square over the largest rigid slip; left out, what it leaves of
                     error is a hundredth of the grid's own (under one mu)
@@ -172,7 +186,7 @@ def solve(
     if stiffness_difference:
         rigid -= strain_by_pressure(pressure, aspect=dx / dy) * (stiffness_difference / shear_modulus)
     ahead = np.array([0.0, spin * SPIN_AHEAD * dx])[:, None, None]
-    case = _Case(bound / shear_modulus, rigid + ahead, dx / dy, poisson)
+    case = _Case(bound / shear_modulus, rigid + ahead, dx / dy, poisson, layer_compliance * shear_modulus / dx)
     if tolerance is None:
         tolerance = _OF_A_LAW if callable(mu) else _MATCHED / float(np.sqrt(case.contact.sum()))
     guess = _guess(case) if start is None else _onto_bound(case, start / shear_modulus)
@@ -251,7 +265,7 @@ def _spacing(points: Floats, count: int) -> float:
 def _centred_slip(case: _Case, tractions: Floats) -> Floats:
     """Slip at the centres of the elements: the mean of the backward and the forward difference."""
     padded = np.pad(tractions, ((0, 0), (0, 0), (1, 0)))
-    strain = straining(shape=padded.shape[1:], aspect=case.aspect, poisson=case.poisson)(padded)
+    strain = case.straining_of(padded.shape[1:])(padded)
     return (case.rigid - 0.5 * (strain[:, :, 1:] + strain[:, :, :-1])) * case.contact
 
 
@@ -259,7 +273,7 @@ def _guess(case: _Case) -> Floats:
     """Tractions over G from the solution on a grid of half the fineness, refined down from the coarsest one."""
     if min(case.bound.shape) < 2 * _COARSEST:
         return np.zeros_like(case.rigid)
-    coarse = _Case(_halved(case.bound), _halved(case.rigid), case.aspect, case.poisson)
+    coarse = _Case(_halved(case.bound), _halved(case.rigid), case.aspect, case.poisson, 0.5 * case.layer)
     tractions, _, _ = _newton(coarse, _guess(coarse), _COARSE_TOLERANCE)
     share = tractions / np.where(coarse.contact, coarse.bound, 1.0)
     ny, nx = case.bound.shape
@@ -330,7 +344,7 @@ class _Step:
         self._stick, self._tangent, self._shift, self._weight, self._rest = (
             values.astype(np.float32) for values in (stick, tangent, shift, weight, rest)
         )
-        self._operator = straining(shape=case.bound.shape, aspect=case.aspect, poisson=case.poisson)
+        self._operator = case.strain
 
     def solve(self) -> Floats:
         """The change of the tractions over G, along the bound where they slip."""
