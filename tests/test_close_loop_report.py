@@ -559,6 +559,12 @@ def test_the_page_answers_what_a_reader_asks(test: Test) -> None:
     assert "How sure is it?" not in dict(sentences.answers(nothing(test)))
 
 
+def test_without_resamples_no_alternative_has_a_probability(test: Test) -> None:
+    quick = replace(found(test), effects=[replace(e, probability=np.nan) for e in found(test).effects])
+    assert "%" not in dict(sentences.answers(quick))["What else could it be?"][0]
+    assert "29 %" in dict(sentences.answers(found(test)))["What else could it be?"][0]
+
+
 def test_what_is_as_good_is_named_where_the_answer_stands_alone(test: Test) -> None:
     alone = replace(found(test), effects=[replace(e, alternatives=()) for e in found(test).effects])
     asked = dict(sentences.answers(alone))["What else could it be?"]

@@ -70,7 +70,8 @@ def rivals(term: FoundTerm) -> list[str]:
 
 def weighed(term: FoundTerm) -> list[tuple[Term, str]]:
     """What these data cannot tell from a term, each with its probability, empty where none was computed."""
-    return [(a.term, percent(a.probability) if np.isfinite(a.probability) else "") for a in term.alternatives]
+    known = np.isfinite(term.probability)
+    return [(a.term, percent(a.probability) if known and np.isfinite(a.probability) else "") for a in term.alternatives]
 
 
 def probability(diagnosis: Diagnosis, tried: CandidateResult) -> float:
@@ -138,7 +139,7 @@ def next_step(diagnosis: Diagnosis) -> str:
     text = diagnosis.next_experiment.why
     for term in sorted(terms, key=lambda term: -len(str(term))):
         text = text.replace(str(term), term_name(term))
-    return text.replace(" + ", " with ")
+    return text.replace(" + ", " and ")
 
 
 def declared(test: Experiment) -> str:
