@@ -98,3 +98,17 @@ def test_the_level_of_one_more_test_is_drawn_from_the_scatter_of_those_fitted() 
     y = np.log(levels)
     half = 2.353 * np.std(y, ddof=1) * np.sqrt(1.0 + 1.0 / 5.0)  # t of three degrees of freedom, noise is small
     assert np.log([low, high]) == pytest.approx(np.mean(y) + half * np.array([-1, 1]), abs=0.03)
+
+
+def test_a_predicted_test_keeps_the_friction_that_it_gives_for_its_steps() -> None:
+    """In full slip T/N is mu: of a step that gives none, that of the fit."""
+    rig = Instruments(channels=("traction",))
+    fitted = fit(Problem([case_of(rig.record(Plant(COURSE), np.random.default_rng(1)))], ("traction",)))
+    test = rig.record(Plant(COURSE), np.random.default_rng(2))
+    own = np.array([np.nan, 0.3, 0.2, 0.4])[COURSE.step]
+    predicted = predict_test(replace(test, history=replace(test.history, given_mu=own)), fitted)
+    step = np.searchsorted(COURSE.end_time, predicted.case.test.measured.traction.time)  # type: ignore[union-attr]
+    ratio = predicted.prediction.traction[0]
+    assert ratio[step == 2] == pytest.approx(0.2, rel=1e-3)
+    assert ratio[step == 3] == pytest.approx(0.4, rel=1e-3)
+    assert ratio[step == 0].max() > 0.5

@@ -60,6 +60,7 @@ def predict_test(test: Experiment, fitted: Fit) -> PredictedTest:
     """Predict a test by a fit of others, with the effects and laws these declare.
 
     Base parameters are as fitted, those of single tests as these have them in the middle; else as either test says.
+    A mu that the test gives for single steps stays its own.
     """
     return _predicted(_unfitted(test, fitted))
 
@@ -74,6 +75,9 @@ def at_its_own_level(predicted: PredictedTest) -> PredictedTest:
 
 def _predicted(case: Case) -> PredictedTest:
     known = {base.key: np.array([case.known.get(base.key, np.nan)]) for base in base_parameters()}
+    step_mu = case.test.history.given_mu
+    if np.isfinite(step_mu).any():
+        known["mu"] = np.where(np.isfinite(step_mu), step_mu, known["mu"][:, None])
     return PredictedTest(case, case.model.predict(known))
 
 
