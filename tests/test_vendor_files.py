@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 from test_import import command
+
+from twindisc_cli.definition import load
 
 HERE = Path(__file__).parent / "vendor"
 
@@ -122,3 +125,82 @@ def test_every_real_file_is_tried() -> None:
     tried = {*PROFILES, *OTHERS, "xy-1.txt", "with_comments.lvm", "pcs_demo_5.txt", "te67_PPS30PTFE_60N_1.tsv"}
     assert tried == {file.name for file in HERE.iterdir()} - {"README.md"}
     assert len(tried) == 24
+
+
+def groove() -> np.ndarray:
+    """A map of heights [um], 5 rows of 40 places, with a track along the rows' direction of change."""
+    x = np.arange(40.0)
+    return np.tile(-6.0 * np.clip(1.0 - ((x - 20.0) / 8.0) ** 2, 0.0, None), (5, 1)) + 0.01 * np.arange(5)[:, None]
+
+
+@pytest.mark.parametrize("suffix", [".x3p", ".al3d", ".sur", ".sdf"])
+def test_maps_of_profilometers_as_their_library_writes_them(
+    suffix: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    surfalize = pytest.importorskip("surfalize")
+    surfalize.Surface(groove(), 50.0, 50.0).save(tmp_path / f"map{suffix}")
+    code, out, err = command("import", tmp_path / f"map{suffix}", "-o", tmp_path / "to", "--json", capsys=capsys)
+    assert code == 0, err
+    found = table(tmp_path / "to" / "profile.csv")
+    np.testing.assert_allclose(found[:, 0], 0.05 * (np.arange(40) + 0.5), rtol=1e-5)
+    np.testing.assert_allclose(found[:, 1] - found[0, 1], groove().mean(axis=0) - groove()[:, 0].mean(), atol=2e-3)
+    assert "a map of 40 x 5 heights: the mean of its 5 rows" in out
+
+
+COLUMNS = {
+    "time": 0.5 * np.arange(200.0), "speed_1": np.full(200, 404.0), "speed_2": np.full(200, 396.0),
+    "torque": np.full(200, 9.4), "normal_load": np.full(200, 1000.0),
+}  # fmt: skip
+UNITS = {"time": "s", "speed_1": "rpm", "speed_2": "rpm", "torque": "N m", "normal_load": "N"}
+
+
+def check_log(folder: Path) -> None:
+    """T/N = 9.4 N m / (23.5 mm 1000 N) at 2 %."""
+    (definition,) = folder.glob("*.toml")
+    samples = load(definition).experiment.measured.traction
+    assert samples is not None
+    np.testing.assert_allclose(samples.ratio, 0.4)
+    np.testing.assert_allclose(samples.creepage, 0.02)
+
+
+def test_a_log_of_matlab_7_3(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "rig.mat", "w", userblock_size=512) as file:
+        for name, values in COLUMNS.items():
+            file[name] = values[None, :]
+            file[name].attrs["units"] = UNITS[name]
+    code, _, err = command("import", tmp_path / "rig.mat", "-o", tmp_path / "to", capsys=capsys)
+    assert code == 0, err
+    check_log(tmp_path / "to")
+
+
+def test_a_log_in_an_open_document_sheet(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The smallest .ods: a zip with its type and the cells."""
+    pytest.importorskip("python_calamine")
+    text = "urn:oasis:names:tc:opendocument:xmlns:"
+    head = "".join(
+        f'<table:table-cell office:value-type="string"><text:p>{name.replace("_", " ")} [{unit}]</text:p>'
+        "</table:table-cell>"
+        for name, unit in UNITS.items()
+    )
+    rows = "".join(
+        "<table:table-row>"
+        + "".join(
+            f'<table:table-cell office:value-type="float" office:value="{value!r}"/>' for value in map(float, row)
+        )
+        + "</table:table-row>"
+        for row in zip(*COLUMNS.values(), strict=True)
+    )
+    content = (
+        f'<?xml version="1.0" encoding="UTF-8"?><office:document-content xmlns:office="{text}office:1.0" '
+        f'xmlns:table="{text}table:1.0" xmlns:text="{text}text:1.0" office:version="1.2"><office:body>'
+        f'<office:spreadsheet><table:table table:name="Run 1"><table:table-row>{head}</table:table-row>{rows}'
+        "</table:table></office:spreadsheet></office:body></office:document-content>"
+    )
+    with zipfile.ZipFile(tmp_path / "rig.ods", "w") as file:
+        file.writestr("mimetype", "application/vnd.oasis.opendocument.spreadsheet")
+        file.writestr("content.xml", content)
+        file.writestr("META-INF/manifest.xml", "<manifest/>")
+    code, _, err = command("import", tmp_path / "rig.ods", "-o", tmp_path / "to", capsys=capsys)
+    assert code == 0, err
+    check_log(tmp_path / "to")

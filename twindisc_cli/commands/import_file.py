@@ -90,6 +90,7 @@ def run(files: Sequence[Path], folder: Path, *, force: bool) -> Imported:
         return _alone(looks, given, folder, force=force)
     draft = _draft(looks, given, said)
     text = "\n".join(draft.lines) + "\n"
+    given.clear()  # large files are not kept while they are read again
     test = load_text(text, Path(path.name))
     text = _with_iterations(draft, text, test)
     for file in named:
