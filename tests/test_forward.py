@@ -173,6 +173,12 @@ def test_two_slope_factors_are_polachs_curve() -> None:
     assert found / soft == pytest.approx(polach[0] / polach[1], rel=0.003)
 
 
+def test_saturating_friction_is_one_less_an_exponential_once_all_slides() -> None:
+    course = history((0.05, 0.1, 0.2), 1)
+    found = predict(measured(course, each=1), {"saturating_friction": {"rise_percent": 10.0}}, K=0.0).traction[0]
+    assert found == pytest.approx(0.6 * (1.0 - np.exp(-np.array([0.5, 1.0, 2.0]))), rel=0.005)
+
+
 def test_a_film_that_shears_by_eyring_grows_with_the_logarithm_of_the_sliding_speed() -> None:
     course = history((0.02, 0.04, 0.08), 1)
     film = {"share": 1.0, "eyring_speed_m_s": 1e-3, "slope_ratio": 1.0}

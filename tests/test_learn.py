@@ -44,7 +44,7 @@ def test_evidence_of_one_bin_is_its_integral(response: float, along: float) -> N
     times a number; a curve has the variance of one bin.
     """
     pair = Pair("mu", "time", np.array([0.0, 1.0, 2.0]), np.array([0.5, 1.5]), np.diag([0.0, response]),
-                np.array([0.0, along]), 0.3)  # fmt: skip
+                np.array([0.0, along]), 0.3, 600)  # fmt: skip
 
     def marginal(height: float, level: float) -> float:
         def integrand(f: float) -> float:
@@ -130,7 +130,7 @@ def test_a_curve_follows_a_smooth_course(scale: float) -> None:
     edges = np.linspace(0.0, 1.0, 61)
     places = 0.5 * (edges[1:] + edges[:-1])
     course = np.exp(-places / scale)
-    pair = Pair("mu", "time", edges, places, 1e8 * np.eye(60), 1e8 * course, 0.3)
+    pair = Pair("mu", "time", edges, places, 1e8 * np.eye(60), 1e8 * course, 0.3, 600)
     (trial,) = (trial for _, trial, _ in pair.proposals(1000) if trial.is_curve)
     assert trial.mix is not None
     x = np.linspace(places[0], places[-1], 500)
@@ -173,3 +173,18 @@ def test_what_friction_follows_from_step_to_step_is_the_pair_that_explains_most(
 def test_what_is_the_same_in_all_steps_is_not_tried() -> None:
     covariates = {pair.covariate for pair in seen(0.1 * np.sin(TIME / 100.0))}
     assert not covariates & {"load", "pressure", "rolling_speed", "order"}
+
+
+@pytest.mark.parametrize(("samples", "knots"), [(600, 20), (36, 12), (9, 3)])
+def test_a_curve_has_no_more_knots_than_a_third_of_the_samples(samples: int, knots: int) -> None:
+    edges = np.linspace(0.0, 1.0, 61)
+    pair = Pair("mu", "time", edges, 0.5 * (edges[1:] + edges[:-1]), np.eye(60), np.ones(60), 0.3, samples)
+    (trial,) = (trial for _, trial, _ in pair.proposals(samples) if trial.is_curve)
+    assert trial.mix is not None
+    assert trial.mix.shape[1] == knots
+
+
+def test_eight_samples_are_too_few_for_a_curve() -> None:
+    edges = np.linspace(0.0, 1.0, 9)
+    pair = Pair("mu", "time", edges, 0.5 * (edges[1:] + edges[:-1]), np.eye(8), np.ones(8), 0.3, 8)
+    assert not any(trial.is_curve for _, trial, _ in pair.proposals(8))

@@ -54,10 +54,11 @@ def of_split(record: str, test: Experiment, split: str, masks: Mapping[str, Mask
     found, seconds = _learnt([without(test, masks)])
     whole = replace(found.problem.cases[0], model=ForwardModel(test))
     misses = {}
-    for kind, fits, weights in _kinds(found):
-        for channel, mask in masks.items():
-            rows = [_missed(test, whole.model, predicted(f, [whole])[0], channel)[mask] for f in fits]
-            misses[kind, channel] = weights @ np.array(rows)
+    for channel, mask in masks.items():
+        for kind, fits in _kinds(found):
+            rows = np.array([_missed(test, whole.model, predicted(f, [whole])[0], channel) for f in fits])
+            weights = _weights(found, kind, channel, predicted(found.judged.before, [whole])[0], whole.model)
+            misses[kind, channel] = np.sum(weights * rows, axis=0)[mask]
     creepage, when, ratio = _columns(_traction(test), masks["traction"])
     beside = _beside(_columns(_traction(test), ~masks["traction"]))
     error = {kind: rms(ratio - predict(creepage, when)) for kind, predict in beside.predict.items()}
@@ -78,12 +79,13 @@ def of_group(record: str, tests: Sequence[Experiment], learnt: Sequence[int]) ->
         creepage, when, ratio = _columns(_traction(test))
         for kind, predict in beside.predict.items():
             rows[kind].append(ratio - predict(creepage, when))
-        for kind, fits, weights in _kinds(found):
+        for kind, fits in _kinds(found):
             made = [predict_test(test, fitted) for fitted in fits]
             for channel, row in (("traction", kind), ("temperature", f"warm {kind}")):
                 if channel == "traction" or test.measured.temperature is not None:
                     every = [_missed(test, one.case.model, one.prediction, channel) for one in made]
-                    rows[row].append(weights @ np.array(every))
+                    weights = _weights(found, kind, channel, made[0].prediction, made[0].case.model)
+                    rows[row].append(np.sum(weights * np.array(every), axis=0))
     error = {kind: rms(np.concatenate(row or [np.empty(0)])) for kind, row in rows.items()}
     warm = error.pop("warm loop"), error.pop("warm base")
     ratios = [_traction(test).ratio for test in others]
@@ -93,11 +95,15 @@ def of_group(record: str, tests: Sequence[Experiment], learnt: Sequence[int]) ->
                   warm=warm, level=level)  # fmt: skip
 
 
-def _kinds(found: Outcome) -> list[tuple[str, list[Fit], Floats]]:
-    """The base model, and the average of the loop's explanations: fits with their weights."""
-    mixture = found.mixture
-    every = [member.after for member in mixture.members]
-    return [("base", [found.judged.before], np.ones(1)), ("loop", every, mixture.weights)]
+def _kinds(found: Outcome) -> list[tuple[str, list[Fit]]]:
+    """The base model, and the explanations that the loop predicts with."""
+    return [("base", [found.judged.before]), ("loop", [member.after for member in found.mixture.members])]
+
+
+def _weights(found: Outcome, kind: str, channel: str, prediction: Prediction, model: ForwardModel) -> Floats:
+    """Weights of the fits of one kind at the samples of a channel (fit, sample)."""
+    weights = found.mixture.weights_at(channel, model, prediction)
+    return weights if kind == "loop" else np.ones((1, weights.shape[1]))
 
 
 def _learnt(tests: Sequence[Experiment]) -> tuple[Outcome, float]:

@@ -130,6 +130,12 @@ def lubricated_film(rng: Generator, rig: Rig, base: Trace) -> Drawn:
     return Drawn(at, 0.9)
 
 
+def saturating_friction(rng: Generator, rig: Rig, base: Trace) -> Drawn:
+    """M. Burckhardt, Radschlupf-Regelsysteme (1993): one minus an exponential of the slip."""
+    return Drawn(lambda size: Hidden(friction=lambda m: 1.0 - exp(-max(m.creepage, 1e-12) / max(size, 1e-15))),
+                 2.0 * rig.creepage_scale)  # fmt: skip
+
+
 def creepage_offset(rng: Generator, rig: Rig, base: Trace) -> Drawn:
     """Rolling radii or speeds that are not what they are thought to be: a constant added to the creepage."""
     sign = _either(rng, 0.3)
@@ -318,7 +324,8 @@ CATALOGUE: dict[str, tuple[str, Draw]] = {
         "traction": (
             falling_friction, film_breakdown, temperature_dependent_friction, running_in_friction,
             two_stage_running_in, third_body_layer,
-            two_slope_factors, lubricated_film, creepage_offset, torque_offset, sensor_drift, misalignment, load_error,
+            two_slope_factors, lubricated_film, saturating_friction,
+            creepage_offset, torque_offset, sensor_drift, misalignment, load_error,
             exact_elasticity,
         ),
         "profile": (
@@ -336,7 +343,7 @@ NEEDS_STOPS = {"severe_wear_transition", "wear_threshold", "running_in_wear", "t
 COVARIATE = {
     "falling_friction": "sliding_speed", "film_breakdown": "creepage", "temperature_dependent_friction": "temperature",
     "running_in_friction": "cycles", "two_stage_running_in": "cycles", "two_slope_factors": "creepage",
-    "lubricated_film": "sliding_speed",
+    "lubricated_film": "sliding_speed", "saturating_friction": "creepage",
     "sensor_drift": "time", "severe_wear_transition": "wear_index",
     "wear_threshold": "wear_index", "running_in_wear": "cycles", "temperature_dependent_wear": "temperature",
     "ambient_drift": "time", "nonlinear_convection": "temperature",

@@ -21,6 +21,7 @@ from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.model.experiment import Floats
 
 SIZES = (1.0, 0.25)  # of the typical size: a response may be steep or saturated
+DECADES = (2.5, 5.5)  # of a factor that spans decades: its logarithm over that of the typical one
 
 
 @dataclass(frozen=True)
@@ -150,7 +151,8 @@ def _grid(problem: Problem, name: str) -> Floats:
         low, high = p.inner(p.lower), p.inner(p.upper)
         if p.off is not None:
             off, size = p.inner(p.off), p.inner(p.start) - p.inner(p.off)
-            sizes = [off + sign * part * size for part in (SIZES if shapes < 2 else SIZES[:1]) for sign in (1.0, -1.0)]
+            parts = (*(SIZES if shapes < 2 else SIZES[:1]), *(DECADES if p.log and not shapes else ()))
+            sizes = [off + sign * part * size for part in parts for sign in (1.0, -1.0)]
             axes.append([s for s in sizes if low <= s <= high])
         elif p.log:
             axes.append(list(np.linspace(low, high, 15 if shapes == 1 else 7)[1:-1]))

@@ -37,6 +37,7 @@ from twindisc_cli.loop.holdout import steps_withheld
 from twindisc_cli.loop.intervals import base_parameters
 from twindisc_cli.loop.judge import Kind
 from twindisc_cli.loop.levels import levels_of
+from twindisc_cli.loop.mixture import Mixture
 from twindisc_cli.loop.problem import Case
 from twindisc_cli.loop.screen import Residual, unexplained_residual
 from twindisc_cli.loop.search import Explanation
@@ -45,7 +46,7 @@ from twindisc_cli.loop.term_intervals import term_parameters, unfixed, widened
 from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm, Term, joined
 from twindisc_cli.loop.thresholds import THRESHOLDS
 from twindisc_cli.loop.validate import PredictedTest, at_its_own_level, drawn_levels, predict_test, rms
-from twindisc_cli.model.experiment import Experiment, Floats
+from twindisc_cli.model.experiment import Experiment
 
 PLACES = 60  # on the axis of a curve that is drawn
 """How the note begins that a choice on all samples would be another."""
@@ -495,17 +496,18 @@ def _prediction(outcome: Outcome, test: Experiment) -> PredictedErrors:
         for key, value in last[0].level.items()
         if np.isfinite(value) and own[1][0].level[key] != value
     }
-    weights = outcome.mixture.weights
-    return PredictedErrors(test.name, _predicted_errors(first, last, weights), _predicted_errors(*own, weights), level)
+    mixture = outcome.mixture
+    return PredictedErrors(test.name, _predicted_errors(first, last, mixture), _predicted_errors(*own, mixture), level)
 
 
-def _predicted_errors(first: PredictedTest, last: Sequence[PredictedTest], weights: Floats) -> dict[str, ChannelError]:
+def _predicted_errors(first: PredictedTest, last: Sequence[PredictedTest], mixture: Mixture) -> dict[str, ChannelError]:
     """Errors of each channel by the base model, and by the average over the explanations."""
     errors = {}
     for channel, noise in first.case.noise.items():
         of = channels()[channel]
         before = of.factor * first.error(channel)
-        after = of.factor * rms(weights @ np.array([each.misses(channel) for each in last]))
+        weights = mixture.weights_at(channel, first.case.model, first.prediction)[:, noise.order]
+        after = of.factor * rms(np.sum(weights * np.array([each.misses(channel) for each in last]), axis=0))
         if np.isfinite(before):
             errors[channel] = ChannelError(
                 of.unit, of.factor * noise.std, noise.correlation, np.nan, np.nan, before, after, not noise.estimated

@@ -33,6 +33,7 @@ MOST_BINS = 28  # of a covariate, more than a curve has knots
 TIME_BINS = 60  # steps in time are sharper than any other change
 ACROSS_BINS = 40  # across the track: narrower than a shoulder
 KNOTS = 20  # of a curve, at the most
+FEWEST_KNOTS = 3  # of a curve: two are a line
 ACROSS_KNOTS = 27  # of a curve across the track, both sides of it
 LEVELS = np.array([0.1, 0.3, 1.0, 3.0])
 LENGTHS = np.array([0.08, 0.15, 0.3, 0.6, 1.2])
@@ -45,7 +46,8 @@ NOTHING = 1e-12  # rounding, relative to the longest response
 class Pair:
     """A quantity over a covariate, as the present fit sees it.
 
-    edges (bin + 1,) and places (bin,) in the covariate's unit; A (bin, bin), g (bin,); typical: size of a change.
+    edges (bin + 1,) and places (bin,) in the covariate's unit; A (bin, bin), g (bin,); typical: size of a change;
+    samples: of the channel that the quantity shows in.
     """
 
     quantity: str
@@ -55,6 +57,7 @@ class Pair:
     A: Floats
     g: Floats
     typical: float
+    samples: int
 
     @property
     def name(self) -> str:
@@ -125,11 +128,18 @@ class Pair:
             price = choice + 0.5 * float(np.log(samples)) * _chosen(shape)
             paid = price + 0.5 * np.log(samples) * len(trial.params)
             results.append((0.5 * float(gain[best]) - paid, trial, price))
+        if self.most_knots < FEWEST_KNOTS:
+            return sorted(results, key=lambda f: -f[0])
         evidence, which = self._curves
         best = int(np.argmax(evidence))
         price = choice + float(np.log(len(which)))
         results.append((float(evidence[best]) - price, self._curve(*which[best]), price))
         return sorted(results, key=lambda f: -f[0])
+
+    @property
+    def most_knots(self) -> int:
+        """Knots of a curve at the most: no more than a third of the samples that it is learnt from."""
+        return min(ACROSS_KNOTS if self.covariate == "y_over_edge" else KNOTS, self.samples // 3)
 
     @property
     def most(self) -> float:
@@ -145,7 +155,7 @@ class Pair:
 
         Of what multiplies a base parameter it has no level of its own: the parameter is the mean over the places.
         """
-        most = ACROSS_KNOTS if self.covariate == "y_over_edge" else KNOTS
+        most = self.most_knots
         places, count = self.places, len(self.places)
         knots = places if count <= most else np.interp(np.linspace(0.0, count - 1.0, most), np.arange(count), places)
         prior = _matern(np.concatenate([places, knots]), length)[:, count:]
@@ -244,7 +254,9 @@ def pairs(fitted: Fit, known: Sequence[Response] | None = None) -> list[Pair]:
         edges = response.edges
         centres = 0.5 * (edges[1:] + edges[:-1])
         A, g = G.T @ G, G.T @ fitted.residual
-        results.append(Pair(response.quantity, response.covariate, edges, centres, A, g, response.typical))
+        own = problem.slices[QUANTITIES[response.quantity].channel]
+        samples = sum(part.stop - part.start for part in own)
+        results.append(Pair(response.quantity, response.covariate, edges, centres, A, g, response.typical, samples))
     return results
 
 
