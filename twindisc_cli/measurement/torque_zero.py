@@ -28,7 +28,7 @@ _STRETCHES = 20  # means whose scatter tells what a level is worth
 _ALIKE = 1.05  # creepages within 5 % are the same both ways
 _SURE = 0.01  # share of true levels and lines that are taken for something else
 _OF_MEDIAN = float(np.sqrt(np.pi / 2.0))  # standard error of a median over that of the mean, of Gaussian scatter
-_EXACT = 1e-9  # of the zero: a log without noise is no exacter
+_EXACT = 1e-9  # of the largest torque: a log without noise is no exacter
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,8 @@ def find_zero(time: Floats, torque: Floats, load: Floats, nominal: float) -> Zer
     median = np.array([np.median(torque[rows]) for rows in sections])
     error = _OF_MEDIAN * np.array([_error(torque[rows]) for rows in sections])
     count = sum(rows.stop - rows.start for rows in sections)
-    return Zero(at, *_curve(at, median, np.maximum(error, _EXACT * np.max(np.abs(median)))), count)
+    least = _EXACT * (float(np.max(np.abs(torque))) or 1.0)
+    return Zero(at, *_curve(at, median, np.maximum(error, least)), count)
 
 
 def _sections(idle: Bools) -> list[slice]:
