@@ -28,7 +28,7 @@ from twindisc_cli.loop.fit import TYPICAL, Fit, at, fit, refit, remembered
 from twindisc_cli.loop.judge import revised_case
 from twindisc_cli.loop.problem import Case, Problem, case_of, parameters_of
 from twindisc_cli.loop.term_intervals import estimate_of
-from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.thresholds import TOLERANCES
 from twindisc_cli.model.energy import measured_energy
 from twindisc_cli.model.experiment import Measured, Options
 from twindisc_cli.model.forward import ForwardModel
@@ -182,7 +182,7 @@ def test_a_creepage_within_its_tolerance_is_forgiven_and_one_beyond_is_not() -> 
     creeping = history((0.001, 0.0015, 0.002, 0.0012), 3)
     time = spread(creeping, 8)
     costs = []
-    tolerance = np.hypot(THRESHOLDS.step_creepage[0], THRESHOLDS.step_creepage[1] / 0.002)
+    tolerance = np.hypot(TOLERANCES.step_creepage[0], TOLERANCES.step_creepage[1] / 0.002)
     for errors in (0.0, tolerance, 12.0 * tolerance):
         off = creeping.creepage * (1.0 + errors * (creeping.step == 2))
         true = experiment(

@@ -30,7 +30,7 @@ from twindisc_cli.loop.search import (
     without_older_laws,
 )
 from twindisc_cli.loop.terms import EffectTerm, LawTerm, Term
-from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.thresholds import ACCEPTANCE, SEARCH
 from twindisc_cli.model.experiment import Measured, Thermal
 
 COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 2)
@@ -68,7 +68,7 @@ def told(found: Search) -> set[Term]:
         e
         for rivals in found.rivals.values()
         for e in rivals
-        if (found.answer.evidence - e.evidence) / found.answer.temperature < THRESHOLDS.within
+        if (found.answer.evidence - e.evidence) / found.answer.temperature < SEARCH.equivalent
     ]
     return {label for e in [found.answer, *near] for label in e.labels}
 
@@ -133,31 +133,31 @@ def test_what_is_explained_cools_the_odds() -> None:
     """1 + c sqrt(fall of chi2), and no less than one."""
     cold, warm = made(0.0), made(0.0, before=made(0.0).fit.chi2 + 2500.0)
     assert cold.temperature == 1.0
-    assert warm.temperature == pytest.approx(1.0 + 50.0 * THRESHOLDS.tempering)
+    assert warm.temperature == pytest.approx(1.0 + 50.0 * SEARCH.tempering)
     assert made(0.0, before=0.0).temperature == 1.0
 
 
 def test_what_says_too_little_is_not_chosen() -> None:
     base = made(0.0)
     assert chosen(base, []) is None
-    assert chosen(base, [made(THRESHOLDS.enough - 0.1, "torque_offset")]) is None
-    best = made(THRESHOLDS.enough + 0.1, "torque_offset")
+    assert chosen(base, [made(SEARCH.effect_evidence - 0.1, "torque_offset")]) is None
+    best = made(SEARCH.effect_evidence + 0.1, "torque_offset")
     assert chosen(base, [made(1.0, "sensor_drift"), best]) is best
 
 
 def test_more_is_asked_of_a_law_and_an_effect_goes_first_where_they_are_alike() -> None:
     base = made(0.0)
-    between = 0.5 * (THRESHOLDS.enough + THRESHOLDS.law_enough)
+    between = 0.5 * (SEARCH.effect_evidence + SEARCH.law_evidence)
     assert chosen(base, [made(between, "mu_over_time")]) is None
-    law, effect = made(30.0, "mu_over_time"), made(30.5 - THRESHOLDS.within, "sensor_drift")
+    law, effect = made(30.0, "mu_over_time"), made(30.5 - SEARCH.equivalent, "sensor_drift")
     assert chosen(base, [law, effect]) is effect
-    far = made(29.5 - THRESHOLDS.within, "sensor_drift")
+    far = made(29.5 - SEARCH.equivalent, "sensor_drift")
     assert chosen(base, [law, far]) is law
 
 
 def test_a_test_that_is_only_predicted_speaks_against_a_term_and_finds_none_alone() -> None:
-    base, sure = made(0.0), THRESHOLDS.enough + 1.0
-    assert chosen(base, [made(THRESHOLDS.enough - 1.0, "sensor_drift", foretold=500.0)]) is None
+    base, sure = made(0.0), SEARCH.effect_evidence + 1.0
+    assert chosen(base, [made(SEARCH.effect_evidence - 1.0, "sensor_drift", foretold=500.0)]) is None
     assert chosen(base, [made(sure, "sensor_drift", foretold=-3.0)]) is None
     better = made(sure, "torque_offset", foretold=20.0)
     assert chosen(base, [made(sure + 10.0, "sensor_drift"), better]) is better
@@ -191,7 +191,7 @@ def test_an_effect_of_the_catalogue_is_named_and_not_learnt(name: str) -> None:
     assert not found.answer.laws
     assert term == name or EffectTerm(name) in told(found)
     assert not found.answer.fit.at_bound
-    assert not unexplained_residual(found.answer.fit, "traction").significant(THRESHOLDS.refusal)
+    assert not unexplained_residual(found.answer.fit, "traction").significant(ACCEPTANCE.unexplained_beside)
 
 
 LEARNT: dict[str, set[Term]] = {
@@ -358,11 +358,11 @@ DISC, FLASH = EffectTerm("temperature_dependent_friction"), LawTerm("mu", "flash
 
 def test_disc_and_flash_stand_together_where_the_disc_follows_at_once() -> None:
     found = over_temperature(capacity=0.5)
-    assert (found[DISC].evidence - found[FLASH].evidence) / found[DISC].temperature < THRESHOLDS.within
+    assert (found[DISC].evidence - found[FLASH].evidence) / found[DISC].temperature < SEARCH.equivalent
     assert np.all(np.diag(found[FLASH].fit.covariance) > 0.0)  # its size is not held where it starts
 
 
 def test_a_disc_that_lags_is_told_from_the_flash() -> None:
     found = over_temperature(capacity=800.0)
     assert found[DISC].evidence == max(e.evidence for e in found.values())
-    assert (found[DISC].evidence - found[FLASH].evidence) / found[DISC].temperature > 3.0 * THRESHOLDS.within
+    assert (found[DISC].evidence - found[FLASH].evidence) / found[DISC].temperature > 3.0 * SEARCH.equivalent

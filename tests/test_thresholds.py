@@ -8,7 +8,7 @@ from dataclasses import fields
 
 import pytest
 
-from twindisc_cli.loop.thresholds import THRESHOLDS, Thresholds
+from twindisc_cli.loop.thresholds import RESAMPLING, SEARCH, Thresholds
 
 
 @pytest.mark.parametrize("name", [field.name for field in fields(Thresholds)])
@@ -21,6 +21,6 @@ def test_every_number_says_what_it_means(name: str) -> None:
 
 
 def test_a_term_is_not_left_out_for_what_it_was_added_for() -> None:
-    assert THRESHOLDS.law_seen < THRESHOLDS.enough <= THRESHOLDS.law_enough
-    assert 0.0 < THRESHOLDS.probable < THRESHOLDS.established < 1.0
-    assert 0.0 < THRESHOLDS.resembles < THRESHOLDS.same_response < 1.0
+    assert SEARCH.seen_law_evidence < SEARCH.effect_evidence <= SEARCH.law_evidence
+    assert 0.0 < RESAMPLING.probable < RESAMPLING.established < 1.0
+    assert 0.0 < RESAMPLING.resembles < RESAMPLING.same_response < 1.0

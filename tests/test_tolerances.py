@@ -14,7 +14,7 @@ from twindisc_cli.loop.explain import Outcome, explain
 from twindisc_cli.loop.fit import Fit, refit
 from twindisc_cli.loop.judge import rises
 from twindisc_cli.loop.problem import problem_of
-from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.thresholds import ACCEPTANCE
 from twindisc_cli.model.experiment import Disc, Experiment, Measured, Options, ProfilePlace, ProfileSamples
 from twindisc_cli.model.forward import ForwardModel
 
@@ -126,7 +126,7 @@ CASES: dict[str, tuple[Floats, Floats, bool]] = {
     "larger everywhere by five per cent": (NOISE, 1.05 * NOISE, True),
     "smaller in one half, much larger in the other": (NOISE, NOISE * (0.9 + 0.9 * HALF), True),
     "other noise of the same size": (NOISE, np.roll(NOISE, 7), False),
-    "too few to judge": (NOISE[: THRESHOLDS.fewest_judged - 1], 9.0 * NOISE[: THRESHOLDS.fewest_judged - 1], False),
+    "too few to judge": (NOISE[: ACCEPTANCE.fewest_judged - 1], 9.0 * NOISE[: ACCEPTANCE.fewest_judged - 1], False),
 }
 
 

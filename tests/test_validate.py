@@ -11,7 +11,7 @@ from rigs import Instruments, Plant, history
 from twindisc_cli.laws.law import Law, warnings
 from twindisc_cli.loop.fit import fit, linearised
 from twindisc_cli.loop.problem import Problem, case_of
-from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.thresholds import ACCEPTANCE, SEARCH
 from twindisc_cli.loop.validate import Elsewhere, drawn_levels, predict_test
 from twindisc_cli.model.forward import ForwardModel, Prediction
 
@@ -63,15 +63,15 @@ def test_what_is_foretold_is_judged_by_the_covariance_of_noise_parameters_and_re
         samples = replace(traction, ratio=traction.ratio * (1.0 + off))
         problem = Problem([case_of(replace(test, measured=replace(test.measured, traction=samples)))], ("traction",))
         miss, J = linearised(problem, fitted.theta, problem.measured)
-        S = np.eye(len(miss)) + J @ (fitted.covariance + THRESHOLDS.repeats**2 * np.eye(len(fitted.theta))) @ J.T
+        S = np.eye(len(miss)) + J @ (fitted.covariance + ACCEPTANCE.repeat_scatter**2 * np.eye(len(fitted.theta))) @ J.T
         chi2 = float(miss @ np.linalg.solve(S, miss))
         told[off] = Elsewhere(problem).density(fitted)
         assert told[off][1] == pytest.approx(chi2)
-        excess, blocks = max(chi2 - len(miss), 0.0), THRESHOLDS.judged_blocks
+        excess, blocks = max(chi2 - len(miss), 0.0), ACCEPTANCE.judged_blocks
         density = -0.5 * (min(chi2, len(miss)) + blocks * np.log1p(excess / blocks) + np.linalg.slogdet(S)[1])
         assert told[off][0] == pytest.approx(density)
     assert told[0.0][0] - told[0.02][0] < 2.0
-    assert told[0.0][0] - told[0.3][0] > THRESHOLDS.enough
+    assert told[0.0][0] - told[0.3][0] > SEARCH.effect_evidence
 
 
 def test_the_level_of_a_test_that_is_only_predicted_is_that_of_the_middle_of_those_fitted() -> None:
@@ -93,7 +93,9 @@ def test_the_level_of_one_more_test_is_drawn_from_the_scatter_of_those_fitted() 
         for seed, mu in enumerate(levels)
     ]
     low, high = drawn_levels(fit(Problem(cases[:1], ("traction",))))["mu"]
-    assert np.log([low / 0.5, high / 0.5]) == pytest.approx(1.645 * THRESHOLDS.repeats * np.array([-1, 1]), abs=0.003)
+    assert np.log([low / 0.5, high / 0.5]) == pytest.approx(
+        1.645 * ACCEPTANCE.repeat_scatter * np.array([-1, 1]), abs=0.003
+    )
     low, high = drawn_levels(fit(Problem(cases, ("traction",))))["mu"]
     y = np.log(levels)
     half = 2.353 * np.std(y, ddof=1) * np.sqrt(1.0 + 1.0 / 5.0)  # t of three degrees of freedom, noise is small

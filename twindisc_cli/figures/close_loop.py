@@ -32,7 +32,7 @@ from twindisc_cli.figures.style import (
 )
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.diagnosis import CandidateResult, Diagnosis, FoundLaw
-from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.thresholds import ACCEPTANCE
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.report import sentences
 from twindisc_cli.report.words import p_value, percent, term_name, unit
@@ -267,7 +267,7 @@ def _outcome(view: View) -> str:
         return "what the model leaves (not searched)"
     if diagnosis.effects or diagnosis.laws:
         return "left: nothing else is missing here"
-    return f"left: nothing is missing ({p_value(p)}; alarm < {THRESHOLDS.alarm:g})"
+    return f"left: nothing is missing ({p_value(p)}; alarm < {ACCEPTANCE.unexplained_alone:g})"
 
 
 DRAW: Mapping[tuple[str, int], Callable[[Axes, View], None]] = {

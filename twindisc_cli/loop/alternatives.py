@@ -11,7 +11,7 @@ from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm, Term
-from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.thresholds import RESAMPLING, SEARCH
 from twindisc_cli.model.experiment import Floats
 
 
@@ -98,7 +98,7 @@ def weighed(compared: Compared, name: str) -> Weighed:
     words = {term: _in_other_words(compared, name, term, places) for term in places if term != own}
     same = {term: effect for term, effect in words.items() if effect != term}
     similar = {t: compared.similarity(name, member, compared.answer) for t, member in places.items()}
-    strangers = {term for term, share in similar.items() if share < THRESHOLDS.kin}
+    strangers = {term for term, share in similar.items() if share < RESAMPLING.stands_for}
     chances, together = dict[Term, float](), dict[Term, float]()
     for member, share in zip(compared.members, compared.weights, strict=True):
         terms = set(_stand_ins(compared, name, member)) - strangers
@@ -119,13 +119,13 @@ def _small_set(
     """The terms that are named beside a term that is held with this probability, by falling probability."""
     laws, effects = list[Alternative](), list[Alternative]()
     for term, share in sorted(together.items(), key=lambda pair: (-pair[1], str(pair[0]))):
-        few = isinstance(term, EffectTerm) and len(effects) + 1 < THRESHOLDS.small_set
-        likely = share > THRESHOLDS.rival_share and (few or held < THRESHOLDS.set_share)
+        few = isinstance(term, EffectTerm) and len(effects) + 1 < RESAMPLING.small_set
+        likely = share > RESAMPLING.rival_share and (few or held < RESAMPLING.set_share)
         if likely or (few and term in places and _fits_as_well(compared.answer, places[term])):
             (effects if isinstance(term, EffectTerm) else laws).append(Alternative(term, share))
         held += share
     if isinstance(own, EffectTerm):
-        return [*effects, *laws][: THRESHOLDS.small_set - 1]
+        return [*effects, *laws][: RESAMPLING.small_set - 1]
     return sorted([*effects, *laws], key=lambda alternative: -alternative.probability)
 
 
@@ -172,7 +172,7 @@ def _in_other_words(compared: Compared, name: str, term: Term, places: Mapping[T
     near = [
         other
         for other in laws
-        if other == term or compared.similarity(name, places[term], places[other]) > THRESHOLDS.same_response
+        if other == term or compared.similarity(name, places[term], places[other]) > RESAMPLING.same_response
     ]
     return max(near, key=lambda other: places[other].evidence)
 
@@ -186,7 +186,7 @@ def _effect_of(compared: Compared, name: str, law: LawTerm, places: Mapping[Term
         and not member.fit.at_bound
         and catalogue()[other.name].stage == QUANTITIES[law.quantity].stage
         and catalogue()[other.name].over in ("", law.covariate)
-        and compared.similarity(name, places[law], member) > THRESHOLDS.same_response
+        and compared.similarity(name, places[law], member) > RESAMPLING.same_response
     ]
     return max(near, key=lambda other: places[other].evidence, default=None)
 
@@ -194,7 +194,7 @@ def _effect_of(compared: Compared, name: str, law: LawTerm, places: Mapping[Term
 def _fits_as_well(answer: Explanation, member: Explanation) -> bool:
     """Whether only its parameters are held against an explanation."""
     misfit = [0.5 * e.fit.chi2 - (e.evidence - e.here) for e in (member, answer)]
-    return not member.fit.at_bound and (misfit[0] - misfit[1]) / answer.temperature < THRESHOLDS.within
+    return not member.fit.at_bound and (misfit[0] - misfit[1]) / answer.temperature < SEARCH.equivalent
 
 
 def _is_form(compared: Compared, name: str, term: Term, places: Mapping[Term, Explanation]) -> bool:
@@ -203,4 +203,4 @@ def _is_form(compared: Compared, name: str, term: Term, places: Mapping[Term, Ex
         return False
     effect = catalogue()[name]
     own = effect.over == term.covariate and effect.stage == QUANTITIES[term.quantity].stage
-    return own and compared.similarity(name, places[term], compared.answer) > THRESHOLDS.resembles
+    return own and compared.similarity(name, places[term], compared.answer) > RESAMPLING.resembles

@@ -17,7 +17,7 @@ from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.learn import Pair, Response, is_timed, pairs, typical_change
 from twindisc_cli.loop.problem import Problem, known_sensors, parameters_of
 from twindisc_cli.loop.span import span_of
-from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.model.experiment import Floats
 
 SIZES = (1.0, 0.25)  # of the typical size: a response may be steep or saturated
@@ -72,7 +72,7 @@ def laws(fitted: Fit, known: Sequence[Response] | None = None) -> list[Proposal]
         name = pair.name
         if name in fitted.terms or pair.log_evidence < 0.0:
             continue
-        for promise, trial, price in pair.proposals(len(fitted.residual))[: THRESHOLDS.forms]:
+        for promise, trial, price in pair.proposals(len(fitted.residual))[: SEARCH.forms_fitted]:
             start = np.array([p.inner(p.start) for p in parameters_of(name, trial)])
             results.append(Proposal(name, trial, [start], promise, price, pair))
     return results
@@ -95,7 +95,7 @@ def flash_law(fitted: Fit, quantity: str) -> Proposal | None:
     trial = formula(quantity, "flash_temperature", "linear", start, span, 1.0)
     name = f"{quantity}_over_flash_temperature"
     inner = np.array([p.inner(p.start) for p in parameters_of(name, trial)])
-    return Proposal(name, trial, [inner], 0.0, float(np.log(THRESHOLDS.formulas)))
+    return Proposal(name, trial, [inner], 0.0, float(np.log(SEARCH.curve_families)))
 
 
 def searched(problem: Problem) -> list[str]:

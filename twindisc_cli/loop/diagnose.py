@@ -44,7 +44,7 @@ from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.step_scatter import step_scatter
 from twindisc_cli.loop.term_intervals import term_parameters, unfixed, widened
 from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm, Term, joined
-from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.thresholds import ACCEPTANCE, RESAMPLING, SEARCH
 from twindisc_cli.loop.validate import PredictedTest, at_its_own_level, drawn_levels, predict_test, rms
 from twindisc_cli.model.experiment import Experiment
 
@@ -130,16 +130,16 @@ def _left(outcome: Outcome, before: Mapping[str, Residual]) -> list[Unexplained]
     fitted, base = outcome.answer.fit, outcome.search.base.fit
     for channel in outcome.problem.channels:
         rest = unexplained_residual(fitted, channel) if fitted.terms else before[channel]
-        level = THRESHOLDS.alarm if not fitted.terms else THRESHOLDS.refusal
+        level = ACCEPTANCE.unexplained_alone if not fitted.terms else ACCEPTANCE.unexplained_beside
         explained = np.sqrt(max(_power(base, channel) - _power(fitted, channel), 0.0))
-        open_ = not fitted.terms or rest.length > THRESHOLDS.short * explained or _mean(fitted, channel) > 1.3
+        open_ = not fitted.terms or rest.length > ACCEPTANCE.formula_error * explained or _mean(fitted, channel) > 1.3
         if rest.significant(level) and open_:
             left += _listed(rest)
     return left
 
 
 def _listed(rest: Residual) -> list[Unexplained]:
-    scores = rest.covariates[: THRESHOLDS.covariates] or list(rest.scores[:1])
+    scores = rest.covariates[: ACCEPTANCE.covariates_named] or list(rest.scores[:1])
     return [Unexplained(rest.channel, s.group.covariate, s.group.kind, s.share, s.p_value) for s in scores]
 
 
@@ -183,14 +183,14 @@ def _found(outcome: Outcome, weights: Mapping[str, Weighed]) -> tuple[list[Found
 def _strength(outcome: Outcome, name: str, probability: float, rivals: Sequence[Alternative]) -> Strength:
     """In a word: established where it comes back in nine of ten resamples and nothing stands against it."""
     same = outcome.on_all is None or outcome.answer.term(name) in outcome.on_all
-    if probability >= THRESHOLDS.established and not rivals and same and outcome.blind and not _tied(outcome):
+    if probability >= RESAMPLING.established and not rivals and same and outcome.blind and not _tied(outcome):
         return "established"
-    return "probable" if probability >= THRESHOLDS.probable else "possible"
+    return "probable" if probability >= RESAMPLING.probable else "possible"
 
 
 def _tied(outcome: Outcome) -> bool:
     """Whether another explanation is as good as the answer, to within the numerical error of the evidence."""
-    near = [m for m in outcome.members if outcome.answer.evidence - m.evidence <= THRESHOLDS.evidence_error]
+    near = [m for m in outcome.members if outcome.answer.evidence - m.evidence <= SEARCH.evidence_error]
     return any(m.labels != outcome.answer.labels for m in near)
 
 
@@ -208,7 +208,7 @@ def _law(
         (term.name, share)
         for term, member in outcome.compared.in_place_of(name).items()
         if isinstance(term, EffectTerm)
-        and (share := outcome.compared.similarity(name, member, outcome.answer)) > THRESHOLDS.resembles
+        and (share := outcome.compared.similarity(name, member, outcome.answer)) > RESAMPLING.resembles
     ]
     return FoundLaw(
         name=name,
@@ -352,7 +352,7 @@ def _why_not(outcome: Outcome, member: Explanation, term: Term, weight: Weighed)
     if term in {alternative.term for alternative in weight.alternatives}:
         return ""
     behind = (outcome.answer.evidence - member.evidence) / outcome.answer.temperature
-    return "explains less" if not outcome.answer.terms or behind > THRESHOLDS.within else ""
+    return "explains less" if not outcome.answer.terms or behind > SEARCH.equivalent else ""
 
 
 # ------------------------------------------------------------------------------------------------- notes
@@ -422,7 +422,7 @@ def few_profiles(answer: Explanation, stops: int) -> Iterator[str]:
     """Effects whose parameters take up about as many profiles as were recorded."""
     for name in answer.terms:
         effect = answer.effect(name)
-        if effect.needs_stops and stops - len(effect.params) - 1 < THRESHOLDS.spare_stops:
+        if effect.needs_stops and stops - len(effect.params) - 1 < ACCEPTANCE.spare_stops:
             yield (
                 f"{stops} profiles fix K and the parameters of {name} and leave little to refuse it: a wear "
                 f"coefficient that changed in another way could look the same"
@@ -437,7 +437,7 @@ def _notes_on(case: Case) -> Iterator[str]:
             yield (
                 f"the {channel} has no scatter to estimate its noise from; one percent of its size is "
                 f"assumed, and every significance in that channel rests on this; its {int(noise.kept.sum())} samples "
-                f"are asked for no more than {int(noise.kept.sum()) // THRESHOLDS.samples_each} parameters"
+                f"are asked for no more than {int(noise.kept.sum()) // SEARCH.samples_each} parameters"
             )
     if test.effects:
         yield (
@@ -470,7 +470,7 @@ def _next(outcome: Outcome, weights: Mapping[str, Weighed], left: Sequence[Unexp
     labels = {alternative.term for weight in weights.values() for alternative in weight.alternatives}
     rivals = [member for member in outcome.members if member.labels & labels]
     if rivals:
-        alive = [outcome.answer, *rivals[: THRESHOLDS.separated - 1]]
+        alive = [outcome.answer, *rivals[: RESAMPLING.most_separated - 1]]
         evidence = np.array([(e.evidence - outcome.answer.evidence) / outcome.answer.temperature for e in alive])
         weight = np.maximum(np.exp(evidence - evidence.max()), 0.05)
         names = [joined(e.labels, " + ") for e in alive]

@@ -20,7 +20,7 @@ from twindisc_cli.loop.resample import weights
 from twindisc_cli.loop.search import Explanation, Search, preferred, ranked, search
 from twindisc_cli.loop.term_intervals import term_parameters, unfixed
 from twindisc_cli.loop.terms import Term
-from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.thresholds import ACCEPTANCE, RESAMPLING, SEARCH
 from twindisc_cli.loop.validate import at_its_own_level, elsewhere, predict_test
 from twindisc_cli.model.experiment import Experiment, Floats
 
@@ -118,8 +118,8 @@ def chosen_on_all(judged: Judged, members: Sequence[Explanation]) -> frozenset[T
     base = refit(judged.before.problem, judged.before.theta) if answer.terms else whole
     again = [replace(answer, fit=whole, before=base.chi2)]
     near = [m for m in members if m.labels != answer.labels and not m.fit.at_bound]
-    near = [m for m in near if (answer.evidence - m.evidence) / answer.temperature < 2.0 * THRESHOLDS.within]
-    for member in near[: THRESHOLDS.rivals]:
+    near = [m for m in near if (answer.evidence - m.evidence) / answer.temperature < 2.0 * SEARCH.equivalent]
+    for member in near[: SEARCH.most_rivals]:
         problem = whole.problem.with_terms(*member.terms, trial=member.fit.problem.trial)
         again.append(replace(member, fit=fit(problem, carried(problem, whole, member.fit)), before=base.chi2))
     return preferred(again).labels
@@ -135,7 +135,7 @@ class Refusal:
 
 def most_probable(compared: Compared) -> Explanation:
     """The answer with each term exchanged for what the resamples choose more often in its place."""
-    for _ in range(THRESHOLDS.most_terms):
+    for _ in range(SEARCH.most_terms):
         better = [
             explanation for name in compared.answer.terms if (explanation := _more_probable(compared, name)) is not None
         ]
@@ -156,7 +156,7 @@ def _more_probable(compared: Compared, name: str) -> Explanation | None:
         and not _is_the_record_of(compared, name, places[alternative.term])
     ]
     best = max(likely, key=lambda alternative: alternative.probability, default=None)
-    if best is None or not best.probability > result.probability + THRESHOLDS.share_error:
+    if best is None or not best.probability > result.probability + RESAMPLING.share_error:
         return None
     return places[best.term]
 
@@ -165,7 +165,7 @@ def _is_the_record_of(compared: Compared, name: str, other: Explanation) -> bool
     """Whether another explanation says of a sensor what a term says of the rig: then the rig's is given."""
     answer = compared.answer
     stages = {other.effect(n).stage for n in other.terms} - {answer.effect(n).stage for n in answer.terms}
-    same = compared.similarity(name, answer, other) > THRESHOLDS.same_response
+    same = compared.similarity(name, answer, other) > RESAMPLING.same_response
     return same and "sensor" in stages and answer.effect(name).stage != "sensor"
 
 
@@ -182,10 +182,10 @@ def _given(
     """
     answer, refused = compared.answer, dict[frozenset[Term], Refusal]()
     known = [(m, w) for m, w in zip(compared.members, compared.weights, strict=True) if m.labels != answer.labels]
-    known = [(m, w) for m, w in known if m.evidence - compared.base.evidence > THRESHOLDS.enough]
+    known = [(m, w) for m, w in known if m.evidence - compared.base.evidence > SEARCH.effect_evidence]
     others = [m for m, _ in sorted(known, key=lambda pair: -pair[1])]
     shorter = [m for m in others if m.labels < answer.labels]
-    for member in [answer, *others[: THRESHOLDS.most_refused], *shorter, compared.base]:
+    for member in [answer, *others[: ACCEPTANCE.most_refused], *shorter, compared.base]:
         if member.labels in refused:
             continue
         judged = judge(member, before, seen_before, masks)
@@ -219,7 +219,7 @@ def _refusal(compared: Compared, judged: Judged, validate: Experiment | None) ->
 def _is_rare(compared: Compared, name: str) -> bool:
     """Whether a term is too improbable to be given; not where nothing was resampled."""
     channel = compared.answer.fit.problem.shown_in(compared.answer.effect(name))
-    return weighed(compared, name).probability * (1.0 - compared.remains(channel)) < THRESHOLDS.named
+    return weighed(compared, name).probability * (1.0 - compared.remains(channel)) < RESAMPLING.least_probability
 
 
 def _is_loose(answer: Explanation, name: str) -> bool:
@@ -241,12 +241,12 @@ def _raised_elsewhere(judged: Judged, test: Experiment) -> list[str]:
     predicts its course better once the level is known is not refused for the level.
     """
     first, last = predict_test(test, judged.unseen_before), predict_test(test, judged.unseen_after)
-    open_ = [c for c, noise in first.case.noise.items() if last.error(c) > THRESHOLDS.at_noise * noise.std]
+    open_ = [c for c, noise in first.case.noise.items() if last.error(c) > ACCEPTANCE.predicted * noise.std]
     raised = [c for c in open_ if rises(first.misses(c), last.misses(c))]
     if not raised:
         return []
     own = at_its_own_level(first), at_its_own_level(last)
-    return [c for c in raised if own[1].error(c) > (1.0 - THRESHOLDS.rise) * own[0].error(c)]
+    return [c for c in raised if own[1].error(c) > (1.0 - ACCEPTANCE.growth) * own[0].error(c)]
 
 
 def as_estimated(fitted: Fit) -> Fit:

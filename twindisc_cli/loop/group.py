@@ -46,7 +46,7 @@ from twindisc_cli.loop.members import (
 from twindisc_cli.loop.problem import Problem, problem_of
 from twindisc_cli.loop.search import Explanation, Search, by_falling, evidence_of, search, without
 from twindisc_cli.loop.span import span_of
-from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.model.experiment import Experiment, Floats, Ints
 
 Progress = Callable[[str, float], None]
@@ -175,7 +175,7 @@ def _one_set(result: Search) -> _Structure:
         refused |= against
     else:
         explanation = result.base
-    close = [e for e in every if (explanation.evidence - e.evidence) / explanation.temperature < THRESHOLDS.within]
+    close = [e for e in every if (explanation.evidence - e.evidence) / explanation.temperature < SEARCH.equivalent]
     close = [e for e in close if e.labels != explanation.labels and not set(e.terms) & set(refused)]
     rivals = None
     if close and explanation.terms:
@@ -289,15 +289,15 @@ def _own_sets(bases: Sequence[Explanation], result: Search) -> _Structure:
     laws = _laws(result)
     now, chosen, refused = list(bases), list[Shared](), dict[str, str]()
     rivals: tuple[tuple[str, str], Sequence[tuple[Fit, Fit]]] | None = None
-    while len(chosen) < THRESHOLDS.most_terms:
+    while len(chosen) < SEARCH.most_terms:
         names = [name for name in _promising(now, result) if name not in {term.name for term in chosen}]
         tried = sorted((added(now, name, laws) for name in names), key=lambda t: (-t.gain, t.name in laws))
-        enough = [t for t in tried if t.gain > (THRESHOLDS.law_enough if t.name in laws else THRESHOLDS.enough)]
+        enough = [t for t in tried if t.gain > (SEARCH.law_evidence if t.name in laws else SEARCH.effect_evidence)]
         refused |= {t.name: t.refused for t in enough if t.refused}
         best = _best([t for t in enough if not t.refused], laws)
         if best is None:
             break
-        close = [t for t in tried if t is not best and not t.refused and best.gain - t.gain < THRESHOLDS.within]
+        close = [t for t in tried if t is not best and not t.refused and best.gain - t.gain < SEARCH.equivalent]
         rivals = rivals or _rivals(now, best, close)
         chosen.append(_pooled(best, [t.name for t in close]))
         now = [
@@ -327,12 +327,12 @@ def _promising(now: Sequence[Explanation], result: Search) -> list[str]:
         for proposal in effects(explanation.fit):
             promise[proposal.name] = promise.get(proposal.name, 0.0) + max(proposal.promise, 0.0)
     best = sorted((name for name in promise if promise[name] > 0.0), key=lambda name: -promise[name])
-    return list(dict.fromkeys([*result.answer.terms, *best[: THRESHOLDS.tried]]))
+    return list(dict.fromkeys([*result.answer.terms, *best[: SEARCH.fitted_each_round]]))
 
 
 def _best(enough: Sequence[Added], laws: Mapping[str, Law]) -> Added | None:
     """The term that says most, an effect before a law within reach; None where none says enough."""
-    close = [t for t in enough if enough[0].gain - t.gain < THRESHOLDS.within]
+    close = [t for t in enough if enough[0].gain - t.gain < SEARCH.equivalent]
     return min(close, key=lambda t: (t.name in laws, -t.gain), default=None)
 
 

@@ -15,7 +15,7 @@ from twindisc_cli.loop.fit import Fit, carried, plain_fit, refit
 from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case
 from twindisc_cli.loop.search import Explanation
-from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.thresholds import ACCEPTANCE
 from twindisc_cli.loop.validate import rms
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import Prediction
@@ -85,7 +85,7 @@ class Judged:
             base = self.error(channel, "unseen_before", held_out=False)
             before = self.misses(channel, "unseen_before", held_out=held_out)
             after = self.misses(channel, "unseen_after", held_out=held_out)
-            foreign = held_out and min(rms(before), rms(after)) > THRESHOLDS.foreign * base
+            foreign = held_out and min(rms(before), rms(after)) > ACCEPTANCE.foreign_state * base
             if not foreign and rises(before, after):
                 results.append(channel)
         return results
@@ -93,14 +93,14 @@ class Judged:
 
 def rises(before: Floats, after: Floats) -> bool:
     """Whether misses (sample,) grew from before to after: by more than blocks of neighbours scatter, or by far."""
-    if len(before) < THRESHOLDS.fewest_judged:
+    if len(before) < ACCEPTANCE.fewest_judged:
         return False
     growth = rms(after) / max(rms(before), 1e-300) - 1.0
-    parts = np.array_split(after**2 - before**2, min(THRESHOLDS.judged_blocks, len(before) // 2))
+    parts = np.array_split(after**2 - before**2, min(ACCEPTANCE.judged_blocks, len(before) // 2))
     means = np.array([part.mean() for part in parts])
     chance = float(means.std(ddof=1)) / np.sqrt(len(means))
-    sure = float(means.mean()) > THRESHOLDS.rise_errors * chance
-    return bool(growth > THRESHOLDS.rise_at_most or (growth > THRESHOLDS.rise and sure))
+    sure = float(means.mean()) > ACCEPTANCE.growth_errors * chance
+    return bool(growth > ACCEPTANCE.growth_at_most or (growth > ACCEPTANCE.growth and sure))
 
 
 def judge(member: Explanation, before: Fit, seen_before: Fit, masks: Sequence[Mapping[str, Mask]]) -> Judged:

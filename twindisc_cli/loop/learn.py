@@ -25,7 +25,7 @@ from twindisc_cli.laws.trial import Trial, bins, curve, formula
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.problem import Case, Problem
 from twindisc_cli.loop.span import span_of
-from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import Prediction
 
@@ -117,7 +117,7 @@ class Pair:
     def proposals(self, samples: int) -> list[tuple[float, Trial, float]]:
         """The best formulas and the best curve: promised evidence after its price, the law on trial, and the price."""
         results = []
-        choice = float(np.log(THRESHOLDS.formulas)) + THRESHOLDS.odd * self.odd
+        choice = float(np.log(SEARCH.curve_families)) + SEARCH.odd_signal_cost * self.odd
         for shape, starts, columns in self.members:
             length, along = self._seen(columns)
             gain = np.where(length > 0.0, along**2 / np.maximum(length, 1e-300), 0.0)

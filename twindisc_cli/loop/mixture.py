@@ -29,7 +29,7 @@ from twindisc_cli.loop.judge import Judged, Kind, judge, rises
 from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.terms import Term
-from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.thresholds import RESAMPLING
 from twindisc_cli.loop.validate import rms
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import ForwardModel, Prediction
@@ -106,9 +106,9 @@ def mixture_of(
     answer = judged.explanation
     every = [m for m in compared.members if not (m.labels in refused or m.fit.at_bound) or m.labels == answer.labels]
     weight = dict(zip((m.labels for m in every), _weights(every, compared), strict=True))
-    beside = [m for m in every if m.labels != answer.labels and weight[m.labels] > THRESHOLDS.rival_share]
-    beside = sorted(beside, key=lambda m: -weight[m.labels])[: THRESHOLDS.mixed - 1]
-    weight[answer.labels] = max(weight[answer.labels], THRESHOLDS.rival_share)
+    beside = [m for m in every if m.labels != answer.labels and weight[m.labels] > RESAMPLING.rival_share]
+    beside = sorted(beside, key=lambda m: -weight[m.labels])[: RESAMPLING.most_mixed - 1]
+    weight[answer.labels] = max(weight[answer.labels], RESAMPLING.rival_share)
     if all(_interpolating(m) for m in (answer, *beside)):
         beside += [m for m in _extrapolating(every, compared.base) if m.labels != answer.labels]
         weight |= {m.labels: max(weight[m.labels], LEAST_WEIGHT) for m in beside}

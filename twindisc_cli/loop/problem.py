@@ -26,7 +26,7 @@ from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.channels._channel import Base
 from twindisc_cli.loop.noise import Noise
 from twindisc_cli.loop.span import span_of
-from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.thresholds import TOLERANCES
 from twindisc_cli.model.base import MODEL_KEYS
 from twindisc_cli.model.experiment import Experiment, Floats, Ints, Rig
 from twindisc_cli.model.forward import ForwardModel, IntegratedSets, Prediction
@@ -380,7 +380,7 @@ class Problem:
         """
         return {
             f"{name}.{key}": self._with_slight(theta, name, key, size)
-            for name, key, size in THRESHOLDS.tolerated_effects
+            for name, key, size in TOLERANCES.effects
             if name not in self.terms
         }
 
@@ -401,7 +401,7 @@ class Problem:
         for i, (case, prediction) in enumerate(zip(self.cases, predictions, strict=True)):
             state = prediction.state
             square = prediction.paths.patch(prediction.section, state.normal_load / state.nominal_load).square
-            terms = {**self.terms_of(theta), "worn track": {"slope_ratio": 1.0 - THRESHOLDS.worn_slope * square}}
+            terms = {**self.terms_of(theta), "worn track": {"slope_ratio": 1.0 - TOLERANCES.worn_slope * square}}
             results.append(case.model.predict(self.base_of(i, theta[None]), terms, trial, integrated=self._tracks[i]))
         return np.asarray(self.white(results)[0])
 
@@ -434,7 +434,7 @@ class Problem:
 
     def _off_creepage(self, theta: Floats) -> Floats:
         """White predictions (step, sample) with the creepage of one step after the other off by its tolerance."""
-        relative_error, error = THRESHOLDS.step_creepage
+        relative_error, error = TOLERANCES.step_creepage
         rows = []
         for number, case in enumerate(self.cases):
             history = case.test.history
@@ -478,7 +478,7 @@ def problem_of(tests: Sequence[Experiment]) -> Problem:
 
 def _off(rig: Rig, name: str, test: Experiment) -> Rig:
     """A rig with one quantity of both discs off by its standard deviation."""
-    share = 1.0 + test.tolerances.get(name, getattr(THRESHOLDS, name))
+    share = 1.0 + test.tolerances.get(name, getattr(TOLERANCES, name))
     return replace(
         rig,
         disc1=replace(rig.disc1, **{name: getattr(rig.disc1, name) * share}),

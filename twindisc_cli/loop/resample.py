@@ -17,7 +17,7 @@ import numpy as np
 
 from twindisc_cli.loop.fit import Fit, precision
 from twindisc_cli.loop.search import Explanation
-from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.thresholds import RESAMPLING
 from twindisc_cli.model.experiment import Floats, Ints
 
 SEED = 20061139  # the same draws in every run
@@ -28,13 +28,13 @@ def blocks(fitted: Fit) -> Ints:
     result, first = [], 0
     for part in _parts(fitted):
         size = part.stop - part.start
-        count = int(np.clip(size // THRESHOLDS.block_samples, 5, THRESHOLDS.blocks))
+        count = int(np.clip(size // RESAMPLING.block_samples, 5, RESAMPLING.blocks))
         result.append(first + np.arange(size) * count // max(size, 1))
         first += count
     return np.concatenate(result).astype(np.int64)
 
 
-def weights(explanations: Sequence[Explanation], draws: int = THRESHOLDS.draws) -> Floats:
+def weights(explanations: Sequence[Explanation], draws: int = RESAMPLING.draws) -> Floats:
     """Weights (draw, explanation) of explanations of the same samples, each row of sum one."""
     block = blocks(explanations[0].fit)
     generator = np.random.default_rng(SEED)
@@ -89,7 +89,7 @@ def _drawn_again(fitted: Fit, block: Ints, drawn: Floats) -> tuple[Floats, Float
     return np.asarray(drawn @ s - np.sum(pull * step, axis=1)), np.asarray(step)
 
 
-def scatter(fitted: Fit, draws: int = THRESHOLDS.draws) -> tuple[Floats, Floats]:
+def scatter(fitted: Fit, draws: int = RESAMPLING.draws) -> tuple[Floats, Floats]:
     """Standard deviation of the parameters over the draws (parameter,), and its own relative error by chance.
 
     What a formula misses is alike over a whole block, so that blocks scatter more than their samples do.

@@ -25,7 +25,7 @@ from twindisc_cli.loop.learn import Pair, Response, responses
 from twindisc_cli.loop.problem import Problem
 from twindisc_cli.loop.screen import unexplained_residual
 from twindisc_cli.loop.terms import EffectTerm, LawTerm, Term
-from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.thresholds import ACCEPTANCE, RESAMPLING, SEARCH
 from twindisc_cli.loop.validate import Elsewhere
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import IntegratedSets
@@ -68,7 +68,7 @@ class Explanation:
     @property
     def temperature(self) -> float:
         """What differences of evidence are divided by: formulas err more, the more they explain."""
-        return 1.0 + THRESHOLDS.tempering * float(np.sqrt(max(self.before - self.fit.chi2 - self._elsewhere[1], 0.0)))
+        return 1.0 + SEARCH.tempering * float(np.sqrt(max(self.before - self.fit.chi2 - self._elsewhere[1], 0.0)))
 
     def effect(self, name: str) -> Effect:
         """A term as it acts."""
@@ -124,7 +124,7 @@ def search(
     known = set[frozenset[Term]]()
     while (
         best.labels not in known
-        and len(best.terms) < THRESHOLDS.most_terms
+        and len(best.terms) < SEARCH.most_terms
         and not (len(best.terms) > 1 and _nothing_left(best))
         and not (best.terms and enough is not None and enough(best, base))
     ):
@@ -146,7 +146,7 @@ def _nothing_left(explanation: Explanation) -> bool:
     """Whether no generic function of any channel sees anything in what an explanation leaves."""
     fitted = explanation.fit
     return all(
-        unexplained_residual(fitted, channel).p_value > THRESHOLDS.nothing_left for channel in fitted.problem.channels
+        unexplained_residual(fitted, channel).p_value > SEARCH.nothing_left for channel in fitted.problem.channels
     )
 
 
@@ -167,9 +167,9 @@ def _most_promising(explanation: Explanation, proposed: Sequence[Proposal]) -> l
     count = {True: 0, False: 0}
     best = 0.0
     for proposal in proposed:
-        few = not proposal.is_law and count[False] < THRESHOLDS.tried_at_least
-        least = THRESHOLDS.hopeless if few else max(0.0, THRESHOLDS.hopeful * best)
-        if proposal.promise < least or count[proposal.is_law] >= THRESHOLDS.tried:
+        few = not proposal.is_law and count[False] < SEARCH.fitted_at_least
+        least = SEARCH.least_promise if few else max(0.0, SEARCH.least_share * best)
+        if proposal.promise < least or count[proposal.is_law] >= SEARCH.fitted_each_round:
             continue
         if _asks_too_much(explanation.fit.problem, proposal):
             continue
@@ -193,7 +193,7 @@ def _asks_too_much(problem: Problem, proposal: Proposal) -> bool:
     base = {of.key for of in channels()[channel].parameters}
     terms = {name for name in more.terms if more.shown_in(more.effect(name)) == channel}
     asked = sum(p.key in base if p.term is None else p.term in terms for p in more.parameters)
-    return asked * THRESHOLDS.samples_each > sum(int(noise.kept.sum()) for noise in noises)
+    return asked * SEARCH.samples_each > sum(int(noise.kept.sum()) for noise in noises)
 
 
 def evidence_of(explanation: Explanation) -> float:
@@ -210,7 +210,7 @@ def _flashes(explanation: Explanation, explanations: Sequence[Explanation]) -> l
     quantities = {
         quantity
         for e in explanations
-        if (best - e.evidence) / e.temperature < THRESHOLDS.within
+        if (best - e.evidence) / e.temperature < SEARCH.equivalent
         and (quantity := warmed(e.effect(e.terms[-1]))) is not None
         and f"{quantity}_over_flash_temperature" not in e.terms
     }
@@ -228,7 +228,7 @@ def _with(explanation: Explanation, proposal: Proposal) -> Explanation:
     problem = fitted.problem.with_terms(*fitted.terms, proposal.name, trial=_trial(proposal))
     twice = problem.is_local and proposal.effect.stage != "contact"
     first = replace(problem, tracks=_tracks(fitted)) if twice else problem
-    steps = THRESHOLDS.curve_steps if isinstance(proposal.effect, Trial) and proposal.effect.is_curve else MOST_STEPS
+    steps = SEARCH.curve_steps if isinstance(proposal.effect, Trial) and proposal.effect.is_curve else MOST_STEPS
     starts = [np.concatenate([fitted.theta, start]) for start in proposal.starts]
     best = max((fit(first, start, steps) for start in starts), key=lambda f: f.evidence)
     if isinstance(proposal.effect, Trial) and proposal.effect.shape in ("step", "window"):
@@ -250,7 +250,7 @@ def refine_edges(fitted: Fit, name: str, trial: Trial, pair: Pair | None) -> Fit
     width = float(np.median(np.diff(pair.edges)))
     for reach in (width, 0.12 * width):
         for key in trial.fixed:
-            tried = trial.fixed[key] + reach * np.linspace(-1.0, 1.0, THRESHOLDS.scan)
+            tried = trial.fixed[key] + reach * np.linspace(-1.0, 1.0, SEARCH.edge_places)
             values = {k: np.full(len(tried), v) for k, v in {**fitted.values(name), **trial.fixed}.items()}
             sets = np.tile(fitted.theta, (len(tried), 1))
             problem = fitted.problem
@@ -266,7 +266,7 @@ def middle_of_least(places: Floats, chi2: Floats) -> float:
 
     Between two samples an edge may stand anywhere: which of the places has the least rounding error says nothing.
     """
-    least = np.flatnonzero(chi2 <= chi2.min() + 2.0 * THRESHOLDS.evidence_error)
+    least = np.flatnonzero(chi2 <= chi2.min() + 2.0 * SEARCH.evidence_error)
     run = least[: 1 + int(np.argmin(np.append(np.diff(least) == 1, False)))]
     return float(0.5 * (places[run[0]] + places[run[-1]]))
 
@@ -288,11 +288,11 @@ def chosen(before: Explanation, tried: Sequence[Explanation]) -> Explanation | N
 def preferred(explanations: Sequence[Explanation]) -> Explanation:
     """Of the explanations that cannot be told from the best, one of few laws, of the rig rather than of a sensor."""
     best = max(explanations, key=evidence_of)
-    close = [e for e in explanations if (best.evidence - e.evidence) / best.temperature < THRESHOLDS.within]
+    close = [e for e in explanations if (best.evidence - e.evidence) / best.temperature < SEARCH.equivalent]
     fewest = min(len(e.laws) for e in close)
     return by_falling(
         [e for e in close if len(e.laws) == fewest],
-        lambda e: e.evidence - best.temperature * THRESHOLDS.recorded * _recorded(e),
+        lambda e: e.evidence - best.temperature * SEARCH.sensor_law_cost * _recorded(e),
     )[0]
 
 
@@ -303,7 +303,7 @@ def by_falling(explanations: Sequence[Explanation], score: Callable[[Explanation
     """
     rest, ordered = sorted(explanations, key=score, reverse=True), list[Explanation]()
     while rest:
-        tie = [e for e in rest if score(rest[0]) - score(e) <= THRESHOLDS.evidence_error]
+        tie = [e for e in rest if score(rest[0]) - score(e) <= SEARCH.evidence_error]
         ordered += sorted(tie, key=_description)
         rest = rest[len(tie) :]
     return ordered
@@ -333,10 +333,11 @@ def _says_enough(explanation: Explanation, before: Explanation) -> bool:
     said = more / before.temperature
     new = [explanation.effect(name) for name in explanation.terms if name not in before.terms]
     if not any(isinstance(effect, Trial) for effect in new):
-        return said > THRESHOLDS.enough
-    if said > THRESHOLDS.law_enough:
+        return said > SEARCH.effect_evidence
+    if said > SEARCH.law_evidence:
         return True
-    return said > THRESHOLDS.law_seen and unexplained_residual(before.fit, new[0].channel).significant(THRESHOLDS.alarm)
+    left = unexplained_residual(before.fit, new[0].channel)
+    return said > SEARCH.seen_law_evidence and left.significant(ACCEPTANCE.unexplained_alone)
 
 
 def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explanation]) -> list[Explanation]:
@@ -356,8 +357,8 @@ def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explana
             if not e.fit.at_bound
         ]
     )
-    close = [e for e in both if (better.evidence - e.evidence) / better.temperature < THRESHOLDS.within]
-    return [*close, better, *(e for e in both if e not in close)][: THRESHOLDS.rivals]
+    close = [e for e in both if (better.evidence - e.evidence) / better.temperature < SEARCH.equivalent]
+    return [*close, better, *(e for e in both if e not in close)][: SEARCH.most_rivals]
 
 
 def _halves(better: Explanation, before: Explanation, tried: Sequence[Explanation], channel: str) -> list[Explanation]:
@@ -368,7 +369,7 @@ def _halves(better: Explanation, before: Explanation, tried: Sequence[Explanatio
     """
     taken = before.fit.chi2 - better.fit.chi2
     single = [e for e in tried if len(e.laws) == len(before.laws) and not e.fit.at_bound]
-    large = [e for e in single if before.fit.chi2 - e.fit.chi2 > THRESHOLDS.half * taken][: THRESHOLDS.halves]
+    large = [e for e in single if before.fit.chi2 - e.fit.chi2 > SEARCH.replaced_share * taken][: SEARCH.replacements]
     known = {e.terms[-1] for e in large}
     contacts = [p for p in effects(before.fit) if p.effect.stage == "contact" and p.effect.channel == channel]
     return [*large, *(_with(before, p) for p in contacts if p.name not in known)]
@@ -379,7 +380,7 @@ def without_older_laws(
 ) -> tuple[Explanation, Mapping[str, Sequence[Explanation]]]:
     """The same with two effects in the place of a law that was there before: beside a new term they may say more."""
     for name in explanation.laws:
-        if name not in before.terms or name not in rivals or len(explanation.terms) == THRESHOLDS.most_terms:
+        if name not in before.terms or name not in rivals or len(explanation.terms) == SEARCH.most_terms:
             continue
         shorter = without(explanation, name)
         two = catalogued(explanation, shorter, rivals[name])[0]
@@ -399,7 +400,7 @@ def swap_and_drop(
     """
     newest = [name for name in explanation.terms if name not in before.terms]
     known = {newest[0]: judged_alike(explanation, [before, *ranked(tried)])} if len(newest) == 1 else {}
-    for _ in range(THRESHOLDS.most_terms):
+    for _ in range(SEARCH.most_terms):
         rivals = dict[str, Sequence[Explanation]](known)
         seen = responses(explanation.fit) if set(explanation.terms) - set(rivals) else []
         for name in explanation.terms:
@@ -424,16 +425,16 @@ def _stands_for(other: Explanation, explanation: Explanation, shorter: Explanati
     """Whether what another adds to the shorter explanation does a part of what the term that it lacks does."""
     own = shorter.fit.residual - explanation.fit.residual
     its = shorter.fit.residual - other.fit.residual
-    return float(own @ its) > THRESHOLDS.kin * float(own @ own)
+    return float(own @ its) > RESAMPLING.stands_for * float(own @ own)
 
 
 def judged_alike(explanation: Explanation, others: Sequence[Explanation]) -> list[Explanation]:
     """The best others, and effects within reach, fitted with the nuisances of an explanation, by falling evidence."""
     nuisance = explanation.fit.problem.nuisance
     results = [explanation]
-    near = (e for e in others[THRESHOLDS.rivals :] if len(e.laws) == len(explanation.laws))
-    reach = (e for e in near if (explanation.evidence - e.evidence) / explanation.temperature < THRESHOLDS.within)
-    for other in [*others[: THRESHOLDS.rivals], *reach]:
+    near = (e for e in others[SEARCH.most_rivals :] if len(e.laws) == len(explanation.laws))
+    reach = (e for e in near if (explanation.evidence - e.evidence) / explanation.temperature < SEARCH.equivalent)
+    for other in [*others[: SEARCH.most_rivals], *reach]:
         if other.labels != explanation.labels or other.terms != explanation.terms:
             again = fit(replace(other.fit.problem, nuisance=nuisance), other.fit.theta)
             results.append(replace(other, fit=again))

@@ -22,7 +22,7 @@ from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.generic import levels
 from twindisc_cli.loop.noise import Noise
 from twindisc_cli.loop.span import span_of
-from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.thresholds import ACCEPTANCE
 from twindisc_cli.model.experiment import Floats, History, Ints
 
 FEWEST_STEPS = 3  # two steps have no scatter beyond a difference
@@ -53,7 +53,7 @@ def step_scatter(fitted: Fit) -> list[StepScatter]:
         step = steps(case.test) if steps is not None else np.zeros(1, dtype=np.int64)
         count, squared = _length(fitted, where, case.noise[channel], step)
         p_value = float(chdtrc(count, squared)) if count else 1.0
-        if p_value < THRESHOLDS.alarm:
+        if p_value < ACCEPTANCE.unexplained_alone:
             prediction = problem.predict(fitted.theta[None])[number]
             miss = case.values(channel) - channels()[channel].predicted(case.model, prediction)[0]
             varied, size = _varied(case.test.history, step, miss), float(np.sqrt(squared / count))

@@ -14,7 +14,7 @@ from twindisc_cli.effects._effect import Effect
 from twindisc_cli.loop.diagnosis import Estimate
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.resample import scatter
-from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.thresholds import ACCEPTANCE
 from twindisc_cli.model.experiment import Floats
 
 INTERVAL = 2.706
@@ -35,7 +35,7 @@ def unfixed(effect: Effect, parameters: Mapping[str, Estimate]) -> list[str]:
     """
     results = []
     for p in effect.params:
-        estimate, near = parameters[p.name], THRESHOLDS.near_bound * (p.upper - p.lower)
+        estimate, near = parameters[p.name], ACCEPTANCE.near_bound * (p.upper - p.lower)
         low, high = estimate.value - p.lower < near, p.upper - estimate.value < near
         bound = p.lower if low else p.upper
         natural = bound == p.off or (p.unit == "1" and p.off == 0.0 and bound == 1.0)

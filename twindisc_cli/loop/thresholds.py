@@ -1,4 +1,7 @@
-"""The calibrated numbers of the closed loop, each with its meaning, where it is from, and what moving it costs."""
+"""The calibrated numbers of the closed loop, each with its meaning, where it is from, and what moving it costs.
+
+"Seeds" are those of the public score's development sets, 31337 and 4242; the public score runs on others.
+"""
 
 from __future__ import annotations
 
@@ -6,90 +9,20 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Thresholds:
-    """What counts as noise, as a tolerance, as found, and how sure.
+class Tolerances:
+    """What the inputs may be off by; none of it is a finding.
 
-    "Seeds" are those of the public score's development sets, 31337 and 4242; the public score runs on others.
-
-    Tolerances of the inputs, none of which is a finding:
-    tolerated_effects   effect, parameter and one standard deviation: stiffness of the contact and load to 0.7 % (what
-                        twin-disc rigs are calibrated to). Larger ones hide small effects of the operation, smaller ones
-                        name the rig's own tolerances as effects.
-    worn_slope          the same of the stiffness of a patch worn to a rectangle: its law errs by 0.7 % on tracks of
-                        other rigs. With 3 % a creepage that drifts (12 thresholds of the seeds) went under in it.
-    step_creepage       error that the creepage of each step may have on its own, relative and absolute (encoders).
-    transverse_radius   relative tolerance of the crown where the definition gives none (grinding).
-    youngs_modulus      the same of Young's modulus (handbooks of bearing and rail steels).
-
-    The search:
-    enough, law_enough  evidence [nats, tempered] that an effect, a law must add. From the seeds: on empty tests the
-                        largest was 3.0 and 2.5. Two nats more lose small effects, two fewer double the false alarms.
-    law_seen            what a law must add where a generic function of its channel is significant, too.
-    evidence_error      numerical error of an evidence [nats]: differences below it are ties, decided by description
-                        length and then by name. Between processors' kernels the evidence of one explanation differs by
-                        less than a tenth of it.
-    within              tempered difference of evidence up to which two explanations cannot be told apart: 3 nats are
-                        odds of twenty to one (H. Jeffreys, Theory of Probability, 1961).
-    recorded            price [nats, tempered] of a law of what a sensor records beside one of the rig: where both say
-                        the same (friction that settles, a zero that settles) the rig's is given and the sensor's told.
-    tempering             by how much differences are cooled, per square root of what was explained [1]: the formulas'
-                        own error grows with the effect (seeds: 20 units of chi2 left by the true law at 190,000).
-    formulas            families of curves that a law is chosen from: the choice costs its logarithm.
-    odd                 price [nats] of a recorded signal that changes with creepage or temperature, and not with time
-                        as sensors do: a law of the contact is meant in most cases.
-    forms               forms of each law that are fitted: its best and its second best.
-    tried               effects, and laws, that are fitted in every round, by what they promise.
-    hopeful             share of the best found so far that a term must promise to be fitted at all.
-    half, halves        share of what a law takes away that an effect must take to be tried as one of two in its place,
-                        and how many such effects are.
-    nothing_left        significance above which a third term is not looked for.
-    tried_at_least, hopeless  effects that are fitted in any case if they promise no less than this [nats]: a formula
-                        often does better than it promises to first order.
-    most_terms          terms of an answer at most: four fixed all pairs of the seeds, more are not asked of one test.
-    samples_each        samples for every parameter of a channel whose noise had to be assumed: with eight points and
-                        seven parameters, three terms were given at 80 % and a mu of 2.3 +- 1.7.
-    rivals              other explanations that are fitted beside the answer.
-    curve_steps         steps of a fit of a curve: its prior makes it converge in a few.
-    scan                places at which the edge of a step or a window is tried in each of two scans.
-
-    Judging:
-    alarm, refusal      significance at which something is reported as left where nothing, where something was found.
-    short               length of an unexplained residual, in those of what was explained, below which it is the
-                        formulas' own error.
-    covariates          covariates named for an unexplained residual.
-    rise, rise_at_most  growth of an error that counts where it is significant, and that counts in any case [1].
-    foreign             error of the base model on held-out samples, over its error on those fitted, beyond which they
-                        are of another state, where the revised model is no nearer to them.
-    rise_errors         standard errors at which a growth of an error is significant.
-    at_noise            error over the noise up to which a test that is only predicted counts as foretold [1].
-    judged_blocks, fewest_judged  blocks of neighbours this is taken from, and samples below which nothing is judged.
-    repeats             scatter of mu, K and the convection from a test to its repeat, in their logarithms: a test that
-                        is only predicted speaks of the shape, not of the level.
-    near_bound          share of a parameter's range from a bound at which it counts as being there.
-    most_refused        other answers that are judged where the best raises an error, before parts of it are.
-    spare_stops         fewer profiles beyond the parameters than this hardly test the form of a law of wear.
-
-    Probability:
-    draws, blocks       resamples of the data, and blocks of each channel of each test at most.
-    block_samples       samples of a block at least, where a channel has so many.
-    same_response               share of a response that a law must have to be the same in other words, as an effect
-                        over its own covariate or as a law over one that runs alike: with
-                        0.97 three of 62 laws of the seeds that are in no catalogue went under in an effect's name.
-    resembles           share from which on a learnt law is said to resemble an effect.
-    kin                 share of a term's response that something must have to stand for it: the true ones of the seeds
-                        had 0.38 and more, what stood for nothing 0.2 and less.
-    named               share of the resamples below which a term is not given as found: four in five choose against it.
-    share_error         difference of shares of the resamples that is up to chance: two standard errors of a hundred.
-    rival_share         share of the resamples from which on an explanation is named as an alternative.
-    set_share           share of the resamples at which a set ends: 0.85 left out the truth in none of 40 tests of the
-                        seeds, and kept 28 of 30 sets to three members, 0.95 kept 24.
-    small_set           members of the set of an effect at most, and up to which effects are named beyond that share.
-    established, probable  probability from which on the words are used.
-    mixed               explanations that predict together at most: the others have little weight.
-    separated           explanations between which the next experiment decides.
+    effects                 effect, parameter and one standard deviation: stiffness of the contact and load to 0.7 %
+                            (what twin-disc rigs are calibrated to). Larger ones hide small effects of the operation,
+                            smaller ones name the rig's own tolerances as effects.
+    worn_slope              the same of the stiffness of a patch worn to a rectangle: its law errs by 0.7 % on tracks of
+                            other rigs. With 3 % a creepage that drifts (12 thresholds of the seeds) went under in it.
+    step_creepage           error that the creepage of each step may have on its own, relative and absolute (encoders).
+    transverse_radius       relative tolerance of the crown where the definition gives none (grinding).
+    youngs_modulus          the same of Young's modulus (handbooks of bearing and rail steels).
     """
 
-    tolerated_effects: tuple[tuple[str, str, float], ...] = (
+    effects: tuple[tuple[str, str, float], ...] = (
         ("third_body_layer", "slope_ratio", -0.007),
         ("load_error", "error_percent", 0.7),
     )
@@ -98,60 +31,157 @@ class Thresholds:
     transverse_radius: float = 0.005
     youngs_modulus: float = 0.005
 
-    enough: float = 5.0
-    law_enough: float = 6.0
-    law_seen: float = 1.5
+
+@dataclass(frozen=True)
+class Search:
+    """What a term must add, what is tried, and what counts as a tie.
+
+    effect_evidence, law_evidence
+                            evidence [nats, tempered] that an effect, a law must add. From the seeds: on empty tests the
+                            largest was 3.0 and 2.5. Two nats more lose small effects, two fewer double the false
+                            alarms.
+    seen_law_evidence       what a law must add where a generic function of its channel is significant, too.
+    evidence_error          numerical error of an evidence [nats]: differences below it are ties, decided by description
+                            length and then by name. Between processors' kernels the evidence of one explanation differs
+                            by less than a tenth of it.
+    equivalent              tempered difference of evidence up to which two explanations cannot be separated: 3 nats
+                            are odds of twenty to one (H. Jeffreys, Theory of Probability, 1961).
+    sensor_law_cost         price [nats, tempered] of a law of what a sensor records beside one of the rig: where both
+                            say the same (friction that settles, a zero that settles) the rig's is given and the
+                            sensor's is said.
+    tempering               by how much differences are tempered, per square root of what was explained [1]: the formulas'
+                            own error grows with the effect (seeds: 20 units of chi2 left by the true law at 190,000).
+    curve_families          families of curves that a law is chosen from: the choice costs its logarithm.
+    odd_signal_cost         price [nats] of a recorded signal that changes with creepage or temperature, and not with
+                            time as sensors do: a law of the contact is meant in most cases.
+    forms_fitted            forms of each law that are fitted: its best and its second best.
+    fitted_each_round       effects, and laws, that are fitted in every round, by what they promise.
+    least_share             share of the best found so far that a term must promise to be fitted at all.
+    replaced_share, replacements
+                            share of what a law takes away that an effect must take to be tried as one of two in its
+                            place, and how many such effects are.
+    nothing_left            significance above which a third term is not looked for.
+    fitted_at_least, least_promise
+                            effects that are fitted in any case if they promise no less than this [nats]: a formula
+                            often does better than it promises to first order.
+    most_terms              terms of an answer at most: four fixed all pairs of the seeds, more are not asked of one
+                            test.
+    samples_each            samples for every parameter of a channel whose noise had to be assumed: with eight points
+                            and seven parameters, three terms were given at 80 % and a mu of 2.3 +- 1.7.
+    most_rivals             other explanations that are fitted beside the answer.
+    curve_steps             steps of a fit of a curve: its prior makes it converge in a few.
+    edge_places             places at which the edge of a step or a window is tried in each of two scans.
+    """
+
+    effect_evidence: float = 5.0
+    law_evidence: float = 6.0
+    seen_law_evidence: float = 1.5
     evidence_error: float = 0.1
-    within: float = 3.0
-    recorded: float = 1.0
+    equivalent: float = 3.0
+    sensor_law_cost: float = 1.0
     tempering: float = 0.02
-    formulas: int = 9
-    odd: float = 2.0
-    forms: int = 2
-    tried: int = 7
-    hopeful: float = 0.3
-    tried_at_least: int = 4
-    hopeless: float = -3.0
-    half: float = 0.25
-    halves: int = 3
+    curve_families: int = 9
+    odd_signal_cost: float = 2.0
+    forms_fitted: int = 2
+    fitted_each_round: int = 7
+    least_share: float = 0.3
+    fitted_at_least: int = 4
+    least_promise: float = -3.0
+    replaced_share: float = 0.25
+    replacements: int = 3
     nothing_left: float = 0.2
     most_terms: int = 4
     samples_each: int = 3
-    rivals: int = 8
+    most_rivals: int = 8
     curve_steps: int = 12
-    scan: int = 17
+    edge_places: int = 17
 
-    alarm: float = 0.002
-    refusal: float = 0.002
-    short: float = 0.2
-    covariates: int = 2
-    rise: float = 0.05
-    rise_at_most: float = 0.2
-    rise_errors: float = 1.0
-    foreign: float = 2.0
-    at_noise: float = 1.15
+
+@dataclass(frozen=True)
+class Acceptance:
+    """When an answer is refused, and when something is reported as left.
+
+    unexplained_alone, unexplained_beside
+                            significance at which something is reported as left where nothing, where something was
+                            found.
+    formula_error           length of an unexplained residual, in those of what was explained, below which it is the
+                            formulas' own error.
+    covariates_named        covariates named for an unexplained residual.
+    growth, growth_at_most  growth of an error that counts where it is significant, and that counts in any case [1].
+    foreign_state           error of the base model on held-out samples, over its error on those fitted, beyond which
+                            they are of another state, where the revised model is no nearer to them.
+    growth_errors           standard errors at which a growth of an error is significant.
+    predicted               error over the noise up to which a test that is only predicted counts as predicted [1].
+    judged_blocks, fewest_judged
+                            blocks of neighbours this is taken from, and samples below which nothing is judged.
+    repeat_scatter          scatter of mu, K and the convection from a test to its repeat, in their logarithms: a test
+                            that is only predicted speaks of the shape, not of the level.
+    near_bound              share of a parameter's range from a bound at which it counts as being there.
+    most_refused            other answers that are judged where the best raises an error, before parts of it are.
+    spare_stops             fewer profiles beyond the parameters than this hardly test the form of a law of wear.
+    """
+
+    unexplained_alone: float = 0.002
+    unexplained_beside: float = 0.002
+    formula_error: float = 0.2
+    covariates_named: int = 2
+    growth: float = 0.05
+    growth_at_most: float = 0.2
+    growth_errors: float = 1.0
+    foreign_state: float = 2.0
+    predicted: float = 1.15
     judged_blocks: int = 12
     fewest_judged: int = 6
-    repeats: float = 0.03
+    repeat_scatter: float = 0.03
     near_bound: float = 1e-3
     most_refused: int = 4
     spare_stops: int = 3
+
+
+@dataclass(frozen=True)
+class Resampling:
+    """How probabilities are drawn, and what they are called.
+
+    draws, blocks           resamples of the data, and blocks of each channel of each test at most.
+    block_samples           samples of a block at least, where a channel has so many.
+    same_response           share of a response that a law must have to be the same in other words, as an effect over
+                            its own covariate or as a law over one that runs alike: with 0.97 three of 62 laws of the
+                            seeds that are in no catalogue went under in an effect's name.
+    resembles               share from which on a learnt law is said to resemble an effect.
+    stands_for              share of a term's response that something must have to stand for it: the true ones of the
+                            seeds had 0.38 and more, what stood for nothing 0.2 and less.
+    least_probability       share of the resamples below which a term is not given as found: four in five choose against
+                            it.
+    share_error             difference of shares of the resamples that is up to chance: two standard errors of a
+                            hundred.
+    rival_share             share of the resamples from which on an explanation is named as an alternative.
+    set_share               share of the resamples at which a set ends: 0.85 left out the truth in none of 40 tests of
+                            the seeds, and kept 28 of 30 sets to three members, 0.95 kept 24.
+    small_set               members of the set of an effect at most, and up to which effects are named beyond that
+                            share.
+    established, probable   probability from which on the words are used.
+    most_mixed              explanations that predict together at most: the others have little weight.
+    most_separated          explanations between which the next experiment decides.
+    """
 
     draws: int = 100
     blocks: int = 30
     block_samples: int = 8
     same_response: float = 0.99
     resembles: float = 0.5
-    kin: float = 0.25
-    named: float = 0.2
+    stands_for: float = 0.25
+    least_probability: float = 0.2
     share_error: float = 0.1
     rival_share: float = 0.05
     set_share: float = 0.85
     small_set: int = 3
     established: float = 0.9
     probable: float = 0.6
-    mixed: int = 4
-    separated: int = 4
+    most_mixed: int = 4
+    most_separated: int = 4
 
 
-THRESHOLDS = Thresholds()
+TOLERANCES = Tolerances()
+SEARCH = Search()
+ACCEPTANCE = Acceptance()
+RESAMPLING = Resampling()

@@ -24,7 +24,7 @@ from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.fit import Fit, carried, linearised, plain_fit, remembered
 from twindisc_cli.loop.levels import levels_of
 from twindisc_cli.loop.problem import Case, Problem, base_parameters, case_of, stated
-from twindisc_cli.loop.thresholds import THRESHOLDS
+from twindisc_cli.loop.thresholds import ACCEPTANCE
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import Prediction
 
@@ -103,7 +103,7 @@ def drawn_levels(fitted: Fit) -> dict[str, tuple[float, float]]:
     intervals = {}
     for p in fitted.problem.parameters:
         if p.term is None and p.case is not None:
-            value, half = fitted.value(p)[0], NINETY * THRESHOLDS.repeats
+            value, half = fitted.value(p)[0], NINETY * ACCEPTANCE.repeat_scatter
             intervals[p.key] = value * float(np.exp(-half)), value * float(np.exp(half))
     return intervals | {key: of.drawn()[1:] for key, of in levels_of([fitted]).items()}
 
@@ -121,12 +121,12 @@ class Elsewhere:
         places = {(p.name, p.case): i for i, p in enumerate(fitted.problem.parameters)}
         shared = [i for i, p in enumerate(problem.parameters) if (p.name, p.case) in places]
         own = [places[problem.parameters[i].name, problem.parameters[i].case] for i in shared]
-        scatter = [THRESHOLDS.repeats**2 * (problem.parameters[i].term is None) for i in shared]
+        scatter = [ACCEPTANCE.repeat_scatter**2 * (problem.parameters[i].term is None) for i in shared]
         size, direction = np.linalg.eigh(fitted.covariance[np.ix_(own, own)] + np.diag(scatter))
         A = slopes[:, shared] @ (direction * np.sqrt(np.maximum(size, 0.0)))
         S, pull = np.eye(len(shared)) + A.T @ A, A.T @ miss
         chi2 = float(miss @ miss - pull @ np.linalg.solve(S, pull))
-        excess, blocks = max(chi2 - len(miss), 0.0), THRESHOLDS.judged_blocks * len(problem.channels)
+        excess, blocks = max(chi2 - len(miss), 0.0), ACCEPTANCE.judged_blocks * len(problem.channels)
         missed = min(chi2, len(miss)) + blocks * float(np.log1p(excess / blocks))
         return -0.5 * (missed + float(np.linalg.slogdet(S)[1])), chi2
 
