@@ -49,8 +49,9 @@ class Search:
     sensor_law_cost         price [nats, tempered] of a law of what a sensor records beside one of the rig: where both
                             say the same (friction that settles, a zero that settles) the rig's is given and the
                             sensor's is said.
-    tempering               by how much differences are tempered, per square root of what was explained [1]: the formulas'
-                            own error grows with the effect (seeds: 20 units of chi2 left by the true law at 190,000).
+    tempering               by how much differences are tempered, per square root of what was explained [1]: the
+                            formulas' own error grows with the effect (seeds: 20 units of chi2 left by the true law
+                            at 190,000).
     curve_families          families of curves that a law is chosen from: the choice costs its logarithm.
     odd_signal_cost         price [nats] of a recorded signal that changes with creepage or temperature, and not with
                             time as sensors do: a law of the contact is meant in most cases.
