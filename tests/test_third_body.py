@@ -12,6 +12,8 @@ from definitions import VALID, write
 
 from twindisc_cli.commands import contact
 from twindisc_cli.definition import load
+from twindisc_cli.errors import DefinitionError
+from twindisc_cli.identify.chart import friction_chart
 from twindisc_cli.model.contact_fields import exact_field, fastsim_field, hertz_patch
 from twindisc_cli.model.experiment import Disc, Options, Rig
 from twindisc_cli.model.forward import ForwardModel
@@ -133,3 +135,18 @@ def test_a_layer_is_declared_under_model(tmp_path: Path) -> None:
         assert soft[theory]["T_over_N"] < 0.9 * plain[theory]["T_over_N"]
     assert soft["exact_table"]["T_over_N"] == pytest.approx(soft["exact"]["T_over_N"], abs=0.01)
     assert load(write(tmp_path, text)).experiment.options.layer_compliance == pytest.approx(2e-14)
+
+
+def test_a_declared_initial_slope_is_the_layer_that_lowers_it(tmp_path: Path) -> None:
+    """T/N over the creepage of a rig with 0.4 of Kalker's slope is that of the effect third_body_layer at 0.4."""
+    text = VALID.replace("[rig]\n", "[rig]\ninitial_slope = { value = 0.4, std = 0.1 }\n")
+    of_rig = load(write(tmp_path, text)).experiment
+    of_effect = load(write(tmp_path, VALID + "\n[effects.third_body_layer]\nslope_ratio = 0.4\n")).experiment
+    assert of_rig.tolerances["initial_slope"] == pytest.approx(0.25)
+    mu, creepage = np.array([0.3, 0.6]), np.geomspace(1e-4, 0.05, 12)
+    charts = [friction_chart(test, mu=mu, creepage=creepage).apparent for test in (of_rig, of_effect)]
+    assert charts[0] == pytest.approx(charts[1], rel=1e-12)
+    plain = friction_chart(load(write(tmp_path, VALID)).experiment, mu=mu, creepage=creepage).apparent
+    assert charts[0][:, 0] == pytest.approx(0.4 * plain[:, 0], rel=0.05), "linear theory at small creepage"
+    with pytest.raises(DefinitionError, match="initial_slope"):
+        load(write(tmp_path, VALID.replace("[rig]\n", "[rig]\ninitial_slope = 0.0\n")))

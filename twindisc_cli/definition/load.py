@@ -175,6 +175,7 @@ def _tolerances(rig: RigTable, material: MaterialTable) -> dict[str, float]:
         "transverse_radius": [rig.disc1.transverse_radius_mm, rig.disc2.transverse_radius_mm],
         "youngs_modulus": [table.youngs_modulus_GPa for table in tables],
         "hardness": [table.hardness_HV for table in tables],
+        "initial_slope": [rig.initial_slope],
     }
     shares = {name: [v.std / abs(v) for v in values if isinstance(v, Uncertain)] for name, values in given.items()}
     return {name: max(each) for name, each in shares.items() if each}
@@ -250,6 +251,7 @@ def _options(definition: DefinitionBase, rig: Rig) -> Options:
         disc1_wear_coefficient=_or_nan(model.disc1_wear_coefficient),
         friction_coefficient=_or_nan(model.friction_coefficient),
         layer_compliance=(model.layer_compliance_mm3_N or 0.0) * 1e-9,
+        initial_slope=float(definition.rig.initial_slope or 1.0),
     )
 
 

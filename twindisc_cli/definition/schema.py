@@ -91,6 +91,9 @@ TransverseRadius = Annotated[
 ]
 Young = Annotated[float, Field(gt=0.0, le=1500.0, description="Young's modulus"), *_UNCERTAIN]
 Poisson = Annotated[float, Field(ge=0.0, le=0.5, description="Poisson's ratio")]
+Slope = Annotated[
+    float, Field(gt=0.0, le=2.0, description="initial slope of the creep curve over Kalker's"), *_UNCERTAIN
+]
 Density = Annotated[float, Field(gt=0.0, le=30000.0, description="of the disc, for the mass it loses")]
 Hardness = Annotated[float, Field(gt=0.0, le=12000.0, description="Vickers hardness"), *_UNCERTAIN]
 
@@ -131,6 +134,11 @@ class RigTable(Table):
     normal_load_N: Positive = Field(le=1e7)
     mean_speed_rpm: Positive | None = Field(default=None, le=1e6, description="mean of both discs; finite radii only")
     rolling_speed_m_s: Positive | None = Field(default=None, le=1e3, description="instead of mean_speed_rpm")
+    initial_slope: Slope | None = Field(
+        default=None,
+        description="initial slope of the creep curve over Kalker's, below 1 by roughness or a third body; left out, 1 "
+        "and close-loop finds a third_body_layer where it is lower; with a std, what lies within it is no finding",
+    )
     disc1: DiscTable
     disc2: DiscTable
 

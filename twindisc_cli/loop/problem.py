@@ -32,6 +32,9 @@ from twindisc_cli.model.experiment import Experiment, Floats, Ints, Rig
 from twindisc_cli.model.forward import ForwardModel, IntegratedSets, Prediction
 from twindisc_cli.model.patch import Paths
 
+DECLARED = {"third_body_layer": "initial_slope"}
+"""Quantities of the rig whose tolerance in a definition takes the place of that of an effect."""
+
 
 @dataclass(frozen=True)
 class Case:
@@ -500,7 +503,8 @@ def known_sensors(test: Experiment) -> tuple[tuple[str, str, float], ...]:
 
 def _slightly(test: Experiment, name: str, key: str, size: float) -> dict[str, Floats]:
     """An effect a little larger than the test declares it: by a factor where its parameter is one, else by a sum."""
-    declared = test.effects.get(name, {})
+    declared, known = test.effects.get(name, {}), test.tolerances.get(DECLARED.get(name, ""))
+    size = size if known is None else float(np.copysign(known, size))
     values = {p.name: declared.get(p.name, p.off if p.off is not None else p.start) for p in catalogue()[name].params}
     ratio = next(p.log for p in catalogue()[name].params if p.name == key)
     values[key] = values[key] * (1.0 + size) if ratio else values[key] + size

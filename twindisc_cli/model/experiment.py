@@ -259,7 +259,8 @@ class Options:
     """How the contact is computed, and the base parameters that are given (NaN: to be found).
 
     wear_coefficient is disc 2's; disc1_wear_coefficient NaN: disc 1 does not wear, unless an effect says so.
-    layer_compliance: thickness over shear modulus of a third body between the discs [m/Pa].
+    layer_compliance: thickness over shear modulus of a third body between the discs [m/Pa]. initial_slope: of the creep
+    curve, over Kalker's.
     """
 
     contact: Contact = "hertz"
@@ -268,6 +269,7 @@ class Options:
     disc1_wear_coefficient: float = np.nan
     friction_coefficient: float = np.nan
     layer_compliance: float = 0.0
+    initial_slope: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -409,5 +411,6 @@ class Experiment:
 
     @property
     def is_plain(self) -> bool:
-        """Whether no effect, law or layer is declared and the discs are alike, so that closed forms hold."""
-        return not (self.effects or self.laws or self.rig.dundurs or self.options.layer_compliance)
+        """Whether no effect, law, layer or slope is declared and the discs are alike, so that closed forms hold."""
+        softened = self.options.layer_compliance > 0.0 or self.options.initial_slope != 1.0
+        return not (self.effects or self.laws or self.rig.dundurs or softened)

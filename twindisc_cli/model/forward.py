@@ -317,6 +317,7 @@ class _Chain:
             normalised_creepage=np.full(shape, CREEPAGES[-1]),
             power_before=np.full(shape, 1e-30),
             power=np.full(shape, 1e-30),
+            slope=np.full((1, 1), test.options.initial_slope),
         )
 
     def _of_disc1(self) -> Floats:
