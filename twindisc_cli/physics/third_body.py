@@ -14,7 +14,8 @@ semi-elliptic pressure at the same share of its length in all strips, which make
 The slope with the layer is that of both in series but for 1 to 4 %: they distribute the traction differently.
 
 Source: J. J. Kalker's simplified theory with a semi-elliptic bound, integrated; the 0.07 and 0.12, and that the curves
-mix by Lambda, by half_space.rolling with a layer (tests/test_third_body.py). Valid for: elastic layers far thinner than the patch.
+mix by Lambda, by half_space.rolling with a layer (tests/test_third_body.py).
+Valid for: elastic layers far thinner than the patch.
 """
 
 from __future__ import annotations
