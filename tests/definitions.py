@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -84,3 +85,9 @@ def write(folder: Path, text: str = VALID, name: str = "small.toml", **data: str
     path = folder / name
     path.write_text(text, encoding="utf-8")
     return path
+
+
+def with_wear_coefficient(test: Test, k: float) -> Test:
+    """The test with K given, which it leaves to be identified."""
+    options = replace(test.experiment.options, wear_coefficient=k)
+    return replace(test, experiment=replace(test.experiment, options=options))

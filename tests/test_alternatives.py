@@ -19,7 +19,7 @@ def member(names, evidence, removes):
     name, term = "_over_".join(names), term_of(*names)
     effect = catalogue().get(name) or SimpleNamespace(channel="profile")
     return SimpleNamespace(
-        terms=(name,), labels=frozenset({term}), evidence=evidence, heat=1.0, term=lambda name: term,
+        terms=(name,), labels=frozenset({term}), evidence=evidence, temperature=1.0, term=lambda name: term,
         effect=lambda name: effect, here=evidence, fit=left(NOISE + RISING - removes),
     )  # fmt: skip
 
@@ -37,7 +37,7 @@ def left(residual):
 
 
 def compared(shares, *members):
-    base = SimpleNamespace(terms=(), labels=frozenset(), evidence=-50.0, heat=1.0, fit=left(NOISE + RISING))
+    base = SimpleNamespace(terms=(), labels=frozenset(), evidence=-50.0, temperature=1.0, fit=left(NOISE + RISING))
     return Compared(members[0], [*members, base], np.array([*shares, 0.0]), base)
 
 

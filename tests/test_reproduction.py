@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from definitions import outcome, shipped
+from definitions import outcome, shipped, with_wear_coefficient
 
-from twindisc_cli.commands import paper
+from twindisc_cli.commands import paper, simulate_wear
 from twindisc_cli.results import Result
 
 STORED: dict[str, dict[str, dict[str, Any]]] = tomllib.loads(
@@ -56,6 +56,6 @@ def test_the_commands_say_the_same_numbers_as_the_figures() -> None:
     assert found["fig08"]["ambient_energy_kJ"] == pytest.approx(wear["dissipated_energy_kJ"], rel=1e-3)
     rise = outcome(NITROGEN, "thermal").json["rise_C"]
     assert found["fig13"]["cryogenic_rise_C"] == pytest.approx(rise, rel=1e-3)
-    # the definition of the nitrogen test declares the K from air in three digits
-    depth = outcome(NITROGEN, "simulate-wear").json["depth_um"]
+    nitrogen = with_wear_coefficient(shipped(NITROGEN), found["fig11"]["ambient_K"])
+    depth = simulate_wear.run(nitrogen).json["depth_um"]
     assert found["fig14"]["cryogenic_depth_um"] == pytest.approx(depth, rel=2e-3)

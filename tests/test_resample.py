@@ -97,7 +97,7 @@ def test_blocks_are_neighbours_of_one_channel() -> None:
 class Said:
     """What softening asks of an explanation."""
 
-    heat: float
+    temperature: float
 
 
 def test_weights_are_bayes_factors_cooled_by_the_best() -> None:

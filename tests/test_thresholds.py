@@ -8,14 +8,16 @@ from dataclasses import fields
 
 import pytest
 
-from twindisc_cli.loop.thresholds import RESAMPLING, SEARCH, Thresholds
+from twindisc_cli.loop.thresholds import ACCEPTANCE, RESAMPLING, SEARCH, TOLERANCES
+
+GROUPS = (TOLERANCES, SEARCH, ACCEPTANCE, RESAMPLING)
 
 
-@pytest.mark.parametrize("name", [field.name for field in fields(Thresholds)])
-def test_every_number_says_what_it_means(name: str) -> None:
+@pytest.mark.parametrize(("group", "name"), [(group, field.name) for group in GROUPS for field in fields(group)])
+def test_every_number_says_what_it_means(group: object, name: str) -> None:
     """A line of the record's docstring begins with the number's name, alone or among others, and says something."""
-    text = inspect.getdoc(Thresholds) or ""
-    entries = re.findall(r"^((?:\w+, )*\w+)  +(\S.*)$", text, flags=re.MULTILINE)
+    text = inspect.getdoc(type(group)) or ""
+    entries = re.findall(r"^((?:\w+, )*\w+)(?:\n +|  +)(\S.*)$", text, flags=re.MULTILINE)
     (meaning,) = [meaning for names, meaning in entries if name in names.split(", ")]
     assert len(meaning.split()) >= 4
 

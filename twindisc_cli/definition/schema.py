@@ -137,7 +137,7 @@ class RigTable(Table):
     initial_slope: Slope | None = Field(
         default=None,
         description="initial slope of the creep curve over Kalker's, below 1 by roughness or a third body; left out, 1 "
-        "and close-loop finds a third_body_layer where it is lower; with a std, what lies within it is no finding",
+        "and close-loop finds a third_body_layer where it is lower; with a std, a slope within it is not a finding",
     )
     disc1: DiscTable
     disc2: DiscTable
