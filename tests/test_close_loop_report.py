@@ -800,8 +800,7 @@ def test_a_law_is_told_in_the_same_words_everywhere(test: Test) -> None:
         assert text.casefold() in reader.text("p").casefold()
     for text in (
         "68.1 s 60.0 to 77.0",
-        "a change of the wear coefficient with time (30 %)",
-        "running-in of wear (10 %)",
+        "a change of the wear coefficient with time or running-in of wear",
         "What would separate them: low and high creepages in turn",
     ):
         assert text in reader.text()
