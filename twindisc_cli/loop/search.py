@@ -344,8 +344,8 @@ def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explana
     """Two effects of the catalogue in the place of a law that was added, where they cannot be told from it.
 
     First the explanation to go on with, then the others within reach. The second effect is one of the law's own
-    channel, by what it promises beside the first as fitted, and not of the first one's stage over the same covariate:
-    two such are pieces of one curve, as the law is.
+    channel, by what it promises beside the first as fitted. Two courses over time of one quantity do not stand for a
+    law: sums of settlings follow any curve, as the law does.
     """
     if len(better.laws) == len(before.laws):
         return [better]
@@ -355,16 +355,16 @@ def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explana
             e
             for half in _halves(better, before, tried, law.channel)
             for e in _most_promising(half, [p for p in effects(half.fit) if p.effect.channel == law.channel])
-            if not e.fit.at_bound and not _pieces_of_a_curve(*(e.effect(name) for name in e.terms[-2:]))
+            if not e.fit.at_bound and not _courses_over_time(*(e.effect(name) for name in e.terms[-2:]))
         ]
     )
     close = [e for e in both if (better.evidence - e.evidence) / better.temperature < SEARCH.equivalent]
     return [*close, better, *(e for e in both if e not in close)][: SEARCH.most_rivals]
 
 
-def _pieces_of_a_curve(one: Effect, other: Effect) -> bool:
-    """Whether two effects change the same stage over the same covariate."""
-    return bool(one.over) and (one.stage, one.over) == (other.stage, other.over)
+def _courses_over_time(one: Effect, other: Effect) -> bool:
+    """Whether two effects change the same stage over time."""
+    return one.over == other.over == "time" and one.stage == other.stage
 
 
 def _halves(better: Explanation, before: Explanation, tried: Sequence[Explanation], channel: str) -> list[Explanation]:
