@@ -12,7 +12,7 @@ from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.integration import Loaded
 from twindisc_cli.model.partial_slip import power_over_load
 from twindisc_cli.model.wear_path import grid
-from twindisc_cli.model.wear_path.local import _Favoured
+from twindisc_cli.model.wear_path.local import _LocalWeights
 from twindisc_cli.physics import fastrip
 from twindisc_cli.physics.half_space import rolling
 from twindisc_cli.physics.half_space.normal import NormalContact
@@ -179,7 +179,7 @@ def test_the_march_weighs_strips_by_what_they_dissipate() -> None:
     """K over its mean is that of the strip's own wear index, P over its area, each weighted by P."""
     y, length, load = ellipse(0.6)
     xi = np.full((1, 1, 2), 1.0)
-    of = _Favoured(np.ones_like(xi), xi, xi, lambda index, place, passes: index, np.full((1, len(y)), np.inf))
+    of = _LocalWeights(np.ones_like(xi), xi, xi, lambda index, place, passes: index, np.full((1, len(y)), np.inf))
     weight = of(0, y, Loaded(load[None], (load / (2.0 * length))[None]))[0]
     power = power_over_load(y, length, load, np.array([1.0]))
     index = power * load / length

@@ -18,9 +18,10 @@ from typing import Annotated, Any, cast
 import typer
 
 from twindisc_cli import terminal
-from twindisc_cli.commands._output import DPI, FORMATS, OVER, Output
+from twindisc_cli.commands._output import DPI, FORMATS, Output
 from twindisc_cli.errors import DefinitionError, OutputError, TwindiscError, ValidityError, bug
 from twindisc_cli.plugins import fault
+from twindisc_cli.time_axes import TIME_AXES
 from twindisc_cli.version import __version__
 
 INTERRUPTED, TERMINATED = 130, 143
@@ -67,7 +68,7 @@ Trust = Annotated[
 Over = Annotated[
     str,
     typer.Option(
-        "--over", metavar="|".join(OVER), help="What time is drawn over. [default: as fits]", show_default=False
+        "--over", metavar="|".join(TIME_AXES), help="What time is drawn over. [default: as fits]", show_default=False
     ),
 ]
 Panels = Annotated[bool, typer.Option("--panels", help="Write each panel of a figure as a file of its own, too.")]
@@ -128,8 +129,8 @@ def _output(
     if unknown := [part for part in chosen if part not in FORMATS]:
         raise typer.BadParameter(f"--format knows {', '.join(FORMATS)}, not {unknown[0] or 'nothing'}")
     chosen = () if no_figure else chosen
-    if over and over not in OVER:
-        raise typer.BadParameter(f"--over knows {', '.join(OVER)}, not {over}")
+    if over and over not in TIME_AXES:
+        raise typer.BadParameter(f"--over knows {', '.join(TIME_AXES)}, not {over}")
     return Output(
         folder,
         as_json,

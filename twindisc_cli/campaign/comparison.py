@@ -21,13 +21,9 @@ from twindisc_cli.errors import DefinitionError, Problem
 from twindisc_cli.identify.least_squares import NINETY
 from twindisc_cli.quantities import UNITS, Floats
 from twindisc_cli.results.recorded import Recorded, recorded
+from twindisc_cli.time_axes import TIME_AXES
 
 COMMANDS = ("identify-mu", "simulate-wear", "fit-k", "thermal", "close-loop")
-OVER = {over: f"time [{over}]" for over in ("s", "min", "h")} | {
-    "cycles": "revolutions [1]",
-    "km": "rolled distance [km]",
-}
-"""Headers of what time can be drawn over."""
 UNSAID = ("test", "measured", "reported", "loop")
 """Tables of a definition that no legend names: what a test is called, and where its data lie."""
 MOST_SAID = 3
@@ -252,7 +248,9 @@ def _traction(tests: Sequence[Shown], over: str) -> Quantity:
             time, cycles, ratio = result
             yield from _series(test, _along(test, over, time, cycles), ratio)
 
-    return _quantity("traction", f"measured T/N over {_named(over)}", OVER[over], "traction ratio [1]", tests, made)
+    return _quantity(
+        "traction", f"measured T/N over {_named(over)}", TIME_AXES[over], "traction ratio [1]", tests, made
+    )
 
 
 def _profile(tests: Sequence[Shown], _: str) -> Quantity:
@@ -278,7 +276,7 @@ def _depth(tests: Sequence[Shown], over: str) -> Quantity:
             yield from _series(test, _along(test, over, time, _cycles(test, time)), 1e6 * depth, is_line=True)
 
     return _quantity(
-        "depth", f"simulated depth of the track over {_named(over)}", OVER[over], "depth [um]", tests, made
+        "depth", f"simulated depth of the track over {_named(over)}", TIME_AXES[over], "depth [um]", tests, made
     )
 
 
@@ -317,7 +315,7 @@ def _temperature(tests: Sequence[Shown], over: str) -> Quantity:
             yield from _series(test, along, UNITS["degC"].of_si(kelvin), is_line=True)
 
     return _quantity(
-        "temperature", f"disc temperature over {_named(over)}", OVER[over], "temperature [degC]", tests, made
+        "temperature", f"disc temperature over {_named(over)}", TIME_AXES[over], "temperature [degC]", tests, made
     )
 
 
@@ -355,7 +353,7 @@ def _quantity(
 
 def _named(over: str) -> str:
     """What time is drawn over, without its unit."""
-    return OVER[over].partition(" [")[0]
+    return TIME_AXES[over].partition(" [")[0]
 
 
 def _along(test: Shown, over: str, time: Floats, cycles: Floats) -> Floats:

@@ -47,7 +47,7 @@ class Points:
 
     @property
     def scatter(self) -> Floats:
-        """How the relative standard errors compare, (point,); all alike where one is not known."""
+        """How the relative standard errors compare, (point,); all equal where one is not known."""
         width = (self.high - self.low) / self.mu
         return width if np.all(width > 0.0) else np.ones_like(width)
 

@@ -259,7 +259,7 @@ def _told(part: str | int) -> str:
 
 
 def _label(values: Mapping[str, Value]) -> str:
-    """A name from the values: the last part of each key, or the whole key where two end alike."""
+    """A name from the values: the last part of each key, or the whole key where two end in the same part."""
     last = {key: key.rpartition(".")[2] for key in values}
     plain = len(set(last.values())) == len(last)
     words = [f"{last[key] if plain else key}-{_shown(value)}" for key, value in values.items()]

@@ -10,8 +10,6 @@ from twindisc_cli.digests import digest_of
 
 FORMATS = ("png", "pdf", "svg")
 DPI = 150
-OVER = ("s", "min", "h", "cycles", "km")
-"""What figures can draw time over."""
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,8 @@ import numpy as np
 
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.quantities import UNITS
+from twindisc_cli.time_axes import TIME_AXES
 
-LABELS = {"cycles": "revolutions [1]", "km": "rolled distance [km]"}
-"""Labels of the axes that are no unit of time."""
 _ASKED: ContextVar[str] = ContextVar("asked", default="")
 
 
@@ -38,12 +37,12 @@ class TimeAxis:
     @property
     def axis_label(self) -> str:
         """Label of the axis, with its unit."""
-        return LABELS.get(self.over, f"time [{self.over}]")
+        return TIME_AXES[self.over]
 
     def drawn(self, times: Any) -> Floats:
         """Times [s] (...) as places on the axis (...); pauses have no length over revolutions or distance."""
         seconds = np.asarray(times, dtype=float)
-        if self.over not in LABELS:
+        if self.over in UNITS:
             return UNITS[self.over].of_si(seconds)
         history = self.test.history
         kilometres = 1e-3 * self.test.rig.rolling_speed * history.speed_factor * history.duration * history.driven

@@ -388,7 +388,7 @@ def _unfixed(effects: Sequence[FoundEffect]) -> list[str]:
 
 
 def _equal_covariates(weights: Mapping[str, Weighed]) -> list[str]:
-    """Laws named for others of the same quantity, whose covariates run alike on this history."""
+    """Laws named for others of the same quantity, whose covariates are proportional on this history."""
     notes = []
     for weight in weights.values():
         for law in (alternative.term for alternative in weight.alternatives):

@@ -67,7 +67,7 @@ def group_errors(learnt: Learnt) -> dict[str, GroupError]:
     """The error of each channel without the terms, and of tests left out by the terms of the others."""
     cases = learnt.cases
     names = list(dict.fromkeys(c for case in cases for c in case.noise))
-    constant = [_misses(plain_fit(_problem(case))) for case in cases]
+    constant = [_residuals(plain_fit(_problem(case))) for case in cases]
     drawn, known = _left_out(learnt) if learnt.says_something else ([], [])
     results = {}
     for channel in names:
@@ -84,14 +84,19 @@ def _problem(case: Case) -> Problem:
     return Problem([case], tuple(case.noise))
 
 
-def _misses(fitted: Fit) -> dict[str, Floats]:
+def _residuals(fitted: Fit) -> dict[str, Floats]:
     """Measured minus predicted of a fit of one test, by channel."""
-    (case,), (prediction,) = fitted.problem.cases, fitted.problem.predict(fitted.theta[None])
+    return _residuals_at(fitted.problem, fitted.theta)
+
+
+def _residuals_at(problem: Problem, theta: Floats) -> dict[str, Floats]:
+    """Measured minus predicted of one test at parameters (parameter,), by channel."""
+    (case,), (prediction,) = problem.cases, problem.predict(theta[None])
     return {c: case.values(c) - channels()[c].predicted(case.model, prediction)[0] for c in case.noise}
 
 
 def _left_out(learnt: Learnt) -> tuple[list[dict[str, Floats]], list[dict[str, Floats]]]:
-    """Misses of every test with its level drawn, and with its level known."""
+    """Residuals of every test with its level drawn, and with its level known."""
     count = len(learnt.cases)
     folds = min(count, FOLDS)
     drawn, known = dict[int, dict[str, Floats]](), dict[int, dict[str, Floats]]()
@@ -104,9 +109,8 @@ def _left_out(learnt: Learnt) -> tuple[list[dict[str, Floats]], list[dict[str, F
             case = _declared(learnt, number, fits[0], kept)
             level = typical_values | {key: of.drawn(float(number))[0] for key, of in levels.items()}
             alone = Problem([replace(case, known=dict(case.known) | level)], ())
-            (prediction,) = alone.predict(np.empty((1, 0)))
-            drawn[number] = {c: case.values(c) - channels()[c].predicted(case.model, prediction)[0] for c in case.noise}
-            known[number] = _misses(plain_fit(_problem(case)))
+            drawn[number] = _residuals_at(alone, np.empty(0))
+            known[number] = _residuals(plain_fit(_problem(case)))
     return [drawn[i] for i in range(count)], [known[i] for i in range(count)]
 
 

@@ -10,7 +10,7 @@
 Beyond the covariates of the samples that were fitted, curves over these, which say nothing there, and lines and powers,
 which grow without bound, have no weight beside other explanations.
 
-An average predicts the ends of a curve better than any rule that picks one of several explanations that fit alike.
+An average predicts the ends of a curve better than any rule that picks one of several explanations of equal fit.
 Source: K. P. Burnham, D. R. Anderson, Sociological Methods & Research 33 (2004) 261-304, with c in their QAIC.
 """
 

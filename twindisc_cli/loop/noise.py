@@ -52,7 +52,7 @@ class Noise:
     series (sample,): where a sample stands in which uninterrupted series; estimated: False where it had to be assumed;
     cautious: standard deviation and correlation to whiten with, the longest correlation near the likeliest. What is
     taken for noise too long is missed only in the smallest effects, what is taken too short becomes an effect.
-    sizes (sample,): standard deviation of each sample over std; None: they are alike.
+    sizes (sample,): standard deviation of each sample over std; None: they are equal.
     """
 
     std: float

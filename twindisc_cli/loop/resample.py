@@ -92,7 +92,7 @@ def _drawn_again(fitted: Fit, block: Ints, drawn: Floats) -> tuple[Floats, Float
 def scatter(fitted: Fit, draws: int = RESAMPLING.draws) -> tuple[Floats, Floats]:
     """Standard deviation of the parameters over the draws (parameter,), and its own relative error by chance.
 
-    What a formula misses is alike over a whole block, so that blocks scatter more than their samples do.
+    What a formula misses is correlated over a whole block, so that blocks scatter more than their samples do.
     """
     block = blocks(fitted)
     drawn = _drawn(fitted, block, np.random.default_rng(SEED), draws)

@@ -146,7 +146,7 @@ class Resampling:
     draws, blocks           resamples of the data, and blocks of each channel of each test at most.
     block_samples           samples of a block at least, where a channel has so many.
     same_response           share of a response that a law must have to be the same in other words, as an effect over
-                            its own covariate or as a law over one that runs alike: with 0.97 three of 62 laws of the
+                            its own covariate or as a law over a proportional one: with 0.97 three of 62 laws of the
                             seeds that are in no catalogue went under in an effect's name.
     resembles               share from which on a learnt law is said to resemble an effect.
     stands_for              share of a term's response that something must have to stand for it: the true ones of the

@@ -187,14 +187,14 @@ def _guess(reading: _Reading, part: str, file: str) -> Guess:
         ignored = f"# or, where it is none: ignore = {json.dumps(loads, ensure_ascii=False)}"
         raise MeasurementError(Problem(what, file, block=(line("normal load", cell), ignored)))
     other = ("normal load", "torque", "time", "speed 1", "speed 2", "temperature")
-    alike = [name for key in other for name in others.get(key, [])]
+    same_kind = [name for key in other for name in others.get(key, [])]
     return Guess(
         kind,
         own,
         frozenset(reading.by_unit & set(own)),
         turning,
         part or None,
-        list(dict.fromkeys(alike)) if kind == "log" else [],
+        list(dict.fromkeys(same_kind)) if kind == "log" else [],
     )
 
 

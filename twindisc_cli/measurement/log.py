@@ -133,7 +133,7 @@ def _ways(rig: Rig) -> list[Sequence[Column]]:
 
 
 def _arm(table: Table, rig: Rig, torque_disc: int | None) -> float:
-    """Radius [m] of the disc whose torque was measured; it need not be said where both are alike or only one turns."""
+    """Radius [m] of the disc whose torque was measured; it need not be said where both are equal or only one turns."""
     radii = [rig.disc1.rolling_radius, rig.disc2.rolling_radius]
     if torque_disc is not None and not np.isfinite(radii[torque_disc - 1]):
         table.note(f"disc {torque_disc} does not turn, its rolling radius is inf: torque_disc is the other", "torque")

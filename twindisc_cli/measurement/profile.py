@@ -7,7 +7,7 @@
 
 Each record is levelled by m and h_0 and centred by y_0 unless the definition says otherwise; one on which no track is
 clear yet, beside where later records of its disc are worn, and centred as they are. The standard errors count
-neighbours whose roughness is alike as fewer points. Traces of one record are levelled and centred one by one, and
+neighbours whose roughness is equal as fewer points. Traces of one record are levelled and centred one by one, and
 averaged.
 
 A profile at iteration 0 is that of the new disc, over the same y as the later ones: what it departs from the nominal

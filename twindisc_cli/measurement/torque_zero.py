@@ -25,7 +25,7 @@ UNLOADED = 0.02
 """Share of the nominal load below which a row carries none: the torque of a load being put on is no zero."""
 FEWEST = 5  # rows: a level and its scatter
 _STRETCHES = 20  # means whose scatter tells what a level is worth
-_ALIKE = 1.05  # creepages within 5 % are the same both ways
+_SAME_CREEPAGE = 1.05  # creepages within 5 % are the same both ways
 _SURE = 0.01  # share of true levels and lines that are taken for something else
 _OF_MEDIAN = float(np.sqrt(np.pi / 2.0))  # standard error of a median over that of the mean, of Gaussian scatter
 _EXACT = 1e-9  # of the largest torque: a log without noise is no exacter
@@ -156,18 +156,18 @@ def zero_of_both_ways(creepage: Floats, ratio: Floats, step: NDArray[np.int64]) 
     """The zero that slip both ways shows, and its standard error, both as T/N; None where none was driven both ways.
 
     z = (T+ + T-) / 2 over the steps of nearly one size of creepage (step,), from the samples' ratio and step (sample,).
-    Of the sizes those above half of the largest, since the least slip is the least sure to be alike both ways. The
+    Of the sizes those above half of the largest, since the least slip is the least sure to be equal both ways. The
     error is the larger of the samples' scatter and of what the sizes disagree by.
     """
     zeros, errors, size = [], [], np.abs(creepage)
     left = [s for s in np.unique(size)[::-1] if s > 0.5 * size.max(initial=0.0)]
     while left:
-        alike = (size <= left[0]) & (size >= left[0] / _ALIKE)
-        ways = [ratio[np.isin(step, np.flatnonzero(alike & (sign * creepage > 0.0)))] for sign in (1.0, -1.0)]
+        chosen = (size <= left[0]) & (size >= left[0] / _SAME_CREEPAGE)
+        ways = [ratio[np.isin(step, np.flatnonzero(chosen & (sign * creepage > 0.0)))] for sign in (1.0, -1.0)]
         if min(len(way) for way in ways) >= FEWEST:
             zeros.append(0.5 * float(sum(way.mean() for way in ways)))
             errors.append(0.5 * float(np.hypot(_error(ways[0]), _error(ways[1]))))
-        left = [s for s in left if s < left[0] / _ALIKE]
+        left = [s for s in left if s < left[0] / _SAME_CREEPAGE]
     if not zeros:
         return None
     scatter = float(np.std(zeros, ddof=1)) if len(zeros) > 1 else 0.0

@@ -111,8 +111,8 @@ SPEED = Quantity("speed", _in("m s-1", "mm s-1", "m min-1", "km h-1"), by_pint={
 def kind_of(name: str) -> Quantity:
     """The kind of a unit: all units of the table that have the same SI unit, this one first."""
     unit = unit_named(name)
-    alike = [other for other in UNITS.values() if other.si == unit.si and other.name != unit.name]
-    units = {other.solidus: (other.factor, other.offset) for other in (unit, *alike)}
+    same_si = [other for other in UNITS.values() if other.si == unit.si and other.name != unit.name]
+    units = {other.solidus: (other.factor, other.offset) for other in (unit, *same_si)}
     return Quantity(f"a quantity in {unit.solidus}", units, default="1" if name == "1" else None)
 
 

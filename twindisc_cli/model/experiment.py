@@ -46,7 +46,7 @@ class Disc:
     width: float = np.inf
 
     def __eq__(self, other: object) -> bool:
-        """Whether two discs are alike in all that is known: NaN, an unknown quantity, is like NaN."""
+        """Whether two discs agree in all that is known: NaN, an unknown quantity, is like NaN."""
         if not isinstance(other, Disc):
             return NotImplemented
         pairs = ((getattr(self, item.name), getattr(other, item.name)) for item in fields(self))
@@ -411,6 +411,6 @@ class Experiment:
 
     @property
     def is_plain(self) -> bool:
-        """Whether no effect, law, layer or slope is declared and the discs are alike, so that closed forms hold."""
+        """Whether no effect, law, layer or slope is declared and the discs are equal, so that closed forms hold."""
         softened = self.options.layer_compliance > 0.0 or self.options.initial_slope != 1.0
         return not (self.effects or self.laws or self.rig.dundurs or softened)

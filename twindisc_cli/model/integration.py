@@ -158,16 +158,16 @@ def _integrate_half_space(way: _Way, settled: float, *, mirrored: bool) -> WearI
         else:
             ratio = step / before
             new = (1.0 + ratio) / (1.0 + 2.0 * ratio)
-            favoured = way.weights(number, way.y, _loaded(result, load))
+            weighted = way.weights(number, way.y, _loaded(result, load))
             guess = _ahead(last, result, ratio)
             last, before = result, step
             result = strips.pressed(
                 gap + loss + (1.0 - new) * step * rate,
-                compliance=new * step / load * way.spread * favoured[:, None, :],
+                compliance=new * step / load * way.spread * weighted[:, None, :],
                 start=guess,
                 relative_accuracy=settled,
             )
-            rate = (1.0 - new) * rate + new * _worn(way.spread / load, favoured, result.line_load, mirrored=mirrored)
+            rate = (1.0 - new) * rate + new * _worn(way.spread / load, weighted, result.line_load, mirrored=mirrored)
             means.append((1.0 - new) * means[-1] + new * result.line_load)
             loss = loss + step * rate
         depths.append(loss)
@@ -230,9 +230,9 @@ def _ahead(last: StripContact, contact: StripContact, part: float) -> StripConta
 
 def _worn(spread: Floats, weights: Floats, line_load: Floats, *, mirrored: bool) -> Floats:
     """Depth per section [1/m], (case, strip), whose sum is that of the load however the weights are off their mean."""
-    favoured = weights * line_load
-    off = _total(line_load, mirrored) / _total(favoured, mirrored)
-    return np.asarray((off * favoured) @ spread.T)
+    weighted = weights * line_load
+    off = _total(line_load, mirrored) / _total(weighted, mirrored)
+    return np.asarray((off * weighted) @ spread.T)
 
 
 def _total(values: Floats, mirrored: bool) -> Floats:
@@ -314,8 +314,8 @@ def _integrate_hertz(way: _Way) -> WearIntegration:
         loss = worn
         for share in (0.5, 1.0) if step else ():
             pressed = circle.pressed(*circle.axes(curvature), load)
-            favoured = way.weights(number, y, pressed)
-            loss = worn + share * step * _worn(way.spread / load, favoured, pressed.line_load, mirrored=False)
+            weighted = way.weights(number, y, pressed)
+            loss = worn + share * step * _worn(way.spread / load, weighted, pressed.line_load, mirrored=False)
             curvature = circle.curvature(loss - way.rise)
             if share == 1.0:
                 means.append(pressed.line_load)

@@ -15,7 +15,7 @@ WANDERS = 0.05
 
 
 def level_text(levels: Levels) -> str:
-    """How the level of the tests scatters, and whether neighbours are alike."""
+    """How the level of the tests scatters, and whether neighbours are correlated."""
     wander = levels.wander
     inner, unit = np.exp(wander.mean), "" if levels.unit == "1" else f" {levels.unit}"
     order = ""

@@ -51,8 +51,8 @@ def noises(tests: Sequence[Experiment]) -> list[Noise]:
     rigs = [replace(test.rig, normal_load=0.0, rolling_speed=0.0) for test in tests]
     results = []
     for test, curve, rig in zip(tests, curves, rigs, strict=True):
-        alike = [other for other, its in zip(curves, rigs, strict=True) if other is not None and its == rig]
-        error = creepage_error(alike) if curve is not None else 0
+        same_rig = [other for other, its in zip(curves, rigs, strict=True) if other is not None and its == rig]
+        error = creepage_error(same_rig) if curve is not None else 0
         times = sample_times(test.history, _measured(test))
         results.append(curve.noise(error, times) if curve is not None and error else noise(test))
     return results

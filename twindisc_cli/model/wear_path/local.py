@@ -69,10 +69,10 @@ def local_paths(rig: Rig, path: WearPath, course: Course, factors: Factors, *, b
         return [path] * len(section)
     path, steps = _divided(path, BEYOND * float(section.max()))
     nodes = path.section[: steps + 1]
-    favoured = weights_on(nodes, path.y, course=course, factors=factors)
+    weighted = weights_on(nodes, path.y, course=course, factors=factors)
     integrated = integrate(
         rig, path.contact, path.y, nodes,
-        wander=path.wander, cases=len(section), weights=favoured, mirrored=not by_place, start=path.start,
+        wander=path.wander, cases=len(section), weights=weighted, mirrored=not by_place, start=path.start,
         settled=PASSING,
     )  # fmt: skip
     further = path.section[: EVEN_STEPS * -(-steps // EVEN_STEPS) + 1]
@@ -94,7 +94,7 @@ def weights_on(nodes: Floats, y: Floats, *, course: Course, factors: Factors) ->
     piece = np.minimum([np.searchsorted(own, along) for own in section], section.shape[1] - 1)
     pace, creepage = (np.take_along_axis(of[:, None, :], piece, axis=-1) for of in (course.pace, course.creepage))
     cycles = [np.interp(along, own, passed) for own, passed in zip(section, course.cycles, strict=True)]
-    return _Favoured(pace, creepage, np.array(cycles), factors, np.full((len(section), len(y)), np.inf))
+    return _LocalWeights(pace, creepage, np.array(cycles), factors, np.full((len(section), len(y)), np.inf))
 
 
 def _divided(path: WearPath, section: float) -> tuple[WearPath, int]:
@@ -158,7 +158,7 @@ def _moved(path: WearPath, own: WearPath, even: WearPath) -> WearPath:
 
 
 @dataclass(frozen=True)
-class _Favoured:
+class _LocalWeights:
     """Weights of an integration by the wear index of each strip, its place and the passes over it.
 
     pace: energy per length rolled [N], creepage: normalised [1], cycles: revolutions so far, at SAMPLES of each step
