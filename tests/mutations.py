@@ -123,7 +123,7 @@ def outcome(folder: Path, data: bytes) -> tuple[str, float]:
     causes = [reason for count in test.rows for reason in count.left_out if reason not in expected]
     notes = [note for count in test.rows for note in count.notes if "taken for no number" in note or "zero" not in note]
     notes = [note for note in notes if "the history found" not in note]
-    guesses = [g for g in test_guesses(told.json) if "by its unit" in g or "not read" in g or "no file tells" in g]
+    guesses = [g for g in test_guesses(told.json) if "by its unit" in g or "not read" in g or "no file says" in g]
     return ("said" if causes or notes or _of_columns(guesses) else "silently wrong"), error
 
 

@@ -361,6 +361,33 @@ def test_init_writes_a_definition_that_loads(folder: Path) -> None:
     assert len(test.history.step_creepage) == 6
 
 
+@pytest.mark.parametrize(
+    ("rig", "shape"),
+    [
+        ("crowned", (0.03, np.inf, 0.03, 0.03)),
+        ("suros", (0.0235, np.inf, 0.0235, np.inf)),
+        ("mtm", (np.inf, np.inf, 0.009525, 0.009525)),
+    ],
+)
+def test_init_writes_each_rig(
+    rig: str, shape: tuple[float, ...], folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Radii of the discs along and across; the first commands run on it as it is, and nothing contradicts itself."""
+    assert exit_code("init", "new.toml", "--rig", rig) == 0
+    of = load(folder / "new.toml").experiment.rig
+    radii = [(disc.rolling_radius, disc.transverse_radius) for disc in (of.disc1, of.disc2)]
+    assert [*radii[0], *radii[1]] == pytest.approx(shape)
+    assert exit_code("check", "new.toml", "--no-figure") == 0
+    assert exit_code("friction-chart", "new.toml") == 0
+    assert (folder / "results/new/friction-chart.png").is_file()
+
+
+def test_an_unknown_rig_names_the_nearest(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert exit_code("init", "new.toml", "--rig", "surros") == 2
+    assert "did you mean suros?" in capsys.readouterr().err
+    assert not (folder / "new.toml").exists()
+
+
 def test_init_keeps_what_is_there(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "test.toml").write_text("precious")
     assert exit_code("init") == 2
@@ -370,9 +397,10 @@ def test_init_keeps_what_is_there(folder: Path, capsys: pytest.CaptureFixture[st
     assert exit_code("init", ".") == 2
 
 
-def test_every_optional_key_of_the_template_is_valid(folder: Path) -> None:
+@pytest.mark.parametrize(("rig", "twice"), [("crowned", 4), ("suros", 1), ("mtm", 1)])
+def test_every_optional_key_of_the_template_is_valid(rig: str, twice: int, folder: Path) -> None:
     """With its remarks removed, the template breaks only the rules that forbid two ways at once."""
-    exit_code("init", "t.toml")
+    exit_code("init", "t.toml", "--rig", rig)
     lines = (folder / "t.toml").read_text().splitlines()
     keys = [line[2:] if line.startswith("# ") and ("=" in line or line.startswith("# [")) else line for line in lines]
     (folder / "t.toml").write_text("\n".join(keys))
@@ -381,7 +409,7 @@ def test_every_optional_key_of_the_template_is_valid(folder: Path) -> None:
     with pytest.raises(Exception, match="keep one of them") as error:
         load(folder / "t.toml")
     told = str(error.value).splitlines()
-    assert len(told) == 4, told
+    assert len(told) == twice, told
     assert all("keep one of them" in line or "convection is given by" in line for line in told), told
 
 

@@ -372,6 +372,9 @@ def effects(
 @app.command("init", context_settings=_HELP)
 def init(
     test: Annotated[Path, typer.Argument(metavar="[TEST.toml]", show_default=False)] = Path("test.toml"),
+    rig: Annotated[
+        str, typer.Option("--rig", metavar="RIG", help="crowned, suros (two cylinders) or mtm (ball on disc).")
+    ] = "crowned",
     as_json: AsJson = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file.")] = False,
 ) -> None:
@@ -379,7 +382,7 @@ def init(
     from twindisc_cli.commands import _runner
     from twindisc_cli.commands.init import run
 
-    run(test, force=force)
+    run(test, rig=rig, force=force)
     if as_json:
         _runner.tell_json({"written": str(test)})
     else:
