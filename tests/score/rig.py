@@ -270,8 +270,8 @@ class _WornTrack:
             if patch.gone > 1.2 * nodes[-1][0]:
                 nodes.append((patch.gone, beyond_ellipse(patch.y, patch.half_length, patch.line_load)))
         self._section = np.array([section for section, _ in nodes])
-        self._stiffening = np.array([beyond.stiffening for _, beyond in nodes])
-        self._departure = np.array([beyond.departure for _, beyond in nodes])
+        self._beyond = [beyond for _, beyond in nodes]
+        self._stiffening = np.array([beyond.stiffening for beyond in self._beyond])
 
     def stiffening(self, section: float) -> float:
         """Linear stiffness over that of the equivalent ellipse [1] at a worn section [m2]."""
@@ -281,8 +281,8 @@ class _WornTrack:
         """T / (mu N) of the exact theory beyond that of the equivalent ellipse [1]."""
         after = min(max(int(np.searchsorted(self._section, section)), 1), self._section.size - 1)
         part = (section - self._section[after - 1]) / (self._section[after] - self._section[after - 1])
-        rows = self._departure[after - 1 : after + 1]
-        return float(np.interp(xi, XI, rows[0] + min(part, 1.0) * (rows[1] - rows[0])))
+        before, behind = (self._beyond[node].departure for node in (after - 1, after))
+        return float(np.interp(xi, XI, before + min(part, 1.0) * (behind - before)))
 
 
 _worn_track = lru_cache(maxsize=32)(_WornTrack)

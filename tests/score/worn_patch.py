@@ -16,6 +16,7 @@ elements and of the traction across rolling, which is left out, cancel.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,11 +31,71 @@ _ROUNDS = 40  # until which elements slide is found long before
 
 
 @dataclass(frozen=True)
-class Beyond:
-    """Linear stiffness over that of the equivalent ellipse [1], and T/(mu N) beyond its at XI [1]."""
+class Strips:
+    """The exact theory on strips (strip,) on both sides of y = 0: middles, half-lengths [m] and loads.
 
-    stiffening: float
-    departure: Floats
+    The influence of its elements on each other is large: it is not kept.
+    """
+
+    y: Floats
+    a: Floats
+    load: Floats
+
+    @cached_property
+    def stiffness(self) -> float:
+        """Linear stiffness times pi [1/G]."""
+        length, width = self._elements
+        return float(np.linalg.solve(self._moved(), length) @ length) * width
+
+    @cached_property
+    def curve(self) -> Floats:
+        """T/(mu N) at XI."""
+        length, width = self._elements
+        force, moved = self.load.sum() * width, self._moved()
+        bound = (np.sqrt(1.0 - (self._x / self.a[:, None]) ** 2) * (self.load / self.a)[:, None]).ravel()
+        bound = bound * force / (bound @ length * width)
+        slopes = [length * xi * force / self.stiffness for xi in XI]
+        return np.array([_traction(moved, slope, bound) @ length * width / force for slope in slopes])
+
+    @property
+    def _elements(self) -> tuple[Floats, float]:
+        """Length of every element (strip * element,), and width of all [m]."""
+        return np.repeat(2.0 * self.a / ELEMENTS, ELEMENTS), float(self.y[1] - self.y[0])
+
+    @property
+    def _x(self) -> Floats:
+        """Middles of the elements (strip, element) [m]."""
+        return np.asarray(((np.arange(ELEMENTS) + 0.5) * 2.0 / ELEMENTS - 1.0) * self.a[:, None])
+
+    def _moved(self) -> Floats:
+        """Change of pi G u over an element's own length (element, element) under unit tractions."""
+        width = self._elements[1]
+        edges = (np.arange(ELEMENTS + 1) * 2.0 / ELEMENTS - 1.0) * self.a[:, None]
+        middles = edges + self.a[:, None] / ELEMENTS  # the last one is behind the patch
+        x = middles[:, :, None, None] - edges
+        total = np.zeros_like(x)
+        for side in (1.0, -1.0):
+            away = (self.y[:, None] - side * self.y)[:, None, :, None]
+            total += _corner(x, away + 0.5 * width) - _corner(x, away - 0.5 * width)
+        return -np.diff(-np.diff(total, axis=3), axis=1).reshape(self._x.size, -1)
+
+
+@dataclass(frozen=True)
+class Beyond:
+    """What a patch transmits beyond the equivalent ellipse."""
+
+    own: Strips
+    ellipse: Strips
+
+    @property
+    def stiffening(self) -> float:
+        """Linear stiffness over that of the ellipse [1]."""
+        return self.own.stiffness / self.ellipse.stiffness
+
+    @property
+    def departure(self) -> Floats:
+        """T/(mu N) beyond its at XI [1]."""
+        return np.asarray(self.own.curve - self.ellipse.curve)
 
 
 def beyond_ellipse(y: Floats, half_length: Floats, line_load: Floats) -> Beyond:
@@ -44,42 +105,15 @@ def beyond_ellipse(y: Floats, half_length: Floats, line_load: Floats) -> Beyond:
     edge = float(np.abs(y[half_length > 0.0]).max()) + 0.5 * spacing
     middles = _middles(edge)
     squares, loads = (np.interp(middles, y[y > 0.0], row[y > 0.0]) for row in (half_length**2, line_load))
-    own = _curve(middles, np.sqrt(np.maximum(squares, 1e-3 * squares.max())), loads)
+    own = Strips(middles, np.sqrt(np.maximum(squares, 1e-3 * squares.max())), loads)
     across = np.sqrt(1.0 - (_middles(ellipse.b) / ellipse.b) ** 2)
-    plain = _curve(_middles(ellipse.b), ellipse.a * across, across**2)
-    return Beyond(own[0] / plain[0], own[1] - plain[1])
+    plain = Strips(_middles(ellipse.b), ellipse.a * across, across**2)
+    return Beyond(own, plain)
 
 
 def _middles(edge: float) -> Floats:
     """Middles of the strips of one half of a patch [m]."""
     return np.asarray((np.arange(STRIPS) + 0.5) * edge / STRIPS)
-
-
-def _curve(y: Floats, a: Floats, load: Floats) -> tuple[float, Floats]:
-    """Stiffness times pi [1/G] and T/(mu N) at XI of the patch of strips (strip,) on both sides of y = 0."""
-    h, width = 2.0 * a / ELEMENTS, float(y[1] - y[0])
-    x = (np.arange(ELEMENTS) + 0.5) * h[:, None] - a[:, None]
-    area = np.repeat(h, ELEMENTS) * width
-    moved = (_rise(x, y, h, width, 0.0) - _rise(x, y, h, width, 1.0)).reshape(area.size, -1)
-    bound = np.sqrt(1.0 - (x / a[:, None]) ** 2) * (load / a)[:, None]
-    bound = bound.ravel() * load.sum() * width / (bound.ravel() @ area)
-    force = load.sum() * width
-    slope = np.repeat(h, ELEMENTS)
-    stiffness = float(np.linalg.solve(moved, slope) @ area)
-    curve = [float(_traction(moved, slope * xi * force / stiffness, bound) @ area) / force for xi in XI]
-    return stiffness, np.array(curve)
-
-
-def _rise(x: Floats, y: Floats, h: Floats, width: float, ahead: float) -> Floats:
-    """pi G u (strip, element; strip, element) at the middles, or a length `ahead` of them, under unit tractions."""
-    at = (x + ahead * h[:, None])[:, :, None, None]
-    total = np.zeros((*x.shape, *x.shape))
-    for side in (1.0, -1.0):
-        right, left = at - x + 0.5 * h[:, None], at - x - 0.5 * h[:, None]
-        up = y[:, None, None, None] - side * y[:, None] + 0.5 * width
-        down = up - width
-        total += _corner(right, up) - _corner(right, down) - _corner(left, up) + _corner(left, down)
-    return total
 
 
 def _corner(x: Floats, y: Floats) -> Floats:
