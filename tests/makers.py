@@ -214,6 +214,8 @@ def messy() -> dict[str, File]:
         text(MTM, head="{0} ({1})", delimiter="\t", above=PCS_HEAD, change=blocks(MTM_HEADER, pcs, restart=True)),
     )
     add("PCS MTM, one step", "mtm.txt", text(MTM, head="{0} ({1})", delimiter="\t", above=PCS_HEAD, newline="\r\n"))
+    etm = ("ETM101 Test Data File", *PCS_HEAD[1:])
+    add("PCS ETM", "etm.txt", text(MTM, head="{0} ({1})", delimiter="\t", above=etm, newline="\r\n"))
     add(
         "PCS MTM, empty columns",
         "mtm.txt",

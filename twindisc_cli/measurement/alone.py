@@ -52,5 +52,6 @@ def alone(content: Content, file: str, guess: Guess) -> Alone:
             table.columns[name]
         )
     guessed = [f"{named.column} taken for {name}" for name, named in guess.columns.items() if named.column != name]
-    notes = (*table.notes, *guessed)
+    unused = (f"not read: {', '.join(guess.unused)}",) if guess.unused else ()
+    notes = (*table.notes, *guessed, *unused)
     return Alone(columns, replace(table.count(), notes=tuple(dict.fromkeys(notes))))

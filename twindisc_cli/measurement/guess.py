@@ -111,6 +111,10 @@ _RADIUS = 0.0235  # [m] of the paper's discs, named as a guess
 
 _SAMPLE = 60  # rows that show what a column is
 _WEIGHED = ("mass loss", *WEIGHTS, "mass")
+_MISTAKABLE: Mapping[Kind, tuple[str, ...]] = {
+    "log": ("normal load", "torque", "time", "speed 1", "speed 2", "temperature"), "profile": ("y", "height"),
+}  # fmt: skip
+"""What a column looks like that is said where it is not read, by what the file is."""
 
 
 @dataclass(frozen=True)
@@ -169,7 +173,7 @@ def _read(sheet: Sheet, declared: Naming, of_vendor: Naming) -> _Reading:
     if len(cells) < _FEWEST:
         return _Reading(cells, {}, set())
     columns, by_unit = _columns(cells, declared, of_vendor)
-    return _Reading(cells, columns, by_unit)
+    return _Reading(cells, _profile(columns, cells, sheet), by_unit)
 
 
 def _guess(reading: _Reading, part: str, file: str) -> Guess:
@@ -186,15 +190,14 @@ def _guess(reading: _Reading, part: str, file: str) -> Guess:
         what = f"{loads[0]} looks like a load; without one, rows without load would count. {_HOW}"
         ignored = f"# or, where it is none: ignore = {json.dumps(loads, ensure_ascii=False)}"
         raise MeasurementError(Problem(what, file, block=(line("normal load", cell), ignored)))
-    other = ("normal load", "torque", "time", "speed 1", "speed 2", "temperature")
-    same_kind = [name for key in other for name in others.get(key, [])]
+    same_kind = [name for key in _MISTAKABLE.get(kind, ()) for name in others.get(key, [])]
     return Guess(
         kind,
         own,
         frozenset(reading.by_unit & set(own)),
         turning,
         part or None,
-        list(dict.fromkeys(same_kind)) if kind == "log" else [],
+        list(dict.fromkeys(same_kind)),
     )
 
 
@@ -325,7 +328,7 @@ def _columns(cells: Sequence[Cell], declared: Naming, of_vendor: Naming) -> tupl
     for key, named in declared.items():
         if named.column is None and key in results:
             results[key] = replace(results[key], unit=named.unit or results[key].unit, sign=named.sign)
-    return _profile(results, cells), by_unit
+    return results, by_unit
 
 
 def _is_there(name: str, cells: Sequence[Cell], there: set[str]) -> bool:
@@ -335,9 +338,16 @@ def _is_there(name: str, cells: Sequence[Cell], there: set[str]) -> bool:
     return plain(name) in there or plain(parts(name)[0]) in there
 
 
-def _profile(results: dict[str, Named], cells: Sequence[Cell]) -> dict[str, Named]:
-    """Columns x and y or x and z are place and height; a height without a unit has that of the place."""
-    if "x" in results and ("height" in results) != ("y" in results):
+def _profile(results: dict[str, Named], cells: Sequence[Cell], sheet: Sheet) -> dict[str, Named]:
+    """Columns x and y or x and z are place and height; a height without a unit has that of the place.
+
+    Of x and y beside a height, the place is the one that changes.
+    """
+    if {"x", "y", "height"} <= set(results):
+        places = {cell.name: cell.place for cell in cells}
+        held = {key: _held(sheet, places.get(str(results[key].column), 0)) for key in ("x", "y")}
+        results = {**results, "y": results["x" if len(held["y"]) == 1 < len(held["x"]) else "y"]}
+    elif "x" in results and ("height" in results) != ("y" in results):
         results = {**results, "height": results.get("height") or results["y"], "y": results["x"]}
         units = {cell.name: cell.unit for cell in cells}
         height = results["height"]
@@ -345,6 +355,11 @@ def _profile(results: dict[str, Named], cells: Sequence[Cell]) -> dict[str, Name
             results["height"] = Named(height.column, units.get(str(results["x"].column)))
     results.pop("x", None)
     return results
+
+
+def _held(sheet: Sheet, place: int) -> set[str]:
+    """The different cells of a column in the first rows."""
+    return {row[place - 1] for _, row in sheet.top(_SAMPLE) if 0 < place <= len(row)}
 
 
 def _begun(name: str) -> str | None:

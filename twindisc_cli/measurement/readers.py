@@ -16,17 +16,12 @@ import numpy as np
 
 from twindisc_cli.errors import MeasurementError, Problem, did_you_mean
 from twindisc_cli.measurement.content import Content
+from twindisc_cli.measurement.profilometers import across, profilometer
 from twindisc_cli.measurement.sheet import Floats, Sheet
 
 _ZIP, _OLE, _TDMS, _MAT = b"PK\x03\x04", b"\xd0\xcf\x11\xe0", b"TDSm", b"MATLAB 5.0 MAT-file"
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _LVM = b"LabVIEW Measurement"
-_TOPOGRAPHY = frozenset(
-    (".x3p", ".sur", ".pro", ".al3d", ".plu", ".plux", ".opd", ".sdf", ".gwy", ".vk3", ".vk4", ".vk6", ".vk7", ".zmg",
-     ".os3d", ".nms", ".lext", ".zon", ".cag")
-)  # fmt: skip
-_GWYDDION = re.compile(rb"# (?:Channel|Kanal): ")
-_LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9, "pm": 1e-12}
 
 
 def parts_of(content: Content, file: str) -> Sequence[Sheet] | None:
@@ -74,10 +69,10 @@ def _chosen(parts: Sequence[Sheet], name: str | None, file: str) -> Sequence[She
 
 def _reader(data: bytes, suffix: str) -> tuple[str, Callable[[bytes], Iterable[Sheet]]] | None:
     """What a file is and who reads it, by its first bytes, of profilometers by its name."""
-    if suffix in _TOPOGRAPHY:
-        return "the file of a profilometer", lambda data: [_topography(data, suffix)]
     if data.startswith(_ZIP) and b"main.xml" in data[:4096]:
-        return "the file of a profilometer", lambda data: [_topography(data, ".x3p")]
+        suffix = ".x3p"
+    if read := profilometer(data, suffix):
+        return "the file of a profilometer", lambda data: [_grid(*across(*read(data)))]
     if data.startswith((_ZIP, _OLE)):
         return "a workbook", _workbook
     if data.startswith(_TDMS):
@@ -88,8 +83,6 @@ def _reader(data: bytes, suffix: str) -> tuple[str, Callable[[bytes], Iterable[S
         return "a MATLAB file of version 7.3", _matlab_73
     if data.startswith(_LVM):
         return "a LabVIEW .lvm file", _lvm
-    if _GWYDDION.match(data.removeprefix(b"\xef\xbb\xbf")):
-        return "a text of Gwyddion", lambda data: [_gwyddion(data)]
     return None
 
 
@@ -135,7 +128,7 @@ def _tdms(data: bytes) -> Iterator[Sheet]:
                 step, start = (float(channels[0].properties.get(k, 0.0)) for k in ("wf_increment", "wf_start_offset"))
                 columns = {"time [s]": _steady(start, step, max(lengths)), **columns}
             if columns:
-                yield _grid(columns, group.name)
+                yield _grid(columns, part=group.name)
 
 
 def _plain(values: Any) -> Floats:
@@ -162,7 +155,7 @@ def _named(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit and not (written and written[1].strip() == unit) else name
 
 
-def _grid(columns: Mapping[str, Floats], part: str = "", notes: tuple[str, ...] = ()) -> Sheet:
+def _grid(columns: Mapping[str, Floats], notes: tuple[str, ...] = (), part: str = "") -> Sheet:
     """Columns of numbers beside each other; shorter ones end in gaps."""
     length = max(len(values) for values in columns.values())
     numbers = np.full((length, len(columns)), np.nan)
@@ -197,7 +190,7 @@ def _variables(content: Mapping[str, Any], part: str) -> Iterator[Sheet]:
             cells = [str(label).strip() for label in np.ravel(labels)]
             yield Sheet(cells, 0, numbers=array.astype(np.float64), part=part or name)
     if vectors:
-        yield _grid(vectors, part)
+        yield _grid(vectors, part=part)
 
 
 def _units(content: Mapping[str, Any]) -> Mapping[str, str]:
@@ -226,7 +219,7 @@ def _group(group: Any, part: str) -> Iterator[Sheet]:
         elif item.dtype.kind in "biuf" and max(item.shape, default=0) == item.size > 1:
             vectors[_named(name, str(item.attrs.get("units", "")))] = np.ravel(item[()]).astype(np.float64)
     if vectors:
-        yield _grid(vectors, part)
+        yield _grid(vectors, part=part)
 
 
 def _lvm(data: bytes) -> Iterator[Sheet]:
@@ -264,59 +257,8 @@ def _segment(segment: Mapping[str, Any], head: Mapping[str, Any], part: str) -> 
     if clock not in columns:
         start, step = (float(segment.get(key, [0.0])[0] or 0.0) for key in ("X0", "Delta_X"))
         columns = {clock: _steady(start, step, len(numbers)), **columns}
-    return _grid(columns, part)
+    return _grid(columns, part=part)
 
 
 def _unique(name: str, there: Mapping[str, Floats]) -> str:
     return next(n for n in (name, *(f"{name} {k}" for k in range(2, 10_000))) if n not in there)
-
-
-def _gwyddion(data: bytes) -> Sheet:
-    """A text of Gwyddion: a matrix of heights below its width and height."""
-    text = data.decode("utf-8-sig", errors="replace")
-    head = [line for line in text.splitlines() if line.startswith("#")]
-    sizes = [re.search(r"([\d.,]+(?:[eE][-+]?\d+)?)\s*(\w+)\s*$", line) for line in head[1:3]]
-    unit = re.search(r":\s*(\w+)\s*$", head[3]) if len(head) > 3 else None
-    rows = [line.replace(",", ".").split() for line in text.splitlines() if line.strip() and not line.startswith("#")]
-    heights = np.array(rows, dtype=np.float64) * (_LENGTHS[unit[1]] if unit else 1.0)
-    extent = [float(size[1].replace(",", ".")) * _LENGTHS[size[2]] for size in sizes if size]
-    if len(extent) < 2:
-        raise ValueError("it has no width and height")
-    return _across(heights, extent[0] / heights.shape[1], extent[1] / heights.shape[0])
-
-
-def _topography(data: bytes, suffix: str) -> Sheet:
-    """A profilometer's map of heights or single profile."""
-    from surfalize import Surface
-
-    surface = Surface.load(BytesIO(data), format=suffix)
-    return _across(np.atleast_2d(surface.data) * 1e-6, surface.step_x * 1e-6, surface.step_y * 1e-6)
-
-
-def _across(heights: Floats, step_x: float, step_y: float) -> Sheet:
-    """The profile across the track of a map of heights [m] (y, x): the mean along the other direction.
-
-    The track runs where heights change less: across it the mean profile is the deeper one.
-    """
-    level = heights - _plane(heights)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)
-        means = [np.nanmean(level, axis=axis) for axis in (0, 1)]
-        whole = [np.nanmean(heights, axis=axis) for axis in (0, 1)]
-    along_x = heights.shape[0] == 1 or (heights.shape[1] > 1 and np.nanstd(means[0]) >= np.nanstd(means[1]))
-    step, mean = (step_x, whole[0]) if along_x else (step_y, whole[1])
-    lines = heights.shape[0] if along_x else heights.shape[1]
-    message = (f"a map of {heights.shape[1]} x {heights.shape[0]} heights: the mean of its {lines} "
-            f"{'rows' if along_x else 'columns'}, across the track as it seems")  # fmt: skip
-    columns = {"y [mm]": 1e3 * step * (np.arange(len(mean)) + 0.5), "height [um]": 1e6 * mean}
-    return _grid(columns, notes=(message,) if lines > 1 else ())
-
-
-def _plane(heights: Floats) -> Floats:
-    """The plane through a map of heights."""
-    shape: tuple[int, ...] = heights.shape
-    rows, columns = np.indices(shape)
-    known = np.isfinite(heights)
-    design = np.column_stack([np.ones(known.sum()), rows[known], columns[known]])
-    fit = np.linalg.lstsq(design, heights[known], rcond=None)[0]
-    return np.asarray(fit[0] + fit[1] * rows + fit[2] * columns)
