@@ -30,14 +30,15 @@ import numpy as np
 from table_makers.rolling import centres
 from twindisc_cli.physics import kalker, spin
 from twindisc_cli.physics._arrays import Floats
+from twindisc_cli.physics._drive_table import POISSON
 from twindisc_cli.physics._even_grid import local_cubic, polynomials, through
 from twindisc_cli.physics.half_space import rolling
-from twindisc_cli.physics.spin import COARSE, FINE, Nodes
+from twindisc_cli.physics.spin import COARSE, FINE, RATIO_RANGE, Nodes
 
 _GRIDS = (20, 40)
 _BOUND = 1e-3  # mu p0 over G of the cases solved; the result does not depend on it
 _SUM = 400  # elements a side of the sum in full slip
-SOLVED = Nodes(10, 14, 10, 16)
+SOLVED = Nodes(RATIO_RANGE, 10, 14, 10, 16)
 _STEEP = 2  # rows of theta in which nearly all of the drive is sideways
 _BEGUN = slice(5, 14, 2)  # sizes of the table, between those solved, at which slip begins
 
@@ -151,7 +152,7 @@ def _full_slip(ratio: float, poisson: float, directions: Floats) -> Floats:
 def make(folder: Path) -> None:
     """Write spin.npz from the parts in the folder, solving those that are not there."""
     folder.mkdir(parents=True, exist_ok=True)
-    middle = spin.POISSON[1]
+    middle = POISSON[1]
     rows = [_kept(folder / _name(SOLVED, ratio, middle), _at_ratio, ratio, middle, SOLVED) for ratio in SOLVED.ratios]
     sideways = [_kept(folder / f"sideways_{ratio:.6f}.npy", _sideways, ratio, middle) for ratio in SOLVED.ratios]
     begun = [_kept(folder / f"begun_{ratio:.6f}.npy", _begun, ratio, middle) for ratio in SOLVED.ratios]
@@ -160,9 +161,9 @@ def make(folder: Path) -> None:
         nu: np.stack(
             [_kept(folder / _name(COARSE, ratio, nu), _at_ratio, ratio, nu, COARSE) for ratio in COARSE.ratios]
         )
-        for nu in spin.POISSON
+        for nu in POISSON
     }
-    away = np.stack([of[nu] - of[middle] for nu in (spin.POISSON[0], spin.POISSON[2])])
+    away = np.stack([of[nu] - of[middle] for nu in (POISSON[0], POISSON[2])])
     departure = np.round(_finer_in_ratio(solved, middle) / spin.UNIT).astype(np.int16)
     np.savez_compressed(
         Path(spin.__file__).with_name("spin.npz"), departure=departure, by_poisson=away.astype(np.float32)

@@ -20,6 +20,7 @@ import numpy as np
 from table_makers.rolling import centres
 from twindisc_cli.physics import unlike
 from twindisc_cli.physics._arrays import Floats
+from twindisc_cli.physics._drive_table import POISSON
 from twindisc_cli.physics.half_space import rolling
 from twindisc_cli.physics.half_space.influence_tangential import strain_by_pressure
 from twindisc_cli.physics.unlike import COARSE, FINE, Nodes
@@ -128,7 +129,7 @@ def _on_grid(patch: _Patch, nodes: Nodes) -> Floats:
 
 def make() -> None:
     """Write unlike.npz."""
-    low, middle, high = unlike.POISSON
+    low, middle, high = POISSON
     ellipse = np.stack([_at_ratio(ratio, middle, FINE) for ratio in FINE.ratios])
     away = [np.stack([_at_ratio(ratio, nu, COARSE) for ratio in COARSE.ratios]) for nu in (low, middle, high)]
     values = {

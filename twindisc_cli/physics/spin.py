@@ -28,50 +28,24 @@ from functools import cache, cached_property, lru_cache
 from importlib.resources import files
 
 import numpy as np
-from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
 
+from twindisc_cli.physics import _drive_table
 from twindisc_cli.physics._arrays import Floats, arrays, together
+from twindisc_cli.physics._drive_table import away_from_middle, place_of_ratio, place_of_size
 from twindisc_cli.physics._even_grid import local_cubic, polynomials, read, through
 from twindisc_cli.physics.kalker import POISSON_RANGE, require, require_ratio
 
 RATIO_RANGE = (0.05, 5.0)  # of semi-axes in the table
-POISSON = (0.0, 0.3, 0.5)
-"""Poisson's ratios of the table: the middle one is in full, the others as differences from it."""
-_HALF_WAY = 2.5  # drive at rho = 1/2
 _EVEN = (21, 40, 21, 41)  # points over log(a/b), rho, theta and psi on which a table is laid out, linear between them
 
 
 @dataclass(frozen=True)
-class Nodes:
-    """The nodes of a table: Chebyshev's in log(a/b), even in rho and in both angles."""
+class Nodes(_drive_table.Nodes):
+    """The nodes of a table, uniform in both angles."""
 
-    ratio_count: int
-    rho_count: int
     theta_count: int
     psi_count: int
-
-    @cached_property
-    def unit(self) -> Floats:
-        """-1 ... 1 for log(a/b)."""
-        return np.asarray(chebyshev.chebpts2(self.ratio_count))
-
-    @cached_property
-    def ratios(self) -> Floats:
-        """Ratios a/b [1]."""
-        low, high = np.log(RATIO_RANGE)
-        return np.asarray(np.exp(low + 0.5 * (self.unit + 1.0) * (high - low)))
-
-    @cached_property
-    def rho(self) -> Floats:
-        """r / (r + 2.5) [1]."""
-        return np.linspace(0.0, 1.0, self.rho_count)
-
-    @cached_property
-    def sizes(self) -> Floats:
-        """Drives r; the last is infinite."""
-        with np.errstate(divide="ignore"):
-            return _HALF_WAY * self.rho / (1.0 - self.rho)
 
     @cached_property
     def theta(self) -> Floats:
@@ -84,7 +58,7 @@ class Nodes:
         return np.asarray(np.arange(self.psi_count) * (np.pi / self.psi_count))
 
 
-FINE, COARSE = Nodes(19, 27, 10, 32), Nodes(5, 7, 5, 8)
+FINE, COARSE = Nodes(RATIO_RANGE, 19, 27, 10, 32), Nodes(RATIO_RANGE, 5, 7, 5, 8)
 UNIT = 2e-4
 """Of the departures in the table."""
 
@@ -115,10 +89,9 @@ def quotients(
     per_size = 1.0 / np.maximum(size, np.finfo(float).tiny)
     psi = np.arctan2(z, y)
     side = np.where(psi < 0.0, -1.0, 1.0)
-    low, high = np.log(RATIO_RANGE)
     unit = (
-        (np.log(np.clip(ratio, *RATIO_RANGE)) - low) / (high - low),
-        size / (size + _HALF_WAY),
+        place_of_ratio(ratio, RATIO_RANGE),
+        place_of_size(size),
         np.arctan2(sideways, np.abs(x)) / (0.5 * np.pi),
         np.where(psi < 0.0, psi + np.pi, psi) / np.pi,
     )
@@ -134,11 +107,8 @@ def quotients(
 @lru_cache(maxsize=4)
 def _laid_out(poisson: float) -> NDArray[np.float32]:
     """The departures of one nu on a fine even grid over the whole of each axis, (ratio, rho, theta, psi, 3)."""
-    low, middle, high = POISSON
     kept = _table()
-    of_low = (poisson - middle) * (poisson - high) / ((low - middle) * (low - high))
-    of_high = (poisson - low) * (poisson - middle) / ((high - low) * (high - middle))
-    away = of_low * kept["by_poisson"][0] + of_high * kept["by_poisson"][1]
+    away = away_from_middle(kept["by_poisson"], poisson)
     return (_refined(UNIT * kept["departure"], FINE) + _refined(away, COARSE)).astype(np.float32)
 
 

@@ -32,51 +32,25 @@ from functools import cache, cached_property, lru_cache
 from importlib.resources import files
 
 import numpy as np
-from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
 
+from twindisc_cli.physics import _drive_table
 from twindisc_cli.physics._arrays import Floats, arrays, together
+from twindisc_cli.physics._drive_table import away_from_middle, place_of_ratio, place_of_size
 from twindisc_cli.physics._even_grid import local_cubic, polynomials, read, through
 from twindisc_cli.physics.kalker import POISSON_RANGE, RATIO_RANGE, require, require_ratio
 
-POISSON = (0.0, 0.3, 0.5)
-"""Poisson's ratios of the table: the middle one is in full, the others as differences from it."""
 UNIT = 2e-4
 """Of the quotients in the table."""
-_HALF_WAY = 2.5  # drive at rho = 1/2
 _EVEN = (33, 43, 193)  # points over log(a/b), rho and the angle on which the table is laid out, linear between them
 _AROUND = 2  # nodes of the angle that are repeated beyond either end, for cubics
 
 
 @dataclass(frozen=True)
-class Nodes:
-    """The nodes of the table: Chebyshev's in log(a/b), even in rho and in the angle, whose ends they leave out."""
+class Nodes(_drive_table.Nodes):
+    """The nodes of the table, uniform in the angle, whose ends they leave out."""
 
-    ratio_count: int
-    rho_count: int
     angle_count: int
-
-    @cached_property
-    def unit(self) -> Floats:
-        """-1 ... 1 for log(a/b)."""
-        return np.asarray(chebyshev.chebpts2(self.ratio_count))
-
-    @cached_property
-    def ratios(self) -> Floats:
-        """Ratios a/b [1]."""
-        low, high = np.log(RATIO_RANGE)
-        return np.asarray(np.exp(low + 0.5 * (self.unit + 1.0) * (high - low)))
-
-    @cached_property
-    def rho(self) -> Floats:
-        """r / (r + 2.5) [1]."""
-        return np.linspace(0.0, 1.0, self.rho_count)
-
-    @cached_property
-    def sizes(self) -> Floats:
-        """Drives r; the last is infinite."""
-        with np.errstate(divide="ignore"):
-            return _HALF_WAY * self.rho / (1.0 - self.rho)
 
     @cached_property
     def angles(self) -> Floats:
@@ -84,7 +58,7 @@ class Nodes:
         return np.asarray(((np.arange(self.angle_count) + 0.5) / self.angle_count - 0.5) * np.pi)
 
 
-FINE, COARSE = Nodes(9, 15, 48), Nodes(5, 15, 24)
+FINE, COARSE = Nodes(RATIO_RANGE, 9, 15, 48), Nodes(RATIO_RANGE, 5, 15, 24)
 
 
 def slip_of_pressure(beta: ArrayLike, p0: ArrayLike, effective_modulus: float, a_over_b: ArrayLike) -> Floats:
@@ -105,9 +79,7 @@ def quotients(x: ArrayLike, by_pressure: ArrayLike, a_over_b: ArrayLike, poisson
     x, by_pressure, ratio = together(x, by_pressure, a_over_b)
     require_ratio(ratio)
     require("Poisson's ratio", np.asarray(poisson), POISSON_RANGE)
-    low, high = np.log(RATIO_RANGE)
-    place = (np.log(np.clip(ratio, *RATIO_RANGE)) - low) / (high - low)
-    return _of_drive(x, by_pressure, _laid_out(poisson), (place,))
+    return _of_drive(x, by_pressure, _laid_out(poisson), (place_of_ratio(ratio, RATIO_RANGE),))
 
 
 def quotients_of_a_strip(x: ArrayLike, by_pressure: ArrayLike) -> tuple[Floats, Floats]:
@@ -152,18 +124,15 @@ def _of_drive(
     per_size = 1.0 / np.maximum(size, np.finfo(float).tiny)
     backwards = np.where(x < 0.0, -1.0, 1.0)
     angle = np.arctan2(backwards * by_pressure, np.abs(x))
-    g, m = read(table, (*place, size / (size + _HALF_WAY), angle / np.pi + 0.5))
+    g, m = read(table, (*place, place_of_size(size), angle / np.pi + 0.5))
     return (x + by_pressure * g) * per_size, backwards * m
 
 
 @lru_cache(maxsize=4)
 def _laid_out(poisson: float) -> NDArray[np.float32]:
     """The table of one nu on a fine even grid over the whole of each axis, (ratio, rho, angle, 2)."""
-    low, middle, high = POISSON
     kept = _table()
-    of_low = (poisson - middle) * (poisson - high) / ((low - middle) * (low - high))
-    of_high = (poisson - low) * (poisson - middle) / ((high - low) * (high - middle))
-    away = of_low * kept["by_poisson"][0] + of_high * kept["by_poisson"][1]
+    away = away_from_middle(kept["by_poisson"], poisson)
     like, rest = (_refined(UNIT * _along_ratio(*part)) for part in ((kept["ellipse"], FINE), (away, COARSE)))
     return (like + rest).astype(np.float32)
 
