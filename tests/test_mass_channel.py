@@ -22,6 +22,18 @@ def diagnosed(test: Experiment) -> Diagnosis:
     return diagnose([test], validate=None, progress=lambda stage, part: None, quick=True)
 
 
+def test_what_fastsim_is_off_by_counts_as_an_error_of_the_model(tmp_path: Path) -> None:
+    """On Carter's own data (mu = 0.42): no effect in its place, the truth in the interval, and a note."""
+    path = suros.write(tmp_path, Truth())
+    path.write_text(path.read_text().replace('traction = "exact"', 'traction = "fastsim"'))
+    test = load(path).experiment
+    found = diagnosed(test)
+    assert not found.effects and not found.laws
+    assert found.base["mu"].low < 0.42 < found.base["mu"].high
+    assert abs(found.base["mu"].value - 0.42) > 0.003  # which the interval of the noise alone would leave out
+    assert any("FASTSIM is an approximation" in note for note in found.notes)
+
+
 @pytest.mark.parametrize(("seed", "k"), [(1, 3.7e-4), (2, 4e-5), (3, 1.2e-4)])
 def test_k_from_mass_alone(tmp_path: Path, seed: int, k: float) -> None:
     """Within 2 %, though the radii shrink and the creepage drifts with them."""

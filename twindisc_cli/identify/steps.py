@@ -132,7 +132,7 @@ def model_error(test: Experiment, samples: TractionSamples, sense: Floats, ratio
 
     sense, ratio: sign of the creepage, and T/N in its direction (step,). Both mu are of the unworn discs.
     """
-    if not test.rig.is_line or test.options.traction != "fastsim":
+    if not test.approximates_a_line:
         return np.zeros(len(ratio))
 
     def mu_by(theory: Traction) -> Floats:

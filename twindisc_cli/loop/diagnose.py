@@ -444,6 +444,11 @@ def _notes_on(case: Case) -> Iterator[str]:
             f"{' and '.join(test.effects)} declared: the parameters stay as given; taken out of the "
             f"definition, an effect is looked for and fitted"
         )
+    if test.approximates_a_line:
+        yield (
+            "FASTSIM is an approximation on two cylinders: its difference from the exact law counts as an error of the "
+            'model, in every interval and in what is looked for; traction = "exact" under [model] is without it'
+        )
     showing = {effect.channel for effect in catalogue().values()}
     missing = [c for c in channels() if c in showing and c not in measured_channels(test)]
     if missing:

@@ -366,6 +366,7 @@ class Problem:
         rows = [
             *off.values(),
             *nearby._off_sensors(theta, plain),
+            *nearby._off_theory(theta, plain),
             nearby._off_track(theta, predictions),
             *nearby._off_creepage(theta),
             *nearby._off_rig(theta),
@@ -396,6 +397,15 @@ class Problem:
                     row = self._with_slight(theta, name, key, size)
                     rows += [np.where(own, row, plain) for own in self._records(number, catalogue()[name].channel)]
         return rows
+
+    def _off_theory(self, theta: Floats, plain: Floats) -> list[Floats]:
+        """White predictions (sample,) by the exact law of each test on two cylinders for which FASTSIM is declared."""
+        name = "exact_elasticity"
+        tests = [n for n, c in enumerate(self.cases) if c.test.approximates_a_line and name not in c.test.effects]
+        if not tests or name in self.terms:
+            return []
+        row = self._with_slight(theta, name, "share", 1.0)
+        return [np.where(self.owner == number, row, plain) for number in tests]
 
     def _off_track(self, theta: Floats, predictions: Sequence[Prediction]) -> Floats:
         """White prediction (sample,) with a worn track that rolls a little softer, the nearer it is to a rectangle."""

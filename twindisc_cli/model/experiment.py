@@ -410,6 +410,11 @@ class Experiment:
     own_parameters: Mapping[str, float] = field(default_factory=dict)
 
     @property
+    def approximates_a_line(self) -> bool:
+        """Whether FASTSIM is declared on two cylinders, whose exact law is known."""
+        return self.rig.is_line and self.options.traction == "fastsim"
+
+    @property
     def is_plain(self) -> bool:
         """Whether no effect, law, layer or slope is declared and the discs are equal, so that closed forms hold."""
         softened = self.options.layer_compliance > 0.0 or self.options.initial_slope != 1.0

@@ -266,7 +266,7 @@ def scatter(diagnosis: Diagnosis) -> list[str]:
 
 def _nothing_missing(diagnosis: Diagnosis) -> list[str]:
     seen = listed([channel_name(c) for c in channels() if c in diagnosis.errors])
-    return [f"Nothing is missing: model and measured {seen} agree within the noise.", *difference(diagnosis)]
+    return [f"Nothing is missing: model and measured {seen} agree within noise and tolerances.", *difference(diagnosis)]
 
 
 def open_questions(diagnosis: Diagnosis) -> list[str]:
