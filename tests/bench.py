@@ -20,6 +20,7 @@ from time import perf_counter, process_time
 from typing import Any
 
 import bench_campaigns
+import bench_contact
 import bench_loop
 import bench_physics
 import numpy as np
@@ -804,7 +805,8 @@ def commands() -> Iterator[Row]:
             yield at_most("  its peak memory", memory, 500.0, "MB", ".0f")
 
 
-def campaigns(part: Callable[..., Iterator[object]], *whom: str) -> Callable[[], Iterator[Row]]:
+def with_rows(part: Callable[..., Iterator[object]], *whom: str) -> Callable[[], Iterator[Row]]:
+    """A section of another file, which makes its rows of the functions here."""
     return lambda: part(*whom, at_most, Row)  # type: ignore[return-value]
 
 
@@ -887,14 +889,15 @@ SECTIONS = {
     "worn profile": worn_profile,
     "worn law": worn_law,
     "power of strips": power_of_strips,
+    **{name: with_rows(section) for name, section in bench_contact.SECTIONS.items()},
     "contact speed": contact_speed,
     "commands": commands,
-    "campaigns: workers": campaigns(bench_campaigns.workers),
-    "campaigns: charts": campaigns(bench_campaigns.charts),
-    "campaigns: cluster": campaigns(bench_campaigns.on_cluster),
-    "campaigns: kills of a worker": campaigns(bench_campaigns.kills, "worker"),
-    "campaigns: kills of the scheduler": campaigns(bench_campaigns.kills, "scheduler"),
-    "campaigns: kills of the command": campaigns(bench_campaigns.kills, "command"),
+    "campaigns: workers": with_rows(bench_campaigns.workers),
+    "campaigns: charts": with_rows(bench_campaigns.charts),
+    "campaigns: cluster": with_rows(bench_campaigns.on_cluster),
+    "campaigns: kills of a worker": with_rows(bench_campaigns.kills, "worker"),
+    "campaigns: kills of the scheduler": with_rows(bench_campaigns.kills, "scheduler"),
+    "campaigns: kills of the command": with_rows(bench_campaigns.kills, "command"),
     "close-loop": close_loop,
 }
 
