@@ -22,7 +22,7 @@ Source: H. Blok (1937); J. C. Jaeger, Proc. Royal Society of New South Wales 76 
 X. Tian and F. E. Kennedy, J. Tribology 116 (1994) 167, whose formula for the circle is that with c = 1.
 Valid for: full sliding, discs thick against the patch. Error within 1 % for a/b from 0.05 to 20 at any speed; of a line
 c = 1, which errs by up to 13 % between the limits. Slip is taken as uniform: where full slip begins it grows along the
-patch, and the hottest place is 14 % hotter; 3 % at three times that creepage (a locomotive wheel by half_space.rolling).
+patch, and the hottest place is 14 % hotter; 3 % at three times that creepage (of a locomotive wheel).
 """
 
 from __future__ import annotations
