@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +69,7 @@ class Noise:
         """The same noise for other samples."""
         return replace(self, kept=kept, position=position, series=series)
 
-    @property
+    @cached_property
     def order(self) -> Ints:
         """The samples that are kept, in order of their series and position (kept sample,)."""
         order = np.flatnonzero(self.kept)
@@ -81,9 +82,16 @@ class Noise:
         part = values[..., order] / (std if self.sizes is None else std * self.sizes[order])
         if correlation == 0.0:
             return np.asarray(part)
-        link = _links(self.position[order], self.series[order], correlation)
+        link, scale = self._whitening
         before = np.concatenate([np.zeros_like(part[..., :1]), part[..., :-1]], axis=-1)
-        return np.asarray((part - link * before) / np.sqrt(1.0 - link**2))
+        return np.asarray((part - link * before) / scale)
+
+    @cached_property
+    def _whitening(self) -> tuple[Floats, Floats]:
+        """Link of each kept sample with the one before it, and what is new in it [1]."""
+        _, correlation = self.cautious or (self.std, self.correlation)
+        link = _links(self.position[self.order], self.series[self.order], correlation)
+        return link, np.sqrt(1.0 - link**2)
 
 
 def _links(position: Floats, series: Ints, correlation: float) -> Floats:

@@ -62,7 +62,7 @@ class Case:
                 guesses[base.key] = base.guess(self.model)
         return guesses
 
-    @property
+    @cached_property
     def held(self) -> dict[str, float]:
         """Base parameters where they are not fitted: as the definition says, as known from elsewhere, else guessed."""
         return self.guesses | dict(self.known) | stated(self.test)

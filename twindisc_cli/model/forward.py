@@ -16,7 +16,7 @@ energy, temperature and wear stand still. Everything is vectorised over paramete
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Literal
@@ -148,8 +148,24 @@ class ForwardModel:
     def path(self, contact: Contact, wander: float, section: float = 0.0) -> WearPath:
         """The wear path of this rig; beyond `reach` only where no profile tells how far the wear went."""
         enough = self.reach if self.experiment.measured.profile is not None else max(self.reach, section)
-        start = self.experiment.measured.start
-        return wear_path(self.experiment.rig, contact=contact, section=enough, wander=wander, start=start)
+        asked = contact, wander, enough
+        if asked not in self._known_paths:
+            start = self.experiment.measured.start
+            path = wear_path(self.experiment.rig, contact=contact, section=enough, wander=wander, start=start)
+            self._known_paths.update({asked: path} if enough == self.reach else {})
+            return path
+        return self._known_paths[asked]
+
+    @cached_property
+    def _known_paths(self) -> dict[tuple[Contact, float, float], WearPath]:
+        """Paths that have been asked for, by contact, wander and reach [m2]: those that go no further than `reach`."""
+        return {}
+
+    @cached_property
+    def stops(self) -> Stops | None:
+        """Where profiles were recorded; None where there are none."""
+        profile = self.experiment.measured.profile
+        return Stops.of(profile, self.points) if profile is not None else None
 
     def predict(
         self,
@@ -199,12 +215,13 @@ def _columns(parameters: Parameters, sets: int) -> dict[str, Floats]:
 
 def _standing(last: State, state: State, within: float) -> bool:
     """Whether energy (relative), temperature [K] and wear, a hundred times as far, change by less than that."""
-    at_end = np.append(state.begins[1:] > 0.0, True)
+    at_end = np.append(np.flatnonzero(state.begins[1:]), -1)
     now, before = state.energy[:, at_end], last.energy[:, at_end]
-    energy = float(np.max(np.abs(now - before) / np.maximum(now, 1e-30)))
-    warmth = float(np.max(np.nan_to_num(np.abs(state.temperature - last.temperature))))
+    if not np.max(np.abs(now - before) / np.maximum(now, 1e-30)) < within:
+        return False
+    warmth = float(np.fmax.reduce(np.abs(state.temperature - last.temperature), axis=None, initial=0.0))
     wear = float(np.max(np.abs(state.wear_factor - last.wear_factor)))
-    return energy < within and max(warmth, wear) < 100.0 * within
+    return max(warmth, wear) < 100.0 * within
 
 
 def _mixed(passes: Passes, last: State, state: State, whole: Floats) -> State:
@@ -213,15 +230,19 @@ def _mixed(passes: Passes, last: State, state: State, whole: Floats) -> State:
     Warming above KELVINS counts by its logarithm, over which powers of it are lines; energy by its share of the whole
     (set, 1) [J].
     """
-    around = np.nan_to_num(state.environment)
+    around, known, points = state.environment, np.isfinite(state.temperature), state.energy.shape[1]
+    if not known.any():
+        energy = passes.next(last.energy / whole, state.energy / whole)
+        return state.replace(energy=np.maximum(energy * whole, 0.0))
     before, after = (
-        np.concatenate([s.energy / whole, np.arcsinh((np.nan_to_num(s.temperature) - around) / KELVINS)], axis=1)
+        np.concatenate([s.energy / whole, np.arcsinh(np.where(known, s.temperature - around, 0.0) / KELVINS)], axis=1)
         for s in (last, state)
     )
-    energy, warming = np.split(passes.next(before, after), 2, axis=1)
-    temperature = around + KELVINS * np.sinh(np.clip(warming, -MOST_WARMING, MOST_WARMING))
-    known = np.isfinite(state.temperature)
-    return state.replace(energy=np.maximum(energy * whole, 0.0), temperature=np.where(known, temperature, np.nan))
+    mixed = passes.next(before, after)
+    temperature = around + KELVINS * np.sinh(np.clip(mixed[:, points:], -MOST_WARMING, MOST_WARMING))
+    return state.replace(
+        energy=np.maximum(mixed[:, :points] * whole, 0.0), temperature=np.where(known, temperature, np.nan)
+    )
 
 
 def _as_it_is(load_ratio: Floats) -> Scaled:
@@ -292,6 +313,7 @@ class _Chain:
         history, load = test.history, test.rig.normal_load * test.history.load_factor[points.iteration]
         first = self._of_disc1()
         return State(
+            mu=np.broadcast_to(self._at_points(self.base.mu), shape),
             wear_factor=1.0 + first,
             disc1_share=first / (1.0 + first),
             time=points.own_time,
@@ -336,20 +358,27 @@ class _Chain:
             power_before=before.power,
             flash_before=before.flash_before,
         )
-        state = self._friction(self._apply("operation", fresh))
+        state = self._apply("friction", self._apply("operation", fresh))
         state = self._apply("contact", self._apply("traction", state))
         state = self._local(self._apply("wear", state), before)
         state = self._traction(state)
         return self._heat(state)
 
     def _apply(self, stage: Stage, state: State) -> State:
-        for effect, parameters in self.effects:
-            if effect.stage == stage and not effect.local and not effect.is_off(**parameters):
-                state = effect.apply(state, **parameters)
-        for law in self.model.experiment.laws.values():
-            if law.stage == stage:
-                state = law.apply(state)
+        for act in self._acts.get(stage, ()):
+            state = act(state)
         return state
+
+    @cached_property
+    def _acts(self) -> Mapping[Stage, Sequence[Callable[[State], State]]]:
+        """What acts on the whole patch at each stage: effects, then declared laws."""
+        acts: dict[Stage, list[Callable[[State], State]]] = {}
+        for effect, parameters in self.effects:
+            if not effect.local and not effect.is_off(**parameters):
+                acts.setdefault(effect.stage, []).append(partial(effect.apply, **parameters))
+        for law in self.model.experiment.laws.values():
+            acts.setdefault(law.stage, []).append(law.apply)
+        return acts
 
     @cached_property
     def is_local(self) -> bool:
@@ -455,10 +484,6 @@ class _Chain:
         pace = state.power / np.maximum(state.rolling_speed, _STANDING) / (scaled.along * scaled.across)
         creepage, cycles = (np.broadcast_to(v, own.shape) for v in (state.normalised_creepage, state.cycles))
         return Course(own, pace, creepage, cycles).of(of)
-
-    def _friction(self, state: State) -> State:
-        mu = np.broadcast_to(self._at_points(self.base.mu), state.creepage.shape)
-        return self._apply("friction", state.replace(mu=mu))
 
     def _at_points(self, values: Floats) -> Floats:
         """(set, iteration) at the operating points; (set, 1) as it is."""
@@ -585,17 +610,34 @@ class _Chain:
 
     def section(self, state: State) -> Floats:
         """Worn section at every point [m2], of both discs together."""
+        if state.wear_factor.shape[1] == 1:
+            return state.energy * (state.wear_factor * self._per_energy)
         before = np.where(state.begins > 0.0, 0.0, np.roll(state.energy, 1, axis=1))
-        worn = summed((state.energy - before) * state.wear_factor, state.begins)
-        return worn * np.nan_to_num(self.base.K) / self.model.circumference_hardness
+        return summed((state.energy - before) * state.wear_factor, state.begins) * self._per_energy
+
+    @cached_property
+    def _per_energy(self) -> Floats:
+        """Worn section per dissipated energy (set, 1) [m2/J]; zero where K is not known."""
+        return np.nan_to_num(self.base.K) / self.model.circumference_hardness
 
     def _paths(self, state: State, section: Floats) -> Paths:
         return self.own or self._weighted(state, section)
 
     def _weighted(self, state: State, section: Floats) -> WeightedPaths:
-        own = section / (state.normal_load / state.nominal_load)
-        path = partial(self.model.path, section=float(np.max(own)))
-        return weighted_paths(path, self.model.experiment.options.contact, state.half_space, state.wander)
+        enough = self.model.reach
+        if self.model.experiment.measured.profile is None:
+            enough = max(enough, float(np.max(section / (state.normal_load / state.nominal_load))))
+        asked = enough, state.half_space.tobytes(), state.wander.tobytes()
+        if asked not in self._known_paths:
+            path = partial(self.model.path, section=enough)
+            declared = self.model.experiment.options.contact
+            self._known_paths[asked] = weighted_paths(path, declared, state.half_space, state.wander)
+        return self._known_paths[asked]
+
+    @cached_property
+    def _known_paths(self) -> dict[tuple[float, bytes, bytes], WeightedPaths]:
+        """The paths by how far they reach, and shares of half-space contact and wanders as bytes."""
+        return {}
 
     def _heat(self, state: State) -> State:
         """Disc temperature, exact for a power that is constant within each point."""
@@ -632,9 +674,8 @@ class _Chain:
     def read(self, state: State, *, profiled: bool) -> Prediction:
         """What the sensors record."""
         points, section = self.model.points, self.section(state)
-        profile, stops = self.model.experiment.measured.profile, None
-        if profile is not None and profiled:
-            stops = Stops.of(profile, points)
+        stops = self.model.stops if profiled else None
+        if stops is not None:
             surface = worn_surface(self._paths(state, section).through(section), state, section, stops)
             state = state.replace(surface=replace(surface, give=self._give(state, section, stops)))
         state = self._apply("sensor", self._apply("surface", state))

@@ -89,13 +89,15 @@ class Paths(ABC):
         """The contact at worn sections (set, point) [m2] under `load_ratio` times the rig's load."""
         scaled = self.contact_scale(load_ratio)
         area = scaled.along * scaled.across
+        known = self.at(lambda path: path.patch, section, load_ratio)
+        stiffness, stiffness_y, own, a, b, square = np.ascontiguousarray(np.moveaxis(known, -1, 0))
         return Patch(
-            stiffness=self.at(lambda path: path.stiffness, section, load_ratio) * area,
-            stiffness_y=self.at(lambda path: path.stiffness_y, section, load_ratio) * area,
-            area=self.at(lambda path: path.area, section, load_ratio) * area,
-            a=self.at(lambda path: path.a, section, load_ratio) * scaled.along,
-            b=self.at(lambda path: path.b, section, load_ratio) * scaled.across,
-            square=self.at(lambda path: path.square, section, load_ratio),
+            stiffness=stiffness * area,
+            stiffness_y=stiffness_y * area,
+            area=own * area,
+            a=a * scaled.along,
+            b=b * scaled.across,
+            square=square,
         )
 
     def peak_pressure(self, section: Floats, load_ratio: Floats) -> Floats:

@@ -29,25 +29,29 @@ _ROUNDING = 1e-12
 
 @dataclass
 class Passes:
-    """The last passes, (pass, set, value), and the next x from them."""
+    """The last image and change, (set, value), differences of the last images and changes, and the next x from them."""
 
-    images: list[Floats] = field(default_factory=list)
-    changes: list[Floats] = field(default_factory=list)
+    image: Floats | None = None
+    change: Floats | None = None
+    along: list[Floats] = field(default_factory=list)
+    apart: list[Floats] = field(default_factory=list)
 
     def next(self, x: Floats, image: Floats) -> Floats:
         """Where to pass next, (set, value), after x has become `image`, each (set, value)."""
-        change = image - x
-        if self.changes and np.linalg.norm(change) > FURTHER * np.linalg.norm(self.changes[-1]):
-            self.images, self.changes = [image], [change]
+        change, last = image - x, self.change
+        if last is not None and np.linalg.norm(change) > FURTHER * np.linalg.norm(last):
+            self.image, self.change, self.along, self.apart = image, change, [], []
             return np.asarray(x + SHORT * change)
-        self.images, self.changes = [*self.images, image][-MEMORY - 1 :], [*self.changes, change][-MEMORY - 1 :]
-        if len(self.images) == 1:
+        if last is not None and self.image is not None:
+            self.along = [*self.along, image - self.image][-MEMORY:]
+            self.apart = [*self.apart, change - last][-MEMORY:]
+        self.image, self.change = image, change
+        if not self.apart:
             return image
-        along, apart = np.diff(self.images, axis=0), np.diff(self.changes, axis=0)
-        products = np.einsum("isv,jsv->sij", apart, apart)
+        apart = np.stack(self.apart, axis=1)
+        products = apart @ apart.transpose(0, 2, 1)
         size = np.trace(products, axis1=1, axis2=2) + 1e-300
-        products += _ROUNDING * size[:, None, None] * np.eye(len(apart))
-        seen = np.einsum("isv,sv->si", apart, change)
-        shares = np.linalg.solve(products, seen[..., None])[..., 0]
-        better = image - np.einsum("si,isv->sv", shares, along)
+        products += _ROUNDING * size[:, None, None] * np.eye(len(self.apart))
+        shares = np.linalg.solve(products, apart @ change[..., None])
+        better = image - (shares.transpose(0, 2, 1) @ np.stack(self.along, axis=1))[:, 0]
         return np.where(np.isfinite(better), better, image)

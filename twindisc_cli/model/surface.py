@@ -11,7 +11,6 @@ from twindisc_cli.effects._state import State, Surface
 from twindisc_cli.model.experiment import Floats, Ints, ProfileSamples
 from twindisc_cli.model.patch import Paths
 from twindisc_cli.model.points import Points
-from twindisc_cli.model.wear_path import WearPath
 
 
 @dataclass(frozen=True)
@@ -59,21 +58,12 @@ def worn_surface(paths: Paths, state: State, section: Floats, stops: Stops) -> S
     scale = scaled.across
     reach = 1.15 * max(max(float(path.y[-1]) for path in paths.paths), float(np.abs(stops.y).max()))
     grid = np.linspace(-reach, reach, 2 * int(np.ceil(reach / (paths.paths[0].y[1] - paths.paths[0].y[0]))) + 1)
-    depth = paths.at(lambda path: _on(grid, path), own, ratio) * scaled.height[..., None]
+    depth = paths.at(lambda path: path.depth_on(grid), own, ratio) * scaled.height[..., None]
     if np.any(np.abs(scale - 1.0) > 1e-12):
         depth = _stretched(grid, depth, scale[..., None])
     edge = paths.at(lambda path: path.edge, own, ratio) * scale
     depth = depth * np.where(stops.disc == 1, state.disc1_share, 1.0 - state.disc1_share)[..., None]
     return Surface(y=grid, height=-depth, edge=edge[..., None], depth=depth.max(axis=-1, keepdims=True))
-
-
-def _on(grid: Floats, path: WearPath) -> Floats:
-    """Depth of a path (node, grid), zero beyond its strips."""
-    position = (grid - path.y[0]) / (path.y[1] - path.y[0])
-    inside = (position >= 0.0) & (position <= len(path.y) - 1.0)
-    left = np.clip(position.astype(np.int64), 0, len(path.y) - 2)
-    part = position - left
-    return np.asarray(inside * ((1.0 - part) * path.depth[:, left] + part * path.depth[:, left + 1]))
 
 
 def _stretched(grid: Floats, depth: Floats, scale: Floats) -> Floats:

@@ -53,13 +53,11 @@ def temperatures(
     """
     power, duration, convection, environment = arrays(power, duration, convection, environment)
     conductance, shaft_capacity = arrays(shaft_conductance, shaft_capacity)
-    everything = (power, duration, convection, environment, conductance, shaft_capacity, np.empty((1, 1)))
-    shape = np.broadcast_shapes(*(np.shape(value) for value in everything))
-    loss = np.broadcast_to(np.maximum(convection + conductance, _NO_LOSS), shape)
-    gone = -np.expm1(-loss * duration / capacity)
-    level = (power + convection * environment + _NO_LOSS * environment * (convection + conductance == 0.0)) / loss
-    level = np.broadcast_to(level, shape)
-    fresh = np.broadcast_to(np.asarray(begins) != 0.0, shape[-1:]) if np.size(begins) > 1 else np.arange(shape[-1]) == 0
+    shape = np.broadcast(power, duration, convection, environment, conductance, shaft_capacity, np.empty((1, 1))).shape
+    loss = np.maximum(convection + conductance, _NO_LOSS)
+    gone = np.broadcast_to(-np.expm1(loss * (duration / -capacity)), shape)
+    level = np.broadcast_to(power / loss + environment * (np.maximum(convection, _NO_LOSS - conductance) / loss), shape)
+    fresh = np.asarray(begins) != 0.0 if np.size(begins) == shape[-1] else np.arange(shape[-1]) == 0
     if not np.any(conductance):
         return _disc(gone, level, initial, fresh)
     rates = conductance / capacity, conductance / shaft_capacity, convection / capacity

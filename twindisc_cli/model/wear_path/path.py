@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,8 @@ class Scaling:
 
     def to(self, load_ratio: Floats) -> Scaled:
         """The factors for so many times the path's load."""
+        if np.all(load_ratio == 1.0):
+            return Scaled(load_ratio, load_ratio, load_ratio)
         return Scaled(load_ratio**self.along, load_ratio**self.across, load_ratio**self.section)
 
 
@@ -60,6 +63,8 @@ OF_NODES = (
     "depth", "line_load", "a", "b", "p0", "area", "stiffness", "stiffness_y", "square", "edge", "spread",
 )  # fmt: skip
 """What a path holds for each of its nodes."""
+OF_PATCH = ("stiffness", "stiffness_y", "area", "a", "b", "square")
+"""What of it is asked for at every operating point, together."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +104,11 @@ class WearPath:
         """Width of the border of the worn zone [m], by which a wander is small or large."""
         return float(self.b[0]) * (0.1 if self.scaling is STRAIGHT else 1.0)
 
+    @cached_property
+    def patch(self) -> Floats:
+        """The quantities OF_PATCH side by side, (node, quantity)."""
+        return np.stack([getattr(self, name) for name in OF_PATCH], axis=-1)
+
     def through(self, section: Floats) -> WearPath:
         """The path for histories of sections (set, point) [m2]: itself, which depends on none."""
         return self
@@ -132,6 +142,22 @@ class WearPath:
         part = part[(..., *[None] * (values.ndim - 1))]
         return np.asarray((1.0 - part) * values[right - 1] + part * values[right])
 
+    def depth_on(self, grid: Floats) -> Floats:
+        """Depth (node, place) [m] at places across the track, zero beyond the strips; the last answer is remembered."""
+        asked = grid.tobytes()
+        if asked not in self._on_grid:
+            place = (grid - self.y[0]) / (self.y[1] - self.y[0])
+            inside = (place >= 0.0) & (place <= len(self.y) - 1.0)
+            left = np.clip(place.astype(np.intp), 0, len(self.y) - 2)
+            part = place - left
+            self._on_grid.clear()
+            self._on_grid[asked] = inside * ((1.0 - part) * self.depth[:, left] + part * self.depth[:, left + 1])
+        return self._on_grid[asked]
+
+    @cached_property
+    def _on_grid(self) -> dict[bytes, Floats]:
+        return {}
+
     def spread_at(self, section: Floats, creepage: Floats) -> Floats:
         """`spread` at worn sections [m2] and normalised creepages (...), linear between what is known: (..., place)."""
         result = self.at(self.spread[:, -1], section)
@@ -150,9 +176,9 @@ class WearPath:
 
 def between(known: Floats, values: Floats) -> tuple[NDArray[np.intp], Floats]:
     """The first of ascending numbers behind each value, and how far from the one before to it the value lies."""
-    right = np.clip(np.searchsorted(known, values), 1, len(known) - 1)
-    start, end = known[right - 1], known[right]
-    return right, np.clip((values - start) / (end - start), 0.0, 1.0)
+    place = np.interp(values, known, np.arange(len(known)))
+    right = np.minimum(place.astype(np.intp), len(known) - 2) + 1
+    return right, place - (right - 1)
 
 
 def paths_of(
