@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import tomllib
+from collections.abc import Callable
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -195,3 +197,58 @@ def test_a_curve_with_derived_columns_is_imported(tmp_path: Path, capsys: pytest
     assert samples is not None
     np.testing.assert_allclose(samples.ratio, [0.091, 0.258, 0.361, 0.480, 0.461, 0.460, 0.461, 0.512])
     np.testing.assert_allclose(100.0 * samples.creepage, [0.2, 0.5, 1, 3, 7.5, 10, 15, 20])
+
+
+BEGIN = datetime(2024, 3, 12, 11, 58)
+STAMPS: dict[str, tuple[str, Callable[[datetime], str]]] = {
+    "ISO": ("Time,Temperature [degC]", datetime.isoformat),
+    "ISO with zone": ("Timestamp,Disc temperature (°C)", lambda at: f"{at.isoformat()}+01:00"),
+    "AM and PM": ("Time,Temp [°C]", lambda at: at.strftime("%I:%M:%S %p")),
+    "American, day and AM": ("Date/Time,TC 1 [°C]", lambda at: at.strftime("%m/%d/%Y %I:%M:%S %p")),
+    "German": ("Datum Uhrzeit,Temperatur [°C]", lambda at: at.strftime("%d.%m.%Y %H:%M:%S")),
+    "day and minute": ("When,Temperature [°C]", lambda at: at.strftime("%d.%m.%Y %H:%M")),
+    "two columns": ("Date,Time,Temperature [degC]", lambda at: at.strftime("%Y-%m-%d,%H:%M:%S")),
+    "minutes and capitals": ("t / min,T / °C", lambda at: f"{(at - BEGIN).total_seconds() / 60.0:.6f}"),
+    "hours and capitals": ("t / h,T / °C", lambda at: f"{(at - BEGIN).total_seconds() / 3600.0:.9f}"),
+}
+
+
+@pytest.mark.parametrize("what", STAMPS)
+def test_a_temperature_alone_by_its_time_stamps(what: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Noon lies within; t and T are two columns."""
+    header, form = STAMPS[what]
+    rows = [f"{form(BEGIN + timedelta(minutes=n))},{22.0 + 0.03 * n:.2f}" for n in range(20)]
+    (tmp_path / "disc.csv").write_text("\n".join([header, *rows]) + "\n")
+    code, out, err = command("import", tmp_path / "disc.csv", "-o", tmp_path / "mine", "--json", capsys=capsys)
+    assert code == 0, err
+    assert json.loads(out)["definition"] is None
+    found = np.loadtxt(tmp_path / "mine" / "temperature.csv", delimiter=",", skiprows=1)
+    np.testing.assert_allclose(found, np.column_stack([60.0 * np.arange(20), 22.0 + 0.03 * np.arange(20)]), atol=1e-6)
+
+
+def test_a_temperature_of_a_foreign_unit_is_named_by_the_block(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As a logger of Onset writes it: two digits of the year, its serial number where a unit is expected."""
+    rows = [f'{n},"03/12/24 {9 + n // 60:02d}:{n % 60:02d}:00 AM",{22.0 + 0.03 * n:.2f}' for n in range(90)]
+    header = '"#","Date Time, GMT+01:00","Temp, °C (LGR S/N: 10000)"'
+    (tmp_path / "disc.csv").write_text("\n".join([header, *rows]) + "\n")
+    code, _, err = command("import", tmp_path / "disc.csv", "-o", tmp_path / "mine", capsys=capsys)
+    assert code == 3
+    (tmp_path / "block.toml").write_text(err[err.index("[measured]") :])
+    given = (tmp_path / "disc.csv", tmp_path / "block.toml")
+    code, _, err = command("import", *given, "-o", tmp_path / "mine", capsys=capsys)
+    assert code == 0, err
+    found = np.loadtxt(tmp_path / "mine" / "temperature.csv", delimiter=",", skiprows=1)
+    np.testing.assert_allclose(found, np.column_stack([60.0 * np.arange(90), 22.0 + 0.03 * np.arange(90)]), atol=1e-6)
+
+
+def test_a_log_with_t_and_capital_t(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = [f"{20 + n / 100:.2f};{n};404;396;9.4;1000" for n in range(300)]
+    (tmp_path / "rig.csv").write_text("\n".join(["T [°C];t [s];n1 [rpm];n2 [rpm];M [Nm];Fn [N]", *rows]) + "\n")
+    code, _, err = command("import", tmp_path / "rig.csv", "-o", tmp_path / "mine", capsys=capsys)
+    assert code == 0, err
+    measured = load(tmp_path / "mine" / "rig.toml").experiment.measured
+    assert measured.temperature is not None and measured.traction is not None
+    np.testing.assert_allclose(measured.temperature.temperature[[0, -1]], [293.15, 296.14], atol=0.02)
+    np.testing.assert_allclose(measured.traction.ratio, 0.4)

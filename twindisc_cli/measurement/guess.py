@@ -173,6 +173,8 @@ def _read(sheet: Sheet, declared: Naming, of_vendor: Naming) -> _Reading:
     if len(cells) < _FEWEST:
         return _Reading(cells, {}, set())
     columns, by_unit = _columns(cells, declared, of_vendor)
+    stamps = next((cell.name for cell in cells if "time" not in columns and _are_stamps(sheet, cell.place)), None)
+    columns |= {"time": Named(stamps)} if stamps else {}
     return _Reading(cells, _profile(columns, cells, sheet), by_unit)
 
 
@@ -279,7 +281,15 @@ def _cells(sheet: Sheet) -> Iterator[Cell]:
         else:
             under = "" if _is_number(under) or clock(under) is not None or len(under) > 12 else under
             name, unit = (text, unit) if unit is not None else (cell.strip(), under or None)
-            yield Cell(name, text, unit, None, cell.strip(), n + 1)
+            yield Cell(_apart(sheet.header, n) or name, text, unit, None, cell.strip(), n + 1)
+
+
+def _apart(header: Sequence[str], place: int) -> str:
+    """What names a column beside one that is called the same but for small and capital letters; else empty."""
+    text, same = parts(header[place])[0], [cell for cell in header if plain(cell) == plain(header[place])]
+    if not any(plain(other) == plain(text) and other != text for other in (parts(cell)[0] for cell in header)):
+        return ""
+    return header[place].strip() if len(same) == 1 else f"#{place + 1}"
 
 
 def _unit_in(text: str) -> tuple[str, str] | None:
@@ -307,6 +317,8 @@ def _columns(cells: Sequence[Cell], declared: Naming, of_vendor: Naming) -> tupl
     rest = []
     for cell in (cell for cell in cells if not {plain(cell.name), plain(cell.text), f"#{cell.place}"} & taken):
         key = _KEYS.get(plain(cell.text)) or (_KEYS.get(plain(cell.text.split(" ")[0])) if cell.said else None)
+        if key and len(cell.text) == 1 and cell.unit and not _knows(_QUANTITY[key], cell.unit):
+            key = None  # T [°C] is no time
         if key and key not in results:
             results[key] = Named(cell.name, cell.said)
         else:
@@ -355,6 +367,12 @@ def _profile(results: dict[str, Named], cells: Sequence[Cell], sheet: Sheet) -> 
             results["height"] = Named(height.column, units.get(str(results["x"].column)))
     results.pop("x", None)
     return results
+
+
+def _are_stamps(sheet: Sheet, place: int) -> bool:
+    """Whether a column holds time stamps, whatever it is called."""
+    held = _held(sheet, place) - {""}
+    return bool(held) and all(clock(text) is not None for text in held)
 
 
 def _held(sheet: Sheet, place: int) -> set[str]:

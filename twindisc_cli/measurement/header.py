@@ -19,8 +19,8 @@ _SHARED = ("time", "step", "disc", "iteration", "uncertainty")
 """Columns that files of several kinds have."""
 _FIGURE = re.compile(r"[-+]?\d+([.,]\d+)?(?:[eE][-+]?\d+)?")
 _CLOCK = re.compile(
-    r"(?:(?P<date>\d{4}-\d\d?-\d\d?|\d{4}/\d\d?/\d\d?|\d\d?[./-]\d\d?[./-]\d{4})[T ,]\s*)?"
-    r"(?P<hour>\d{1,2}):(?P<minute>\d\d):(?P<second>\d\d(?:[.,]\d+)?)"
+    r"(?:(?P<date>\d{4}-\d\d?-\d\d?|\d{4}/\d\d?/\d\d?|\d\d?[./-]\d\d?[./-]\d{4}|\d\d?[./]\d\d?[./]\d\d)[T ,]\s*)?"
+    r"(?P<hour>\d{1,2}):(?P<minute>\d\d)(?::(?P<second>\d\d(?:[.,]\d+)?))?"
     r"\s*(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?P<zone>Z|[+-]\d\d:?\d\d)?"
 )
 
@@ -191,10 +191,10 @@ def clock(cell: str) -> float | None:
     """The seconds of a time stamp, with those of its date where it has one; None where it is no time stamp.
 
     A zone counts, so that a change of clocks is none; of a date with strokes the month comes first where AM or PM is
-    said, else the day.
+    said, else the day. Seconds may be left out beside a date, AM or PM.
     """
     result = _CLOCK.fullmatch(cell.strip())
-    if not result:
+    if not result or not (result["second"] or result["date"] or result["half"]):
         return None
     days = _days(result["date"], month_first=bool(result["half"])) if result["date"] else 0
     if days is None:
@@ -204,7 +204,7 @@ def clock(cell: str) -> float | None:
         hour = hour % 12.0 + (12.0 if result["half"][0] in "Pp" else 0.0)
     zone = result["zone"] or "Z"
     east = 0.0 if zone == "Z" else float(f"{zone[0]}1") * (3600.0 * int(zone[1:3]) + 60.0 * int(zone[-2:]))
-    seconds = float(result["second"].replace(",", "."))
+    seconds = float((result["second"] or "0").replace(",", "."))
     return 86400.0 * days + 3600.0 * hour + 60.0 * int(result["minute"]) + seconds - east
 
 
@@ -215,7 +215,7 @@ def _days(text: str, *, month_first: bool) -> int | None:
     parts = [int(part) for part in re.split(r"[./-]", text)]
     if parts[0] <= 31:
         day, month = (parts[1], parts[0]) if "/" in text and month_first else (parts[0], parts[1])
-        parts = [parts[2], month, day]
+        parts = [parts[2] if parts[2] > 99 else 2000 + parts[2], month, day]
     try:
         return date(*parts).toordinal()
     except ValueError:

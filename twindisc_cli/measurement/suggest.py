@@ -49,7 +49,9 @@ _WAYS: Sequence[tuple[str, ...]] = (
     ("creepage", "traction ratio"),
     ("y", "height"),
     ("iteration", "mass loss"),
+    ("time", "temperature"),
 )
+_ROLLERS = ("speed 1", "speed 2")  # given as speed or as rotation
 _TURNING = frozenset(rim_speed(1.0).units) - frozenset(SPEED.units)
 
 
@@ -134,7 +136,9 @@ def _may_be(cell: Cell, key: str) -> bool:
 
 def line(key: str, cell: Cell, others: str = "") -> str:
     """A line of [measured] that names a column; a unit that is not known is a proposal to be checked."""
-    unit = cell.said or (None if cell.unit else _DEFAULT[key])
+    quantity = next((quantity for quantity, keys in _UNITS if key in keys and key not in _ROLLERS), None)
+    known = cell.unit and (quantity is None or _knows(quantity, cell.unit))
+    unit = cell.said or (None if known else _DEFAULT[key])
     named = json.dumps(cell.name, ensure_ascii=False)
     message = f", unit = {json.dumps(unit, ensure_ascii=False)}" if unit else ""
     remarks = [*(["check the unit"] if unit and not cell.said else []), *([f"or {others}"] if others else [])]
