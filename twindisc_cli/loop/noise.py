@@ -21,7 +21,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
+from scipy.linalg.lapack import dtrtrs
 
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Floats, Ints
@@ -94,11 +94,14 @@ class Noise:
         return link, np.sqrt(1.0 - link**2)
 
 
-def _links(position: Floats, series: Ints, correlation: float) -> Floats:
-    """Correlation of each sample with the one before it; zero at the start of a series."""
+def _links(position: Floats, series: Ints, correlation: float | Floats) -> Floats:
+    """Correlation of each sample with the one before it; zero at the start of a series.
+
+    (..., sample) for correlations (...).
+    """
     gap = np.diff(position, prepend=position[0])
     same = np.diff(series, prepend=series[0] - 1) == 0
-    return np.asarray(np.where(same, correlation ** np.maximum(gap, 1e-6), 0.0))
+    return np.asarray(np.where(same, np.asarray(correlation)[..., None] ** np.maximum(gap, 1e-6), 0.0))
 
 
 def given(uncertainty: Floats, times: Floats) -> Noise:
@@ -224,10 +227,10 @@ class _Record:
         """The correlations that are tried."""
         return CORRELATIONS if self.correlated else CORRELATIONS[:1]
 
-    @property
-    def links(self) -> list[Floats]:
-        """Correlation of each sample with the one before it, for every correlation that is tried."""
-        return [_links(self.position, self.series, float(c)) for c in self.grid]
+    @cached_property
+    def links(self) -> Floats:
+        """Correlation of each sample with the one before it (correlation, sample), for each that is tried."""
+        return _links(self.position, self.series, self.grid)
 
 
 def _criterion(record: _Record, trend: Floats, kept: Mask) -> float:
@@ -342,7 +345,7 @@ def _likelihood(values: Floats, basis: Floats, link: Floats, *, restricted: bool
     white = (both - link[:, None] * np.concatenate([np.zeros((1, both.shape[1])), both[:-1]])) / scale[:, None]
     products = white.T @ white
     root = np.linalg.cholesky(products[:-1, :-1])
-    along = solve_triangular(root, products[:-1, -1], lower=True)
+    along, _ = dtrtrs(root, products[:-1, -1], lower=True)
     free = len(values) - (basis.shape[1] if restricted else 0)
     variance = max(float(products[-1, -1] - along @ along) / free, 1e-300)
     volume = float(np.log(np.diag(root)).sum()) if restricted else 0.0
