@@ -72,10 +72,13 @@ class Straining:
 
     def _convolve(self, symbol: Complexes | SingleComplexes, field: Floats | Singles) -> Any:
         ny, nx = self._shape
-        spectrum = fft.rfft2(field, s=self._padded, workers=self._workers)
+        rows, columns = self._padded
+        along = fft.rfft(field, n=columns, axis=2, workers=self._workers)  # the padding's rows are zero
+        spectrum = fft.fft(along, n=rows, axis=1, workers=self._workers, overwrite_x=True)
         result = symbol[:2] * spectrum[0]
         result += symbol[1:] * spectrum[1]
-        return fft.irfft2(result, s=self._padded, workers=self._workers, overwrite_x=True)[:, :ny, :nx]
+        kept = fft.ifft(result, axis=1, workers=self._workers, overwrite_x=True)[:, :ny]
+        return fft.irfft(kept, n=columns, axis=2, workers=self._workers)[:, :, :nx]
 
     def _transform(self, kernel: Floats) -> Complexes:
         """Transform of a kernel given at offsets -(n-1) ... n-1, wrapped around the padded grid."""

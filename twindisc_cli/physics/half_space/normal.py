@@ -292,7 +292,7 @@ def _conjugate_gradients(
 
 def _deflection(x: Array, y: Array) -> Callable[[Array], Array]:
     """The operator from pressure over pi E* to deflection [m] on a grid, by FFT over a doubled domain."""
-    from scipy.fft import irfft2, next_fast_len, rfft2
+    from scipy.fft import fft, ifft, irfft, next_fast_len, rfft, rfft2
 
     size = tuple(next_fast_len(2 * points.size - 1, real=True) for points in (y, x))
     offsets = [np.minimum(k, n - k) for n in size for k in (np.arange(n),)]
@@ -301,8 +301,10 @@ def _deflection(x: Array, y: Array) -> Callable[[Array], Array]:
     spectrum = rfft2(kernel)
 
     def deflect(pressure: Array) -> Array:
-        array: Array = irfft2(rfft2(pressure, size) * spectrum, size)
-        return array[: y.size, : x.size]
+        along = rfft(pressure, size[1])  # the padding's rows are zero
+        product = fft(along, size[0], axis=0, overwrite_x=True) * spectrum
+        array: Array = irfft(ifft(product, axis=0, overwrite_x=True)[: y.size], size[1])
+        return array[:, : x.size]
 
     return deflect
 
