@@ -6,6 +6,7 @@ import os
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from definitions import VALID, write
 
@@ -13,6 +14,7 @@ from twindisc_cli.cli import main
 from twindisc_cli.commands._runner import quiet
 from twindisc_cli.definition import load_text
 from twindisc_cli.effects import catalogue
+from twindisc_cli.errors import ValidityError
 
 COMMANDS = ("friction-chart", "simulate-wear", "thermal", "contact", "check")
 WEARS = VALID.replace("= 100.0", "= 100.0\nconvection_W_K = 2.0") + "wear_coefficient = 7e-5\n"
@@ -47,6 +49,29 @@ def with_steps(text: str) -> str:
 
 
 # States that cannot be
+
+
+def test_a_recorded_ratio_that_cannot_be_is_refused_on_the_chart_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The chart begins at the first moment of a step, before those that the test's own history is computed at."""
+    monkeypatch.chdir(tmp_path)
+    law = MU.format(quantity="traction_ratio", covariate="time_in_step", kind="shift", value="14.0")
+    write(tmp_path, WEARS + law.replace("100.0]", "4.0]").replace("14.0]", "-2.0]"))
+    code, said = told("friction-chart", "small.toml", capsys=capsys)
+    assert code == 4
+    assert "small.toml: laws.own: makes T/N 14" in said
+
+
+def test_friction_that_vanishes_transmits_nothing() -> None:
+    """A law that is zero without a flash, at a creepage of which there is hardly any."""
+    law = MU.format(quantity="mu", covariate="flash_temperature", kind="factor", value="0.0")
+    test = load_text(WEARS + law, Path("small.toml"))
+    with pytest.raises(ValidityError, match="the traction bound mu p must be finite"):
+        quiet("contact", test, Path())
+    result, _ = quiet("friction-chart", test, Path())
+    (apparent,) = (array.values for array in result.dataset.arrays if array.name == "apparent_friction")
+    assert np.abs(apparent).max() < 1e-20
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from twindisc_cli.commands._possible import refuse_impossible_ratio
 from twindisc_cli.definition import Test
 from twindisc_cli.identify.chart import Chart, friction_chart
 from twindisc_cli.identify.friction import NO_CREEPAGE, SATURATED
@@ -27,6 +28,7 @@ def run(test: Test) -> Result:
     creepage = _creepages(experiment)
     measured = identify_friction(ForwardModel(experiment)) if experiment.measured.traction is not None else None
     many = friction_chart(experiment, mu=FAMILY, creepage=creepage)
+    refuse_impossible_ratio(experiment, many.apparent)
     typical, origin = _typical_mu(experiment, measured)
     one = friction_chart(experiment, mu=np.array([typical]), creepage=creepage)
     return Result(

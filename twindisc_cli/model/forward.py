@@ -69,6 +69,8 @@ MOST_MARCHES, MARCHED = 4, 1e-3
 """How often a history of loads is integrated, and the relative change of the sections at which that ends."""
 _STANDING = 1e-9
 """A speed [m/s] at which nothing rolls."""
+_SMALLEST_CAPACITY = 1e-30
+"""Of friction [N]: what transmits no force is driven far beyond full slip, by a finite number."""
 Parameters = Mapping[str, Floats]
 IntegratedSets = Literal["each", "first", "none"]
 
@@ -527,8 +529,7 @@ class _Chain:
         """Longitudinal force, work of all forces and the spin moment per length rolled [N], normalised creepage."""
         if self.model.experiment.rig.is_line:
             return self._rolling_along_a_line(state, patch)
-        capacity = state.mu * state.normal_load
-        drive = state.slope / capacity
+        drive = state.slope / _capacity(state)
         x = patch.stiffness * drive * state.creepage
         along, sideways, size = np.sign(x), _NOTHING, np.abs(x)
         if np.any(state.lateral_creepage) or np.any(state.spin):
@@ -546,7 +547,7 @@ class _Chain:
 
         Between discs of unlike elasticity the pressure drives too.
         """
-        capacity, (along, work), rig = state.mu * state.normal_load, quotients, self.model.experiment.rig
+        capacity, (along, work), rig = _capacity(state), quotients, self.model.experiment.rig
         if not rig.dundurs:
             level = capacity * self._law(state, size, patch)
             return level * along, level * work, size
@@ -577,7 +578,7 @@ class _Chain:
         self, state: State, patch: Patch, creepage: Floats, sideways: Floats
     ) -> tuple[Floats, Floats, Floats]:
         """Force, work and normalised creepage of a line all of which had these creepages."""
-        drive = state.slope / (state.mu * state.normal_load)
+        drive = state.slope / _capacity(state)
         along, across = patch.stiffness * drive * creepage, patch.stiffness_y * drive * sideways
         size = np.maximum(np.hypot(along, across), 1e-30)
         east, north = combined.direction(along, across, creepage, sideways)
@@ -690,3 +691,9 @@ class _Chain:
             paths=self._paths(state, section),
             own=self.base.own,
         )
+
+
+def _capacity(state: State) -> Floats:
+    """mu N [N], not zero where mu is."""
+    capacity = state.mu * state.normal_load
+    return np.where(capacity == 0.0, _SMALLEST_CAPACITY, capacity)
