@@ -5,13 +5,11 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pandas
 import pytest
 
-from twindisc_cli.campaign import comparison
 from twindisc_cli.cli import main
 
 DEFINITION = """schema = 1
@@ -129,16 +127,45 @@ def test_a_report_of_nothing_is_refused(tmp_path: Path, capsys: pytest.CaptureFi
     assert "neither the folder" in capsys.readouterr().err
 
 
-def test_the_rolled_distance_stands_still_in_pauses() -> None:
-    """Two steps of 100 and 50 revolutions at 60 and 120 rpm with 30 s between them, by hand."""
-    steps = [
-        {"creepage_percent": 1.0, "iterations": 2},
-        {"pause_s": 30.0, "iterations": 1},
-        {"creepage_percent": 1.0, "iterations": 1, "mean_speed_rpm": 120.0},
-    ]
-    disc = {"rolling_radius_mm": 50.0}
-    rig = {"mean_speed_rpm": 60.0, "disc1": disc, "disc2": disc}
-    history = {"revolutions_per_iteration": 50.0, "steps": steps}
-    test = SimpleNamespace(definition={"rig": rig, "history": history})
-    turned = comparison._cycles(test, np.array([50.0, 100.0, 115.0, 130.0, 155.0]))  # type: ignore[arg-type]
-    np.testing.assert_allclose(turned, [50.0, 100.0, 100.0, 100.0, 150.0])
+PAUSED = """\
+schema = 1
+{history}
+[test]
+name = "{name}"
+[rig]
+normal_load_N = 72.0
+mean_speed_rpm = 60.0
+disc1 = {{ rolling_radius_mm = 30.0, transverse_radius_mm = inf }}
+disc2 = {{ rolling_radius_mm = 30.0, transverse_radius_mm = 30.0 }}
+[material]
+youngs_modulus_GPa = 206.0
+poisson_ratio = 0.30
+hardness_HV = 700
+{steps}
+[model]
+wear_coefficient = 1e-4
+friction_coefficient = 0.5
+[measured]
+log = "log.csv"
+"""
+STEPS = """\
+[history]
+revolutions_per_iteration = 60
+steps = [{ creepage_percent = 2.0, iterations = 2 }, { pause_s = 100.0 }, { creepage_percent = 2.0, iterations = 2 }]
+"""
+
+
+def test_the_rolled_distance_stands_still_in_pauses(tmp_path: Path) -> None:
+    """Two minutes at one turn a second, a pause, two minutes more; as planned, and as read from the log."""
+    runs = (np.abs(np.arange(340.0) - 169.5) > 50.0).astype(float)
+    rows = [f"{n},{60.6 * on:.4f},{59.4 * on:.4f},{1.08 * on:.4f},{72 * on:g}" for n, on in enumerate(runs)]
+    header = "time [s],speed 1 [rpm],speed 2 [rpm],torque [N m],normal load [N]"
+    (tmp_path / "log.csv").write_text("\n".join([header, *rows]) + "\n")
+    for name, history, steps in (("planned", "", STEPS), ("measured", 'history = "measured"', "")):
+        (tmp_path / f"{name}.toml").write_text(PAUSED.format(name=name, history=history, steps=steps))
+        assert left(["simulate-wear", str(tmp_path / f"{name}.toml"), "-q", "--no-figure", "-o", str(tmp_path)]) == 0
+    folders = [str(tmp_path / name) for name in ("planned", "measured")]
+    assert left(["compare", *folders, "--over", "km", "-q", "-o", str(tmp_path)]) == 0
+    table = pandas.read_csv(tmp_path / "compare/depth.csv")
+    for _, of_test in table.groupby("test"):
+        assert of_test["rolled distance [km]"].max() == pytest.approx(240 * 2 * np.pi * 0.03e-3, rel=0.02)

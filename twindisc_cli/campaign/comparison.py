@@ -10,7 +10,7 @@ import io
 import json
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -32,13 +32,17 @@ MOST_SAID = 3
 
 @dataclass(frozen=True)
 class Shown:
-    """The results of one test: its definition, and by command its JSON and its arrays."""
+    """The results of one test: its definition, and by command its JSON and its arrays.
+
+    turned: ends of iterations and pauses [s], and the revolutions until then, each (iteration,).
+    """
 
     name: str
     definition: Mapping[str, Any]
     json: Mapping[str, Mapping[str, Any]]
     arrays: Mapping[str, Mapping[str, Floats]]
     provenance: str
+    turned: tuple[Floats, Floats]
 
 
 @dataclass(frozen=True)
@@ -97,10 +101,13 @@ def _shown(folder: Path, results: Mapping[str, Recorded]) -> Shown:
     import h5py
 
     arrays: dict[str, dict[str, Floats]] = {}
-    provenance = ""
+    provenance, turned = "", (np.empty(0), np.empty(0))
     for command in results:
         with h5py.File(str(folder / f"{command}.h5")) as file:
             provenance = str(file.attrs.get("provenance", ""))
+            if "config/end_time" not in file:
+                raise DefinitionError(Problem("is of an older version; run its command again", file.filename))
+            turned = (np.asarray(file["config/end_time"]), np.asarray(file["config/revolutions"]))
             numbers = {name: item for name, item in file.items() if isinstance(item, h5py.Dataset)}
             arrays[command] = {name: np.asarray(item) for name, item in numbers.items() if item.dtype.kind in "fiub"}
     config = tomllib.loads(next(iter(results.values())).configs[0])
@@ -110,12 +117,13 @@ def _shown(folder: Path, results: Mapping[str, Recorded]) -> Shown:
         json={command: result.stored.json for command, result in results.items()},
         arrays=arrays,
         provenance=provenance,
+        turned=turned,
     )
 
 
 def _renamed(test: Shown, folder: Path) -> Shown:
     """A test by its folder above too, where two results are of one name."""
-    return Shown(f"{folder.parent.name}/{test.name}", test.definition, test.json, test.arrays, test.provenance)
+    return replace(test, name=f"{folder.parent.name}/{test.name}")
 
 
 # ---------------------------------------------------------------------------------------------- what differs
@@ -370,25 +378,9 @@ def _circumference(test: Shown) -> float:
 
 
 def _cycles(test: Shown, time: Floats) -> Floats:
-    """Revolutions at times (n,): by the steps and pauses of the definition, else at one speed."""
-    rig, history = test.definition["rig"], test.definition["history"]
-    steps = history["steps"] if isinstance(history, dict) else None
-    if isinstance(steps, list):
-        turns = [
-            0.0 if "pause_s" in s else s.get("iterations", 1) * history["revolutions_per_iteration"] for s in steps
-        ]
-        own = [s if {"mean_speed_rpm", "rolling_speed_m_s"} & set(s) else rig for s in steps]
-        rates = [_rate(table, test) for table in own]
-        lasts = [s.get("pause_s") or n / rate for s, n, rate in zip(steps, turns, rates, strict=True)]
-        return np.asarray(np.interp(time, np.cumsum([0.0, *lasts]), np.cumsum([0.0, *turns])))
-    return np.asarray(time * _rate(rig, test))
-
-
-def _rate(table: Mapping[str, Any], test: Shown) -> float:
-    """Revolutions a second by the speed in the table of a rig or of a step."""
-    if table.get("mean_speed_rpm"):
-        return float(table["mean_speed_rpm"]) / 60.0
-    return float(table["rolling_speed_m_s"]) / _circumference(test)
+    """Revolutions at times (n,), with those that a pause or an idle run does not count."""
+    ends, revolutions = test.turned
+    return np.asarray(np.interp(time, np.append(0.0, ends), np.append(0.0, revolutions)))
 
 
 _MAKERS: tuple[Callable[[Sequence[Shown], str], Quantity], ...] = (

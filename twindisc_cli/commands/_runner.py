@@ -176,7 +176,7 @@ def _refuse_equal_names(tests: Sequence[Test]) -> None:
 
 def origin_of(tests: Sequence[Test], options: Mapping[str, Any]) -> Origin:
     """What a result of these tests is made from."""
-    several = len(tests) > 1
+    several, history = len(tests) > 1, tests[0].experiment.history
     return Origin(
         name=tests[0].experiment.name,
         configs=tuple(dump(test.resolved) for test in tests),
@@ -188,6 +188,7 @@ def origin_of(tests: Sequence[Test], options: Mapping[str, Any]) -> Origin:
         provenance=tests[0].experiment.measured.provenance,
         options=options,
         sources=tuple(Source(test.digest, test.inputs) for test in tests),
+        turned=(history.end_time, history.revolutions.cumsum()),
     )
 
 

@@ -8,7 +8,10 @@ from dataclasses import dataclass
 from hashlib import sha256
 from typing import Any
 
+import numpy as np
+
 from twindisc_cli.digests import program_digest
+from twindisc_cli.quantities import Floats
 
 SCHEMA = 3
 """Number of the form of result files."""
@@ -28,7 +31,8 @@ class Origin:
 
     configs: the resolved definition as TOML, of the test first, then of further tests. inputs: sha256 of each measured
     file by name. provenance: what kind of data they are. options: what else decides the result. sources: the same
-    definitions and files as they lie on the disk.
+    definitions and files as they lie on the disk. turned: ends of the test's iterations and pauses [s], and the
+    revolutions until then, each (iteration,).
     """
 
     name: str
@@ -37,6 +41,7 @@ class Origin:
     provenance: str
     options: Mapping[str, Any]
     sources: tuple[Source, ...] = ()
+    turned: tuple[Floats, Floats] = (np.empty(0), np.empty(0))
 
     def run_key(self, command: str) -> str:
         """sha256 of the program, command, definitions and inputs: the same key, the same result."""

@@ -93,6 +93,9 @@ def hdf5_image(result: Result, origin: Origin, *, beside: Mapping[str, str]) -> 
         config = file.create_group("config")
         for number, text in enumerate(origin.configs, start=1):
             config.attrs["toml" if number == 1 else f"toml_{number}"] = text
+        ends = Axis("end_time", origin.turned[0], "s", "ends of iterations and pauses")
+        turned = Array("revolutions", ("end_time",), origin.turned[1], "1", "revolutions until then")
+        _write_dataset(config, Dataset((ends,), (turned,)))
         file.create_group("outcome").attrs["json"] = json.dumps(plain(result.json), allow_nan=False)
         group = file.create_group("provenance")
         group.attrs["kind"] = origin.provenance
@@ -136,7 +139,7 @@ def _record(result: Result, origin: Origin, beside: Mapping[str, str]) -> dict[s
     }
 
 
-def _write_dataset(file: h5py.File, dataset: Dataset) -> None:
+def _write_dataset(file: h5py.Group, dataset: Dataset) -> None:
     """Axes as dimension scales, arrays with a scale on every dimension, all with units and long_name."""
     for axis in dataset.axes:
         _write_values(file, axis)
@@ -147,7 +150,7 @@ def _write_dataset(file: h5py.File, dataset: Dataset) -> None:
             file[array.name].dims[dimension].attach_scale(file[name])
 
 
-def _write_values(file: h5py.File, item: Axis | Array) -> None:
+def _write_values(file: h5py.Group, item: Axis | Array) -> None:
     import h5py
 
     values = np.asarray(item.values)
