@@ -42,6 +42,11 @@ def summed(values: Floats, begins: Floats) -> Floats:
     return np.asarray(sums - before[..., first[np.cumsum(begins > 0.0) - 1]])
 
 
+def _chosen(values: Floats, sets: NDArray[np.int64]) -> Floats:
+    """Some sets of values (set, ...); those that are the same for all of several as they are."""
+    return values if len(values) == 1 and sets.any() else values[sets]
+
+
 @dataclass(frozen=True)
 class Surface:
     """The worn surfaces as the profilometer records them: height (set, stop, strip) [m] over y (strip,) [m].
@@ -194,6 +199,17 @@ class State:
         changed = object.__new__(type(self))
         vars(changed).update(vars(self), **changes)
         return changed
+
+    def of_sets(self, chosen: NDArray[np.int64]) -> State:
+        """Return this state for some of the parameter sets, in any order and number (set,)."""
+        before, surface = self.flash_before, self.surface
+        own: dict[str, Any] = {
+            name: _chosen(v, chosen) for name, v in vars(self).items() if isinstance(v, np.ndarray) and v.ndim > 1
+        }
+        if surface is not None:
+            rows = (surface.height, surface.edge, surface.depth, surface.give)
+            own["surface"] = Surface(surface.y, *(_chosen(values, chosen) for values in rows))
+        return self.replace(**own, flash_before=lambda: _chosen(before(), chosen))
 
     def on_surface(self, height: Floats) -> State:
         """Return this state with another recorded surface height (set, stop, strip) [m]."""

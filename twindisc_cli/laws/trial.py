@@ -121,7 +121,7 @@ def curve(quantity: str, covariate: str, at: Floats, mix: Floats) -> Trial:
 
 
 def _bend(quantity: str, covariate: str, at: Floats, mix: Floats, s: State, **u: Floats) -> State:
-    heights = np.concatenate([np.broadcast_to(v, (len(v), 1)) for v in u.values()], axis=1) @ mix.T
+    heights = np.concatenate(list(u.values()), axis=1) @ mix.T
 
     def change(x: Floats) -> Floats:
         f = _between(x, at, heights)
@@ -132,12 +132,14 @@ def _bend(quantity: str, covariate: str, at: Floats, mix: Floats, s: State, **u:
 
 def _between(x: Floats, at: Floats, heights: Floats) -> Floats:
     """Heights (set, knot) at x (set, ...), linear between the knots."""
-    x = np.broadcast_to(x, (len(heights), *x.shape[1:])) if x.ndim > 1 else np.broadcast_to(x, (len(heights), len(x)))
-    flat = x.reshape(len(heights), -1)
-    right = np.clip(np.searchsorted(at, flat), 1, len(at) - 1)
-    part = np.clip((flat - at[right - 1]) / (at[right] - at[right - 1]), 0.0, 1.0)
-    low, high = (np.take_along_axis(heights, index, axis=1) for index in (right - 1, right))
-    return np.asarray((low + part * (high - low)).reshape(x.shape))
+    right = np.clip(np.searchsorted(at, x), 1, len(at) - 1)
+    part = np.clip((x - at[right - 1]) / (at[right] - at[right - 1]), 0.0, 1.0)
+    if x.ndim == 1:
+        return np.asarray((1.0 - part) * heights[:, right - 1] + part * heights[:, right])
+    shape, sets = (len(heights), *x.shape[1:]), np.arange(len(heights)).reshape(-1, *[1] * (x.ndim - 1))
+    right = right + len(at) * sets
+    low, high = (heights.take(np.broadcast_to(index, shape)) for index in (right - 1, right))
+    return np.asarray(low + part * (high - low))
 
 
 def bins(quantity: str, covariate: str, edges: Floats) -> Effect:

@@ -28,8 +28,8 @@ from twindisc_cli.effects._effect import Effect, Stage
 from twindisc_cli.effects._state import State, summed
 from twindisc_cli.laws.law import Law
 from twindisc_cli.model import worn
-from twindisc_cli.model.base import BaseParameters, column
-from twindisc_cli.model.experiment import Contact, Experiment, Floats
+from twindisc_cli.model.base import MODEL_KEYS, BaseParameters, column
+from twindisc_cli.model.experiment import Contact, Experiment, Floats, Ints
 from twindisc_cli.model.patch import AnyPath, OwnPaths, Patch, Paths, WeightedPaths, strips_passed, weighted_paths
 from twindisc_cli.model.points import Points, operating_points
 from twindisc_cli.model.settling import Passes
@@ -57,6 +57,8 @@ MOST_PASSES = 20
 SPIN_ARM_OF_A_LINE = 0.5
 """On each strip of a line spin acts on T like a lateral creepage of phi a / 2: in full sliding T = mu N (1 - phi^2
 <x^2> / 2 v^2), with <x^2> = a^2 / 4 under the pressure. To the creepage along rolling it adds - phi y."""
+RECORDING: Sequence[Stage] = ("surface", "sensor")
+"""Stages behind which nothing feeds back."""
 _NOTHING = np.zeros((1, 1))
 SETTLED, COUNTED = 1e-7, 1e-4
 """Change of the energy in a pass at which the chain stands still, and at which an integration of local wear may
@@ -191,12 +193,13 @@ class ForwardModel:
         sets = max([base.sets, *(len(np.atleast_1d(value)) for value in _values(effects))])
         known = {**catalogue(), **(trial or {})}
         acting = [(known[name], columns) for name, columns in self._all_effects(effects or {}, sets).items()]
-        chain = _Chain(self, base.columns(sets), acting, sets, None if isinstance(integrated, str) else integrated)
+        every = _Chain(self, base.columns(sets), acting, sets, None if isinstance(integrated, str) else integrated)
+        chain, place = every.before_recording()
         if integrated in ("each", "first") and chain.needs_integration:
             chain, state = chain.on_integrated(slice(1 if integrated == "first" else None))
         else:
             state = chain.settled(chain._blank)
-        return chain.read(state, profiled=profiled)
+        return every.read(chain, state, place, profiled=profiled)
 
     def _all_effects(self, effects: Mapping[str, Parameters], sets: int) -> dict[str, dict[str, Floats]]:
         declared = {
@@ -672,13 +675,30 @@ class _Chain:
         area = self._paths(state, section).patch(section[:, stops.point], load / state.nominal_load).area
         return np.asarray(2.0 * load / area / test.rig.effective_modulus / np.maximum(share, 1e-9))[..., None]
 
-    def read(self, state: State, *, profiled: bool) -> Prediction:
-        """What the sensors record."""
-        points, section = self.model.points, self.section(state)
-        stops = self.model.stops if profiled else None
+    def before_recording(self) -> tuple[_Chain, Ints]:
+        """The chain of the sets that differ in more than what is recorded, and which of them each set is (set,)."""
+        base = {name: getattr(self.base, name) for name in MODEL_KEYS.values()}
+        early = [(effect, parameters) for effect, parameters in self.effects if effect.stage not in RECORDING]
+        columns = [*base.values(), *(value for _, parameters in early for value in parameters.values())]
+        rows = [row.tobytes() for row in np.concatenate(columns, axis=1)]
+        distinct = {row: number for number, row in enumerate(dict.fromkeys(rows))}
+        place = np.array([distinct[row] for row in rows])
+        if len(distinct) == self.sets:
+            return self, place
+        first = np.unique(place, return_index=True)[1]
+        early = [(effect, {key: value[first] for key, value in own.items()}) for effect, own in early]
+        few = BaseParameters(**{name: value[first] for name, value in base.items()})
+        return _Chain(self.model, few, early, len(first), self.own), place
+
+    def read(self, chain: _Chain, state: State, place: Ints, *, profiled: bool) -> Prediction:
+        """What the sensors record of a state in which a chain settled; place: which of its sets each set is (set,)."""
+        points, section = self.model.points, chain.section(state)
+        stops, paths = self.model.stops if profiled else None, chain._paths(state, section)
         if stops is not None:
-            surface = worn_surface(self._paths(state, section).through(section), state, section, stops)
-            state = state.replace(surface=replace(surface, give=self._give(state, section, stops)))
+            surface = worn_surface(paths.through(section), state, section, stops)
+            state = state.replace(surface=replace(surface, give=chain._give(state, section, stops)))
+        if chain.sets < self.sets:
+            state, section, paths = state.of_sets(place), section[place], paths.of_sets(place)
         state = self._apply("sensor", self._apply("surface", state))
         wide = section.shape
         height = stops.sample(state.surface) if stops and state.surface else np.empty((self.sets, 0))
@@ -688,7 +708,7 @@ class _Chain:
             temperature=points.temperature(np.broadcast_to(state.disc_temperature, wide)),
             state=state,
             section=section,
-            paths=self._paths(state, section),
+            paths=paths,
             own=self.base.own,
         )
 

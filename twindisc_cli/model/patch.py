@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from twindisc_cli.model.experiment import Contact, Floats
+from twindisc_cli.model.experiment import Contact, Floats, Ints
 from twindisc_cli.model.interpolation import cubic_weights
 from twindisc_cli.model.path_table import WANDERS
 from twindisc_cli.model.wear_path import CarriedPath, Scaled, WearPath
@@ -71,6 +71,10 @@ class Paths(ABC):
         """The wear paths that are added up, of the first set where each has its own."""
 
     @abstractmethod
+    def of_sets(self, chosen: Ints) -> Paths:
+        """The paths of some of the parameter sets, in any order and number (set,)."""
+
+    @abstractmethod
     def read(self, quantity: Callable[..., Floats], section: Floats, load_ratio: Floats, *where: Floats) -> Floats:
         """What `quantity` reads off a path, as it stands there, (set, point, ...).
 
@@ -89,8 +93,8 @@ class Paths(ABC):
         """The contact at worn sections (set, point) [m2] under `load_ratio` times the rig's load."""
         scaled = self.contact_scale(load_ratio)
         area = scaled.along * scaled.across
-        known = self.at(lambda path: path.patch, section, load_ratio)
-        stiffness, stiffness_y, own, a, b, square = np.ascontiguousarray(np.moveaxis(known, -1, 0))
+        known = self.read(WearPath.patch_at, section, load_ratio)
+        stiffness, stiffness_y, own, a, b, square = np.moveaxis(known, -1, 0)
         return Patch(
             stiffness=stiffness * area,
             stiffness_y=stiffness_y * area,
@@ -136,6 +140,9 @@ class WeightedPaths(Paths):
         parts = [w[(..., *[None] * extra)] * f for w, f in zip(self.weights, results, strict=True)]
         return np.asarray(sum(parts[1:], parts[0]))
 
+    def of_sets(self, chosen: Ints) -> WeightedPaths:  # noqa: D102
+        return replace(self, weights=[w if len(w) == 1 else w[chosen] for w in self.weights])
+
     def through(self, section: Floats) -> WeightedPaths:  # noqa: D102
         return replace(self, parts=[path.through(section) for path in self.parts])
 
@@ -158,6 +165,9 @@ class OwnPaths(Paths):
     def read(self, quantity: Callable[..., Floats], section: Floats, load_ratio: Floats, *where: Floats) -> Floats:  # noqa: D102
         rows = zip(self.sets, section, np.broadcast_to(load_ratio, section.shape), *where, strict=True)
         return np.concatenate([own.read(quantity, *(values[None] for values in row)) for own, *row in rows])
+
+    def of_sets(self, chosen: Ints) -> OwnPaths:  # noqa: D102
+        return OwnPaths([self.sets[i] for i in chosen])
 
     def through(self, section: Floats) -> Paths:  # noqa: D102
         return OwnPaths([own.through(section[i : i + 1]) for i, own in enumerate(self.sets)])

@@ -104,11 +104,6 @@ class WearPath:
         """Width of the border of the worn zone [m], by which a wander is small or large."""
         return float(self.b[0]) * (0.1 if self.scaling is STRAIGHT else 1.0)
 
-    @cached_property
-    def patch(self) -> Floats:
-        """The quantities OF_PATCH side by side, (node, quantity)."""
-        return np.stack([getattr(self, name) for name in OF_PATCH], axis=-1)
-
     def through(self, section: Floats) -> WearPath:
         """The path for histories of sections (set, point) [m2]: itself, which depends on none."""
         return self
@@ -141,6 +136,21 @@ class WearPath:
         right, part = between(self.section, section)
         part = part[(..., *[None] * (values.ndim - 1))]
         return np.asarray((1.0 - part) * values[right - 1] + part * values[right])
+
+    def patch_at(self, section: Floats) -> Floats:
+        """The quantities OF_PATCH at worn sections (...) [m2], (..., quantity); in memory one after the other."""
+        right, part = between(self.section, section)
+        left, result = right - 1, np.empty((len(OF_PATCH), *section.shape))
+        for row, values, rises in zip(result, *self._of_patch, strict=True):
+            np.multiply(part, rises.take(left), out=row)
+            row += values.take(left)
+        return np.moveaxis(result, 0, -1)
+
+    @cached_property
+    def _of_patch(self) -> tuple[list[Floats], list[Floats]]:
+        """The quantities OF_PATCH at the nodes (node,), and their rises to the next one (node - 1,)."""
+        values = [getattr(self, name) for name in OF_PATCH]
+        return values, [np.diff(value) for value in values]
 
     def depth_on(self, grid: Floats) -> Floats:
         """Depth (node, place) [m] at places across the track, zero beyond the strips; the last answer is remembered."""
