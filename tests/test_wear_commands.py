@@ -17,6 +17,21 @@ from twindisc_cli.model.experiment import Experiment, ProfileSamples
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.wear_path import grid
 
+DISCS = """\
+schema = 1
+[test]
+name = "t"
+[rig]
+normal_load_N = 72.0
+mean_speed_rpm = 3000.0
+disc1 = { rolling_radius_mm = 30.0, transverse_radius_mm = inf }
+disc2 = { rolling_radius_mm = 30.0, transverse_radius_mm = 30.0 }
+[material]
+youngs_modulus_GPa = 206.0
+poisson_ratio = 0.30
+hardness_HV = 700
+[model]
+"""
 HARDNESS = 700 * 9.80665e6
 
 
@@ -53,6 +68,18 @@ def test_dissipated_energy_of_full_sliding_is_friction_times_way(ambient):
     way = speed * history.creepage * history.duration
     sliding = history.creepage[1:] >= 0.01
     assert steps[sliding] == pytest.approx((0.5 * 72.0 * way[1:])[sliding], rel=1e-6)
+
+
+def test_a_pause_has_no_friction(tmp_path):
+    """The identified mu of the steps beside it (0.5 of 2 %), none in the pause."""
+    steps = "steps = [{ creepage_percent = 2.0 }, { pause_s = 60.0 }, { creepage_percent = 2.0 }]"
+    (tmp_path / "t.csv").write_text("step,creepage [%],traction ratio [1]\n1,2.0,0.5\n3,2.0,0.5\n")
+    more = f"wear_coefficient = 1e-4\n[history]\nrevolutions_per_iteration = 4200\n{steps}\n"
+    (tmp_path / "t.toml").write_text(f'{DISCS}{more}[measured]\ntraction = "t.csv"\n')
+    found = simulate_wear.run(load(tmp_path / "t.toml"))
+    assert [i["mu"] for i in found.json["iterations"]] == [pytest.approx(0.5), None, pytest.approx(0.5)]
+    friction = found.figure().axes[1]
+    assert friction.get_ylim()[1] < 0.6
 
 
 def test_wear_flattens_the_disc_and_widens_the_patch(ambient):

@@ -13,7 +13,7 @@ from twindisc_cli.identify.track import last_profile
 from twindisc_cli.identify.wear_history import WearHistory, wear_history
 from twindisc_cli.model.experiment import Experiment, Floats, Start
 from twindisc_cli.model.forward import ForwardModel
-from twindisc_cli.results import Array, Axis, Dataset, Result
+from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,8 +49,8 @@ def run(test: Test) -> Result:
             "error_estimate_percent": history.error * 100.0,
             "p0_error_estimate_percent": history.pressure_error * 100.0,
             "iterations": [
-                {"iteration": i + 1, "time_s": t, "creepage_percent": history.creepage[i] * 100.0, "mu": history.mu[i]}
-                | _iteration(history, i)
+                {"iteration": i + 1, "time_s": t, "creepage_percent": history.creepage[i] * 100.0}
+                | {"mu": or_null(history.mu[i]), **_iteration(history, i)}
                 for i, t in enumerate(history.time)
             ],
         },
@@ -157,7 +157,7 @@ def _dataset(history: WearHistory, k: float, source: str, test: Experiment) -> D
     rows = (
         ("time", history.time, "s", "time at the end of the iteration"),
         ("creepage", history.creepage, "1", "longitudinal creepage"),
-        ("mu", history.mu, "1", "coefficient of friction"),
+        ("mu", history.mu, "1", "coefficient of friction; NaN in a pause"),
         ("traction_ratio", history.traction_ratio, "1", "T/N at the end of the iteration"),
         ("power", history.power, "W", "dissipated power, mean over the iteration"),
         ("energy", history.energy, "J", "energy dissipated so far"),
@@ -176,7 +176,10 @@ def _dataset(history: WearHistory, k: float, source: str, test: Experiment) -> D
             *axes,
         ),
         arrays=(
-            *(Array(name, ("iteration",), values, unit, what, name == "radius") for name, values, unit, what in rows),
+            *(
+                Array(name, ("iteration",), values, unit, what, name in ("radius", "mu"))
+                for name, values, unit, what in rows
+            ),
             Array("height", ("iteration", "y"), history.height, "m", "height change of disc 2"),
             Array("disc1_height", ("iteration", "y"), history.disc1_height, "m", "height change of disc 1"),
             Array(

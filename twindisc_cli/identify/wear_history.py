@@ -19,10 +19,10 @@ from twindisc_cli.physics.best_circle import fit_curvature
 class WearHistory:
     """The state after each iteration, (iteration,), and profiles (iteration, strip).
 
-    time [s], creepage, mu and T/N [1] of the iteration; power [W], its mean over it, and power_per_length [W/m]
-    (iteration, strip), P_l of Eq. 15; energy dissipated so far [J]; volume worn off both discs [m3];
-    y [m] (strip,); height [m], change of disc 2's profile, and disc1_height of disc 1's; track of disc 2; radius [m]
-    of the best circle through disc 2's profile inside the patch, inf where it is flat, negative where hollow;
+    time [s], creepage, mu (NaN without creepage) and T/N [1] of the iteration; power [W], its mean over it, and
+    power_per_length [W/m] (iteration, strip), P_l of Eq. 15; energy dissipated so far [J]; volume worn off both discs
+    [m3]; y [m] (strip,); height [m], change of disc 2's profile, and disc1_height of disc 1's; track of disc 2; radius
+    [m] of the best circle through disc 2's profile inside the patch, inf where it is flat, negative where hollow;
     rolling_radius [m] of both discs at the bottom of their tracks (disc, iteration); a, b
     semi-axes [m] and p0 [Pa] of the patch; error and pressure_error, the estimated relative errors of depth and p0.
     """
@@ -65,7 +65,7 @@ def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) ->
     return WearHistory(
         time=test.history.end_time,
         creepage=np.broadcast_to(state.creepage, wide)[0, at],
-        mu=np.broadcast_to(state.mu, wide)[0, at],
+        mu=np.where(test.history.creepage != 0.0, np.broadcast_to(state.mu, wide)[0, at], np.nan),
         traction_ratio=np.broadcast_to(state.traction_ratio, wide)[0, at],
         power=power,
         power_per_length=_power_per_length(y, depth, power),
