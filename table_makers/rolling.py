@@ -82,16 +82,13 @@ def _on_grid(ratio: float, nu: float, n: int) -> tuple[Floats, Floats]:
     x, y = a * centres(n), b * centres(n)
     area = (x[1] - x[0]) * (y[1] - y[0])
     bound = _BOUND * np.sqrt(np.maximum(0.0, 1.0 - (x / a) ** 2 - (y[:, None] / b) ** 2))
-    sticking = rolling.solve(
-        x=x, y=y, pressure=np.where(bound > 0.0, 1e6, 0.0), mu=1.0, shear_modulus=1.0, poisson=nu, creepage_x=1.0
-    )
-    load = bound.sum() * area
-    found = [
-        rolling.solve(
-            x=x, y=y, pressure=bound, mu=1.0, shear_modulus=1.0, poisson=nu, creepage_x=xi * load / sticking.force_x
-        ).force_x
-        for xi in exact.KNOTS[1:]
-    ]
+
+    def force(pressure: Floats, creepage: float) -> float:
+        discs, driven = rolling.Discs(1.0, nu), rolling.Creepage(creepage)
+        return rolling.solve(x=x, y=y, pressure=pressure, mu=1.0, discs=discs, creepage=driven).force_x
+
+    load, stiffness = bound.sum() * area, force(np.where(bound > 0.0, 1e6, 0.0), 1.0)
+    found = [force(bound, xi * load / stiffness) for xi in exact.KNOTS[1:]]
     causes = [1.0 / n, (bound > 0.0).sum() * area / np.pi - 1.0, load / (2.0 / 3.0 * np.pi * _BOUND) - 1.0]
     return np.array(causes), np.array(found) / load
 

@@ -74,8 +74,8 @@ class _Ellipse:
     def _solve(self, pressure: Floats, vx: float, vy: float, phi: float) -> tuple[float, float, float]:
         x, y = self.axes
         found = rolling.solve(
-            x=x, y=y, pressure=pressure, mu=1.0, shear_modulus=1.0, poisson=self.poisson,
-            creepage_x=vx, creepage_y=vy, spin=phi, tolerance=1e-4,
+            x=x, y=y, pressure=pressure, mu=1.0, discs=rolling.Discs(1.0, self.poisson),
+            creepage=rolling.Creepage(vx, vy, phi), tolerance=1e-4,
         )  # fmt: skip
         return found.force_x, found.force_y, found.moment
 

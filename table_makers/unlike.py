@@ -84,8 +84,8 @@ class _Patch:
     def _solve(self, creepage: float, difference: float, mu: float = 1.0) -> rolling.Rolling:
         x, y = self.axes
         return rolling.solve(
-            x=x, y=y, pressure=self.bound, mu=mu, shear_modulus=1.0, poisson=self.poisson, creepage_x=creepage,
-            stiffness_difference=difference, tolerance=_TOLERANCE,
+            x=x, y=y, pressure=self.bound, mu=mu, discs=rolling.Discs(1.0, self.poisson, difference),
+            creepage=rolling.Creepage(creepage), tolerance=_TOLERANCE,
         )  # fmt: skip
 
     def _both(self, traction: Floats) -> Floats:

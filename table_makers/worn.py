@@ -78,9 +78,8 @@ class Profile:
                 y=pressed.y,
                 pressure=bound,
                 mu=1.0,
-                shear_modulus=self.rig.shear_modulus,
-                poisson=self.rig.poisson_ratio,
-                creepage_x=creepage,
+                discs=rolling.Discs(self.rig.shear_modulus, self.rig.poisson_ratio),
+                creepage=rolling.Creepage(creepage),
                 tolerance=1e-4,
             ).force_x
 

@@ -24,6 +24,7 @@ import bench_contact
 import bench_loop
 import bench_physics
 import numpy as np
+from rigs import solve_rolling
 
 ROOT = Path(__file__).parents[1]
 CONFIGS = ROOT / "configs"
@@ -98,7 +99,6 @@ def line_contact() -> Iterator[Row]:
     from scipy.optimize import brentq
 
     from twindisc_cli.physics import exact, fastrip, hertz, line_contact
-    from twindisc_cli.physics.half_space import rolling
     from twindisc_cli.physics.half_space.strips import solve_strips
 
     xi = np.linspace(0.0, 3.0, 301)
@@ -110,7 +110,7 @@ def line_contact() -> Iterator[Row]:
     off = []
     for share in (0.2, 0.4, 0.6, 0.8):
         given = {"mu": 1.0, "shear_modulus": 1.0, "poisson": NU, "creepage_x": 2.0 * share * 1e-3 * (1.0 - NU)}
-        found = rolling.solve(x=x, y=y, pressure=pressure, **given).traction[0, 16].sum() / pressure[16].sum()
+        found = solve_rolling(x=x, y=y, pressure=pressure, **given).traction[0, 16].sum() / pressure[16].sum()
         off.append(abs(found - 1.0 + (1.0 - share) ** 2))
     yield at_most("  against the half-space solver, middle of a strip 16 times as wide as long", max(off), 0.01)
 
@@ -459,11 +459,10 @@ def centres(n: int) -> np.ndarray:
 
 def rolled(n: int, **given: Any) -> Any:
     """The exact solution on n x n elements over the ellipse."""
-    from twindisc_cli.physics.half_space import rolling
 
     x, y = A * centres(n), B * centres(n)
     pressure = P0 * np.sqrt(np.maximum(0.0, 1.0 - (x / A) ** 2 - (y[:, None] / B) ** 2))
-    return rolling.solve(x=x, y=y, pressure=pressure, **{"mu": MU, "shear_modulus": G, "poisson": NU, **given})
+    return solve_rolling(x=x, y=y, pressure=pressure, **{"mu": MU, "shear_modulus": G, "poisson": NU, **given})
 
 
 def exact_traction() -> Iterator[Row]:
@@ -585,7 +584,6 @@ def law_of(ratio: float, nu: float, mu: float, p0: float, c: float, vx: float, v
 def solved(ratio: float, nu: float, mu: float, p0: float, c: float, vx: float, vy: float, phi: float) -> np.ndarray:
     """The same by the solver on 40 and 80 elements; creepage follows each grid's own load, as the table's does."""
     from twindisc_cli.physics import spin
-    from twindisc_cli.physics.half_space import rolling
 
     a, b, found = c * np.sqrt(ratio), c / np.sqrt(ratio), []
     for n in (40, 80):
@@ -593,7 +591,7 @@ def solved(ratio: float, nu: float, mu: float, p0: float, c: float, vx: float, v
         pressure = p0 * np.sqrt(np.maximum(0.0, 1.0 - (x / a) ** 2 - (y[:, None] / b) ** 2))
         capacity = mu * pressure.sum() * (x[1] - x[0]) * (y[1] - y[0])
         given = {"mu": mu, "shear_modulus": 1.0, "poisson": nu, "creepage_x": vx, "creepage_y": vy, "spin": phi}
-        one = rolling.solve(x=x, y=y, pressure=pressure, **given)
+        one = solve_rolling(x=x, y=y, pressure=pressure, **given)
         found.append(np.array([one.force_x, one.force_y, one.moment / float(spin.arm(a, b))]) / capacity)
     return np.asarray(2.0 * found[1] - found[0])
 
@@ -650,14 +648,13 @@ def worn_traction(fineness: int) -> float:
     """T/N of the worn flat at mu = 0.6 and 0.2 %, on elements of 5 by 10 um over the fineness."""
     from test_strips import worn_gap
 
-    from twindisc_cli.physics.half_space import rolling
     from twindisc_cli.physics.half_space.normal import solve_gap
 
     x, y = 180e-6 * centres(72 * fineness), 460e-6 * centres(92 * fineness)
     gap = x**2 / 0.03 + worn_gap(y)[:, None]
     pressed = solve_gap(x=x, y=y, gap=gap, normal_load=LOAD, effective_modulus=G / (1.0 - NU))
     given = {"mu": MU, "shear_modulus": G, "poisson": NU, "creepage_x": 0.002}
-    return rolling.solve(x=x, y=y, pressure=pressed.pressure, **given).force_x / LOAD
+    return solve_rolling(x=x, y=y, pressure=pressed.pressure, **given).force_x / LOAD
 
 
 def worn_law() -> Iterator[Row]:
@@ -700,7 +697,7 @@ def worn_ellipse(model: Any, found: Any) -> tuple[np.ndarray, np.ndarray]:
         pressure *= rig.normal_load / (pressure.sum() * (x[1] - x[0]) * (y[1] - y[0]))
         given = {"mu": MU, "shear_modulus": rig.shear_modulus, "poisson": rig.poisson_ratio}
         forces.append(
-            [rolling.solve(x=x, y=y, pressure=pressure, creepage_x=v, **given).force_x / LOAD for v in CREEPAGE]
+            [solve_rolling(x=x, y=y, pressure=pressure, creepage_x=v, **given).force_x / LOAD for v in CREEPAGE]
         )
     return known, rolling.limit(*forces)[0]
 
@@ -758,7 +755,6 @@ def contact_speed() -> Iterator[Row]:
 
 def solve_both(n: int) -> None:
     """Normal contact and rolling on n x n elements over the patch and two more around."""
-    from twindisc_cli.physics.half_space import rolling
     from twindisc_cli.physics.half_space.normal import solve_gap
 
     share = (n + 4) / n
@@ -766,7 +762,7 @@ def solve_both(n: int) -> None:
     pressed = solve_gap(
         x=x, y=y, gap=x**2 / 0.03 + y[:, None] ** 2 / 0.06, normal_load=LOAD, effective_modulus=G / (1.0 - NU)
     )
-    rolling.solve(x=x, y=y, pressure=pressed.pressure, mu=MU, shear_modulus=G, poisson=NU, creepage_x=0.002)
+    solve_rolling(x=x, y=y, pressure=pressed.pressure, mu=MU, shear_modulus=G, poisson=NU, creepage_x=0.002)
 
 
 # --- processes --------------------------------------------------------------------------------------------------------

@@ -12,16 +12,17 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from rigs import solve_rolling
 
 from twindisc_cli.physics import exact, fastsim, kalker, polach, third_body
-from twindisc_cli.physics.flash import Flash, flash_temperature
+from twindisc_cli.physics.flash import Flash, Solid, flash_temperature
 from twindisc_cli.physics.half_space import rolling
 
 Floats = NDArray[np.float64]
 REFERENCE = Path(__file__).parent / "reference"
 LOAD, A, B, G, NU, SPEED = 106.7e3, 6.304e-3, 12.61e-3, 82e9, 0.28, 10.0
 MU, LAYER = 0.33, 1.25e-3 / 8.2e9
-STEEL = {"conductivity": 50.0, "density": 7850.0, "specific_heat": 450.0}
+STEEL = Solid(conductivity=50.0, density=7850.0, specific_heat=450.0)
 STIFFNESS = G * A * B * np.asarray(kalker.coefficients(A / B, NU).c11)
 ELEMENTS = 42
 ITS_C11 = 3.849
@@ -55,7 +56,7 @@ def solutions(creepage: Floats, **given: object) -> list[rolling.Rolling]:
     at = (2.0 * np.arange(ELEMENTS) + 1.0) / ELEMENTS - 1.0
     pressure = 1.5 * LOAD / (np.pi * A * B) * np.sqrt(np.maximum(0.0, 1.0 - at**2 - at[:, None] ** 2))
     case = {"x": A * at, "y": B * at, "pressure": pressure, "shear_modulus": G, "poisson": NU, **given}
-    return [rolling.solve(creepage_x=float(v), **case) for v in creepage]  # type: ignore[arg-type]
+    return [solve_rolling(creepage_x=float(v), **case) for v in creepage]
 
 
 def by_law(creepage: Floats, mu: Floats | float) -> Floats:
@@ -115,8 +116,7 @@ def summed_heat(case: rolling.Rolling, own_element: float) -> float:
     ahead = np.maximum(apart, half)
     weight = np.where(apart > half, np.sqrt(ahead + half) - np.sqrt(ahead - half), 0.0)
     weight += np.where(np.abs(apart) < half, own_element * np.sqrt(half), 0.0)
-    effusivity = np.sqrt(np.prod(list(STEEL.values())))
-    return float((heat @ weight.T).max() / (effusivity * np.sqrt(np.pi * SPEED)))
+    return float((heat @ weight.T).max() / (STEEL.effusivity * np.sqrt(np.pi * SPEED)))
 
 
 def temperatures(at_most: Callable[..., object], row: Callable[..., object]) -> Iterator[object]:
@@ -151,7 +151,7 @@ def temperatures(at_most: Callable[..., object], row: Callable[..., object]) -> 
 def flash_of(ratio: Floats, creepage: Floats) -> Flash:
     """The flash temperatures of the wheel at T/N."""
     power = ratio * LOAD * creepage * SPEED
-    return flash_temperature(power=power, creepage=creepage, a=A, b=B, speed=SPEED, **STEEL)
+    return flash_temperature(power=power, creepage=creepage, a=A, b=B, speed=SPEED, solid=STEEL)
 
 
 def worst(values: Floats, expected: Floats) -> float:

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.random import Generator
+from rigs import solve_rolling
 
 AtMost = Callable[..., object]
 
@@ -93,7 +94,6 @@ def tilted_cylinders(rng: Generator, at_most: AtMost) -> Iterator[object]:
 
     from twindisc_cli.model.experiment import Disc, Options, Rig
     from twindisc_cli.model.forward import ForwardModel
-    from twindisc_cli.physics.half_space import rolling
 
     steel = {"youngs_modulus": 206e9, "poisson_ratio": 0.3, "hardness": rigs.HARDNESS}
     y = 0.5 * ((2.0 * np.arange(4001) + 1.0) / 4001 - 1.0)
@@ -128,7 +128,7 @@ def tilted_cylinders(rng: Generator, at_most: AtMost) -> Iterator[object]:
                 half * ((2.0 * np.arange(across) + 1.0) / across - 1.0),
             )
             pressure = np.sqrt(1.0 - (x / a) ** 2) * np.ones((across, 1)) * float(test.rig.patch.p0)
-            force = rolling.solve(
+            force = solve_rolling(
                 x=x, y=place, pressure=pressure, mu=mu, shear_modulus=modulus, poisson=0.3, creepage_x=creepage,
                 spin=spin * 0.5 * width / half,
             ).traction[0].sum()  # fmt: skip
@@ -160,6 +160,7 @@ def unlike_discs(rng: Generator, at_most: AtMost) -> Iterator[object]:
     from twindisc_cli.model.contact_fields import exact_field, hertz_patch
     from twindisc_cli.model.experiment import Disc, Options, Rig
     from twindisc_cli.model.forward import ForwardModel
+    from twindisc_cli.physics.half_space.rolling import Creepage
 
     off, work, yawed = [], [], []
     while len(off) < 100 or len(yawed) < 20:
@@ -181,9 +182,7 @@ def unlike_discs(rng: Generator, at_most: AtMost) -> Iterator[object]:
         test = rigs.experiment(history, rig=rig, options=Options(traction="exact"))
         base = {"mu": np.array([mu]), "K": np.array([np.nan]), "convection_W_K": np.array([1.0])}
         found = ForwardModel(test).predict(base).state
-        exact = exact_field(
-            hertz_patch(rig, rig.normal_load), rig, mu=mu, creepage_x=creepage, creepage_y=yaw, spin=0.0
-        )
+        exact = exact_field(hertz_patch(rig, rig.normal_load), rig, mu=mu, creepage=Creepage(creepage, yaw))
         capacity = mu * rig.normal_load
         (yawed if turned else off).append(abs(float(found.traction_ratio[0, 0]) / mu - exact.force_x / capacity))
         if not turned:

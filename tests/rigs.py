@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,7 @@ from twindisc_cli.model.experiment import (
     Thermal,
     TractionSamples,
 )
+from twindisc_cli.physics.half_space import rolling
 
 Floats = NDArray[np.float64]
 VICKERS = 9.80665e6
@@ -39,6 +41,21 @@ def rig(*, load: float = LOAD, speed: float = SPEED, radius: float = RADIUS, cro
     """A straight disc on a crowned one, of the size of Chevalier et al. (2006), steel on steel."""
     steel = {"youngs_modulus": 206e9, "poisson_ratio": 0.3, "hardness": HARDNESS}
     return Rig(Disc(radius, np.inf, **steel), Disc(radius, crown, **steel), normal_load=load, rolling_speed=speed)
+
+
+def solve_rolling(
+    *,
+    shear_modulus: float,
+    poisson: float,
+    creepage_x: float = 0.0,
+    creepage_y: float = 0.0,
+    spin: float = 0.0,
+    **given: Any,
+) -> rolling.Rolling:
+    """The exact solver, with discs and creepage by their numbers."""
+    unlike = {name: given.pop(name) for name in ("stiffness_difference", "layer_compliance") if name in given}
+    discs, creepage = rolling.Discs(shear_modulus, poisson, **unlike), rolling.Creepage(creepage_x, creepage_y, spin)
+    return rolling.solve(discs=discs, creepage=creepage, **given)
 
 
 def history(creepage: Sequence[float], iterations: int | Sequence[int], *, duration: float = 84.0) -> History:

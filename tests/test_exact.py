@@ -6,6 +6,7 @@ error 3e-4). The rig: a = 0.170591303 mm along rolling, b = 0.270524050 mm, G = 
 
 import numpy as np
 import pytest
+from rigs import solve_rolling
 
 from table_makers.rolling import centres
 from twindisc_cli.physics import exact
@@ -98,7 +99,7 @@ def test_table_against_the_solver(ratio, poisson, xi):
         pressure = np.sqrt(np.maximum(0.0, 1.0 - (x / a) ** 2 - (y[:, None] / b) ** 2))
         load = pressure.sum() * (x[1] - x[0]) * (y[1] - y[0])
         creepage = 1e-3 * xi * load / float(coefficients(ratio, poisson).c11)
-        case = rolling.solve(
+        case = solve_rolling(
             x=x, y=y, pressure=pressure, mu=1e-3, shear_modulus=1.0, poisson=poisson, creepage_x=creepage
         )
         found.append(case.force_x / (1e-3 * load))

@@ -10,9 +10,9 @@ from scipy.special import ellipk
 from twindisc_cli.laws.law import Law
 from twindisc_cli.model.experiment import Thermal
 from twindisc_cli.model.forward import ForwardModel
-from twindisc_cli.physics.flash import flash_temperature
+from twindisc_cli.physics.flash import Solid, flash_temperature
 
-UNIT = {"creepage": 0.0, "conductivity": 1.0, "density": 1.0, "specific_heat": 1.0}
+UNIT = {"creepage": 0.0, "solid": Solid(1.0, 1.0, 1.0)}
 ONE_FLUX = 2.0 * np.pi / 3.0  # the power that makes the peak flux 1 on the unit disc
 
 
@@ -109,9 +109,7 @@ def test_locomotive_wheel_of_contact():
         a=6.304e-3,
         b=12.61e-3,
         speed=10.0,
-        conductivity=50.0,
-        density=7850.0,
-        specific_heat=450.0,
+        solid=Solid(50.0, 7850.0, 450.0),
     )
     peak_flux = 1.5 * 35210.0 * 2.5 / (np.pi * 6.304e-3 * 12.61e-3)
     cell = 2 * 6.304e-3 / 43.6
@@ -148,9 +146,7 @@ def test_friction_that_falls_with_the_flash_temperature_finds_its_own() -> None:
         a=patch.a,
         b=patch.b,
         speed=SPEED,
-        conductivity=cold.conductivity,
-        density=cold.density,
-        specific_heat=cold.specific_heat,
+        solid=Solid(cold.conductivity, cold.density, cold.specific_heat),
     ).mean
     base = {"mu": np.array([0.5]), "convection_W_K": np.array([1.0])}
     found = sliding(cold, {"hot": law}).predict(base)

@@ -6,9 +6,9 @@ limit (its own estimated error: 0.005 in C11 and C22, 0.002 in C23, 0.01 in C33;
 
 import numpy as np
 import pytest
+from rigs import solve_rolling
 
 from table_makers import rolling as tabulated
-from twindisc_cli.physics.half_space import rolling
 from twindisc_cli.physics.half_space.adhesion import creepage_coefficients
 from twindisc_cli.physics.kalker import coefficients
 
@@ -203,7 +203,7 @@ def test_the_element_solution_converges_to_the_polynomial_one(ratio, poisson):
         x, y = a * tabulated.centres(n), b * tabulated.centres(n)
         inside = (x / a) ** 2 + (y[:, None] / b) ** 2 < 1.0
         area = inside.sum() * (x[1] - x[0]) * (y[1] - y[0]) / np.pi
-        found = rolling.solve(
+        found = solve_rolling(
             x=x, y=y, pressure=1e9 * inside, mu=1.0, shear_modulus=1.0, poisson=poisson, creepage_x=1.0, creepage_y=1.0
         )
         error.append([found.force_x / area / exact.c11 - 1.0, found.force_y / area / exact.c22 - 1.0])

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from definitions import changed, write
+from rigs import solve_rolling
 from scipy.integrate import dblquad, quad
 
 from twindisc_cli.cli import main
@@ -16,8 +17,7 @@ from twindisc_cli.errors import DefinitionError, MeasurementError
 from twindisc_cli.identify.law import unworn_law
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.physics import exact, fastsim, hertz, kalker, line_contact
-from twindisc_cli.physics.flash import flash_temperature
-from twindisc_cli.physics.half_space import rolling
+from twindisc_cli.physics.flash import Solid, flash_temperature
 
 RADIUS, WIDTH, LOAD, MODULUS, NU, SPEED = 0.0235, 0.01, 7233.0, 209e9, 0.3, 400 / 60 * 2 * np.pi * 0.0235
 HARDNESS, K, MU, CONVECTION = 280 * 9.80665e6, 1.2e-3, 0.45, 3.0
@@ -161,7 +161,7 @@ def test_the_solver_finds_carter_in_the_middle_of_a_long_strip() -> None:
     for share in (0.3, 0.7):
         # unit G and a: T' = (pi/2) v / (1 - nu), mu N' = pi/2 mu p0
         creepage = 2 * share * 1e-3 * (1 - NU)
-        found = rolling.solve(
+        found = solve_rolling(
             x=x, y=y, pressure=1e-3 * pressure, mu=1.0, shear_modulus=1.0, poisson=NU, creepage_x=creepage
         )
         middle = float(found.traction[0, 16].sum() / (1e-3 * pressure[16]).sum())
@@ -251,7 +251,7 @@ def test_heat_and_flash_of_a_line(suros: Test) -> None:
 
 
 def test_flash_limits_are_jaegers_integrals() -> None:
-    unit = {"creepage": 0.0, "conductivity": 1.0, "density": 1.0, "specific_heat": 1.0, "line": True}
+    unit = {"creepage": 0.0, "solid": Solid(1.0, 1.0, 1.0), "line": True}
     a, b = 2e-4, 5e-3
 
     def behind(x: float) -> float:

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from twindisc_cli.physics import fastsim
+from twindisc_cli.physics.kalker import Coefficients
 from twindisc_cli.physics.reference import linear
 
 RIG = {"a": 0.170591303e-3, "b": 0.270524050e-3, "shear_modulus": 79.3e9}
-KALKER = {"c11": 3.9388, "c22": 3.2194, "c23": 1.0911, "c33": 1.6471}  # CONTACT rev 2707, exact theory, rig
+KALKER = {"coefficients": Coefficients(*np.array([3.9388, 3.2194, 1.0911, 1.6471]))}
+"""CONTACT rev 2707, exact theory, rig."""
 
 
 def test_full_adhesion_of_the_rig():

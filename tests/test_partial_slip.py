@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from rigs import experiment, history
+from rigs import experiment, history, solve_rolling
 
 from table_makers import worn as making
 from twindisc_cli.model.experiment import Contact, Floats, Options
@@ -73,7 +73,7 @@ def solved(pressed: NormalContact, of: making.Rig, xi: Floats) -> tuple[Floats, 
     """Line load (strip,) and power (creepage, strip) over their sums, by the solver."""
 
     def rolled(bound: Floats, creepage: float) -> rolling.Rolling:
-        return rolling.solve(
+        return solve_rolling(
             x=pressed.x, y=pressed.y, pressure=bound, mu=1.0, shear_modulus=of.shear_modulus,
             poisson=of.poisson_ratio, creepage_x=creepage, tolerance=1e-4,
         )  # fmt: skip
@@ -151,7 +151,7 @@ def test_a_threshold_acts_on_what_the_strips_dissipate_in_partial_slip(contact: 
     pressure = np.sqrt(np.maximum(0.0, 1.0 - (x / a) ** 2 - (y[:, None] / b) ** 2))
     of = experiment(history([CREEPAGE], 1)).rig
     pressure *= of.normal_load / (pressure.sum() * (x[1] - x[0]) * (y[1] - y[0]))
-    power = rolling.solve(
+    power = solve_rolling(
         x=x, y=y, pressure=pressure, mu=0.3, shear_modulus=of.shear_modulus, poisson=of.poisson_ratio,
         creepage_x=CREEPAGE,
     ).dissipation  # fmt: skip

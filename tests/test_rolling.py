@@ -6,6 +6,7 @@ b = 0.270524050 mm, p0 = 744.92254 MPa, G = 79.3 GPa, nu = 0.3, N = 72 N, mu = 0
 
 import numpy as np
 import pytest
+from rigs import solve_rolling
 from scipy.optimize import brentq
 
 from twindisc_cli.physics.half_space import NoConvergenceError, ProfileError, rolling
@@ -28,7 +29,7 @@ def hertz(n, guard=0):
 
 def solve(x, y, pressure, **given):
     given = {"mu": MU, "shear_modulus": G, "poisson": NU, "creepage_x": 0.0, **given}
-    return rolling.solve(x=x, y=y, pressure=pressure, **given)
+    return solve_rolling(x=x, y=y, pressure=pressure, **given)
 
 
 # --- the operator -----------------------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ import pytest
 
 from twindisc_cli.physics import hertz
 from twindisc_cli.physics.half_space import CoarseGridError, DataEdgeError, NoContactError, ProfileError
-from twindisc_cli.physics.half_space.strips import equivalent_ellipse, solve_strips
+from twindisc_cli.physics.half_space.strips import Strips, equivalent_ellipse, solve_strips
 
 SHEAR_MODULUS, POISSON = 79.3e9, 0.3
 RIG = {
@@ -50,7 +50,8 @@ def test_one_side_of_a_symmetric_track_is_all_of_it():
     whole = solve_strips(y=y, gap=worn_gap(y), compliance=compliance, relative_accuracy=1e-10, **RIG)
     half = compliance[80:, 80:].copy()
     half[:, 1:] += compliance[80:, :80][:, ::-1]
-    one = solve_strips(y=y[80:], gap=worn_gap(y[80:]), compliance=half, mirrored=True, relative_accuracy=1e-10, **RIG)
+    side = Strips.of(y=y[80:], mirrored=True, **RIG)
+    one = side.pressed(worn_gap(y[80:]), compliance=half, relative_accuracy=1e-10)
     assert one.line_load == pytest.approx(whole.line_load[80:], rel=1e-9, abs=1e-9 * whole.line_load.max())
     assert one.half_length == pytest.approx(whole.half_length[80:], rel=1e-9)
     assert one.approach == pytest.approx(float(whole.approach), rel=1e-9)

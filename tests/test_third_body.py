@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import rigs
 from definitions import VALID, write
+from rigs import solve_rolling
 
 from twindisc_cli.commands import contact
 from twindisc_cli.definition import load
@@ -19,6 +20,7 @@ from twindisc_cli.model.experiment import Disc, Options, Rig
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.physics import exact, kalker, line_contact, third_body
 from twindisc_cli.physics.half_space import rolling
+from twindisc_cli.physics.half_space.rolling import Creepage
 
 CONTACT = (
     (0.001, 6425.0), (0.004, 21480.0), (0.008, 30470.0), (0.012, 32890.0),
@@ -45,7 +47,7 @@ def ellipse(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def test_a_locomotive_wheel_on_a_layer_is_that_of_contact(creepage: float, force: float) -> None:
     """Slope and maximum by the layer and by the local slip: the solver, and the law with the slip of all."""
     x, y, pressure = ellipse(42)
-    found = rolling.solve(
+    found = solve_rolling(
         x=x, y=y, pressure=pressure, mu=falling, shear_modulus=G, poisson=NU, creepage_x=creepage,
         layer_compliance=LAYER,
     )  # fmt: skip
@@ -79,7 +81,7 @@ def test_the_law_of_a_layer_is_that_of_the_solver(ratio: float, layer: float) ->
         base = {"mu": np.array([mu]), "K": np.array([np.nan]), "convection_W_K": np.array([1.0])}
         law = float(ForwardModel(test).predict(base).state.traction_ratio[0, 0])
         solved = exact_field(
-            hertz_patch(rig, rig.normal_load), rig, mu=mu, creepage_x=creepage, creepage_y=0.0, spin=0.0,
+            hertz_patch(rig, rig.normal_load), rig, mu=mu, creepage=Creepage(creepage),
             layer_compliance=compliance,
         )  # fmt: skip
         assert law / mu == pytest.approx(solved.force_x / (mu * rig.normal_load), abs=0.015)
@@ -100,7 +102,7 @@ def test_a_layer_far_softer_than_the_discs_is_a_bed_of_springs() -> None:
 
 def _share_on_springs(n: int, creepage: float) -> float:
     x, y, pressure = ellipse(n)
-    found = rolling.solve(
+    found = solve_rolling(
         x=x, y=y, pressure=pressure, mu=0.3, shear_modulus=G, poisson=NU, creepage_x=creepage, layer_compliance=SOFT
     )
     return found.force_x / (0.3 * float(pressure.sum()) * found.element_area)
@@ -117,7 +119,7 @@ def test_a_layer_between_straight_discs() -> None:
     straight = Disc(0.03, np.inf, youngs_modulus=206e9, poisson_ratio=0.3, hardness=7e9, width=0.02)
     rig = Rig(straight, straight, normal_load=2000.0, rolling_speed=1.0)
     patch, creepage, compliance = hertz_patch(rig, 2000.0), 1e-5, 2e-14
-    given = {"mu": 0.3, "creepage_x": creepage, "creepage_y": 0.0, "spin": 0.0, "layer_compliance": compliance}
+    given = {"mu": 0.3, "creepage": Creepage(creepage), "layer_compliance": compliance}
     series = 1.0 / (1.0 / (rig.shear_modulus * patch.a * patch.b * line_contact.coefficients(0.3)[0])
                     + compliance / (4.0 * patch.a**2 * patch.b))  # fmt: skip
     found = fastsim_field(patch, rig, **given)

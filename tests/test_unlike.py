@@ -14,6 +14,7 @@ from twindisc_cli.model.experiment import Disc, Experiment, Options, Rig
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.physics import exact, line_contact, unlike
 from twindisc_cli.physics.half_space.influence_tangential import strain_by_pressure
+from twindisc_cli.physics.half_space.rolling import Creepage
 
 RATIOS = (0.02, 0.3, 1.0, 4.0, 20.0)
 
@@ -60,7 +61,7 @@ def test_aluminium_on_steel_is_what_the_solver_says(mu: float, xi: float) -> Non
     rig = pair()
     creepage = xi * mu * rig.normal_load / (rig.shear_modulus * float(rig.patch.a * rig.patch.b) * 4.1)
     force, power = rolled(rig, mu, creepage)
-    solved = exact_field(hertz_patch(rig, rig.normal_load), rig, mu=mu, creepage_x=creepage, creepage_y=0.0, spin=0.0)
+    solved = exact_field(hertz_patch(rig, rig.normal_load), rig, mu=mu, creepage=Creepage(creepage))
     full = mu * rig.normal_load
     assert force == pytest.approx(solved.force_x / full, abs=0.01)
     assert power == pytest.approx(solved.power, abs=0.01 * full * abs(creepage) / min(abs(xi), 1.0))
@@ -69,7 +70,7 @@ def test_aluminium_on_steel_is_what_the_solver_says(mu: float, xi: float) -> Non
 def test_the_solver_and_the_law_know_which_disc_is_the_softer() -> None:
     """Pressure shortens the softer surface, which is the slower one at equal speeds: it is driven."""
     rig = pair()
-    solved = exact_field(hertz_patch(rig, rig.normal_load), rig, mu=0.1, creepage_x=0.0, creepage_y=0.0, spin=0.0)
+    solved = exact_field(hertz_patch(rig, rig.normal_load), rig, mu=0.1, creepage=Creepage(0.0))
     assert solved.force_x / (0.1 * rig.normal_load) < -0.3
     assert rolled(rig, 0.1, 1e-12)[0] < -0.3
 

@@ -12,6 +12,7 @@ from twindisc_cli.cli import main
 from twindisc_cli.commands import contact, fit_k, identify_mu, simulate_wear
 from twindisc_cli.definition import Test, load
 from twindisc_cli.model.contact_fields import exact_field, hertz_patch
+from twindisc_cli.physics.half_space.rolling import Creepage
 
 K1, K2, HV = 3e-5, 8e-5, 9.80665e6
 ALUMINIUM = """
@@ -113,8 +114,7 @@ def test_the_friction_behind_a_traction_is_found_again_between_unlike_discs(tmp_
     text = text[:start] + f"steps = [{steps}" + text[end:]
     rig = load(write(tmp_path, text)).experiment.rig
     solved = [
-        exact_field(hertz_patch(rig, rig.normal_load), rig, mu=0.3, creepage_x=v / 100.0, creepage_y=0.0, spin=0.0)
-        for v in creepages
+        exact_field(hertz_patch(rig, rig.normal_load), rig, mu=0.3, creepage=Creepage(v / 100.0)) for v in creepages
     ]
     ratio = [field.force_x / rig.normal_load for field in solved]
     assert abs(ratio[0] + ratio[1]) > 0.01

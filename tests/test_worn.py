@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 import rigs
+from rigs import solve_rolling
 
 from twindisc_cli.model import worn
 from twindisc_cli.model.experiment import Contact, Options
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.patch import Patch
-from twindisc_cli.physics.half_space import rolling
 from twindisc_cli.physics.half_space.normal import solve_gap
 
 CREEPAGE = (0.001, 0.002, 0.003)
@@ -75,7 +75,7 @@ def by_the_solvers(model: ForwardModel, found: Prediction, n: int) -> np.ndarray
     pressed = solve_gap(x=x, y=y, gap=gap, normal_load=rig.normal_load, effective_modulus=rig.effective_modulus)
     given = {"mu": MU, "shear_modulus": rig.shear_modulus, "poisson": rig.poisson_ratio, "tolerance": 1e-4}
     return (
-        np.array([rolling.solve(x=x, y=y, pressure=pressed.pressure, creepage_x=v, **given).force_x for v in CREEPAGE])
+        np.array([solve_rolling(x=x, y=y, pressure=pressed.pressure, creepage_x=v, **given).force_x for v in CREEPAGE])
         / rig.normal_load
     )
 

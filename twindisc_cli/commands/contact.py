@@ -21,7 +21,7 @@ from twindisc_cli.model.experiment import Experiment, Floats, Rig
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.traction_law import creep_stiffness, share_of_full_slip, slip_of_pressure
 from twindisc_cli.physics import exact, fastrip, kalker, shakedown, third_body, unlike
-from twindisc_cli.physics.half_space.rolling import SlipLaw
+from twindisc_cli.physics.half_space.rolling import Creepage, SlipLaw
 from twindisc_cli.results import Array, Axis, Dataset, Result
 
 if TYPE_CHECKING:
@@ -112,17 +112,12 @@ def run(test: Test, *, step: int | None = None, creepage: float | None = None, m
     experiment = test.experiment
     point = _operating_point(ForwardModel(experiment), step=step, creepage=creepage, mu=mu)
     patch = _patch(experiment, point.normal_load)
-    rig, given = (
-        experiment.rig,
-        {
-            "creepage_x": point.creepage_x,
-            "creepage_y": point.creepage_y,
-            "spin": point.spin,
-            "layer_compliance": experiment.options.layer_compliance,
-        },
+    rig, driven = experiment.rig, Creepage(point.creepage_x, point.creepage_y, point.spin)
+    local, layer = _local_friction(experiment, point), experiment.options.layer_compliance
+    fields = (
+        exact_field(patch, rig, mu=local, creepage=driven, layer_compliance=layer),
+        fastsim_field(patch, rig, mu=point.mu, creepage=driven, layer_compliance=layer),
     )
-    local = _local_friction(experiment, point)
-    fields = (exact_field(patch, rig, mu=local, **given), fastsim_field(patch, rig, mu=point.mu, **given))
     shortcuts = _shortcuts(experiment, point, patch)
     under = Subsurface.of(rig, patch, fields[0])
     return Result(

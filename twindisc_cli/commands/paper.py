@@ -18,6 +18,7 @@ from twindisc_cli.identify.friction import SATURATED
 from twindisc_cli.identify.paper import Paper, PaperTest, reproduce
 from twindisc_cli.model.contact_fields import Field, exact_field, fastsim_field, hertz_patch
 from twindisc_cli.model.experiment import Experiment
+from twindisc_cli.physics.half_space.rolling import Creepage
 from twindisc_cli.quantities import CELSIUS, UNITS
 from twindisc_cli.report.words import listed, number, plain_name
 from twindisc_cli.results import Array, Axis, Dataset, Result
@@ -46,8 +47,8 @@ def run(
     progress("paper: contact", 0.5)
     rig = paper.air.experiment.rig
     patch = hertz_patch(rig, rig.normal_load)
-    case = {"mu": MU, "creepage_x": CREEPAGE, "creepage_y": 0.0, "spin": 0.0}
-    fields = (exact_field(patch, rig, **case), fastsim_field(patch, rig, **case))
+    driven = Creepage(CREEPAGE)
+    fields = exact_field(patch, rig, mu=MU, creepage=driven), fastsim_field(patch, rig, mu=MU, creepage=driven)
     progress("paper: figures", 0.8)
     charts = _charts(paper.air.experiment)
     result = _numbers(paper, charts, fields)

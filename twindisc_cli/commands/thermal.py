@@ -18,7 +18,7 @@ from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, Thermal
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.physics.disc_heat import implicit_step
-from twindisc_cli.physics.flash import Flash, flash_temperature
+from twindisc_cli.physics.flash import Flash, Solid, flash_temperature
 from twindisc_cli.quantities import CELSIUS
 from twindisc_cli.report.words import listed, with_error
 from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
@@ -206,9 +206,7 @@ def _flash(model: ForwardModel, prediction: Prediction, thermal: Thermal) -> Fla
         a=patch.a[0],
         b=patch.b[0],
         speed=state.rolling_speed[0],
-        conductivity=thermal.conductivity,
-        density=thermal.density,
-        specific_heat=thermal.specific_heat,
+        solid=Solid(thermal.conductivity, thermal.density, thermal.specific_heat),
         line=model.experiment.rig.is_line,
     )
 

@@ -20,6 +20,7 @@ from twindisc_cli.physics._arrays import arrays
 from twindisc_cli.physics.combined import direction
 from twindisc_cli.physics.half_space import rolling
 from twindisc_cli.physics.half_space.normal import solve_gap, solve_profile
+from twindisc_cli.physics.half_space.rolling import Creepage
 
 ELEMENTS = 120
 STRIPS = 100
@@ -126,31 +127,18 @@ def exact_field(
     rig: Rig,
     *,
     mu: float | rolling.SlipLaw,
-    creepage_x: float,
-    creepage_y: float,
-    spin: float,
+    creepage: Creepage,
     layer_compliance: float = 0.0,
 ) -> Field:
     """The exact theory on the patch, its force carried to the limit from this grid and one of half the fineness."""
-    if patch.line and creepage_y == spin == rig.dundurs == layer_compliance == 0.0 and not callable(mu):
-        return _line_field(patch, rig, "exact", mu=mu, creepage_x=creepage_x, creepage_y=0.0, spin=0.0)
-
-    def solve(grid: Grid) -> rolling.Rolling:
-        return rolling.solve(
-            x=grid.x,
-            y=grid.y,
-            pressure=grid.pressure,
-            mu=mu,
-            shear_modulus=rig.shear_modulus,
-            poisson=rig.poisson_ratio,
-            creepage_x=creepage_x,
-            creepage_y=creepage_y,
-            spin=spin,
-            stiffness_difference=-stiffness_difference(rig),  # its creepage is positive where body 1 is the slower
-            layer_compliance=layer_compliance,
-        )
-
-    fine, coarse = solve(patch.fine), solve(patch.coarse)
+    if patch.line and creepage.y == creepage.spin == rig.dundurs == layer_compliance == 0.0 and not callable(mu):
+        return _line_field(patch, rig, "exact", mu=mu, creepage=creepage)
+    difference = -stiffness_difference(rig)  # the solver's creepage is positive where body 1 is the slower
+    discs = rolling.Discs(rig.shear_modulus, rig.poisson_ratio, difference, layer_compliance)
+    fine, coarse = (
+        rolling.solve(x=grid.x, y=grid.y, pressure=grid.pressure, mu=mu, discs=discs, creepage=creepage)
+        for grid in (patch.fine, patch.coarse)
+    )
     force_x, error = rolling.limit(coarse.force_x, fine.force_x)
     force_y, _ = rolling.limit(coarse.force_y, fine.force_y)
     moment, _ = rolling.limit(coarse.moment, fine.moment)
@@ -180,9 +168,7 @@ def fastsim_field(
     rig: Rig,
     *,
     mu: float,
-    creepage_x: float,
-    creepage_y: float,
-    spin: float,
+    creepage: Creepage,
     layer_compliance: float = 0.0,
 ) -> Field:
     """FASTSIM on the ellipse of the patch's area and width, or on a line's strip, with a parabolic bound.
@@ -190,19 +176,9 @@ def fastsim_field(
     A layer adds its compliance to those of the theory.
     """
     if patch.line:
-        given = {"mu": mu, "creepage_x": creepage_x, "creepage_y": creepage_y, "spin": spin}
-        return _line_field(patch, rig, "fastsim", layer_compliance=layer_compliance, **given)
-    try:
-        c = kalker.coefficients(patch.a / patch.b, rig.poisson_ratio)
-    except ValueError as error:
-        raise ValidityError(f"FASTSIM has no creepage coefficients for this patch: {error}") from error
-    layer = layer_compliance * rig.shear_modulus / patch.a
-    of_spin = 4.0 / np.pi * np.sqrt(patch.b / patch.a)
-    coefficients = (
-        own / (1.0 + layer * part * own) for own, part in ((c.c11, 0.375), (c.c22, 0.375), (c.c23, of_spin))
-    )
-    shape = fastsim.Patch(patch.a, patch.b, patch.normal_load, mu, rig.shear_modulus, *coefficients)
-    vx, vy, turn, speed = creepage_x, creepage_y, spin, rig.rolling_speed
+        return _line_field(patch, rig, "fastsim", mu=mu, creepage=creepage, layer_compliance=layer_compliance)
+    shape = _fastsim_patch(patch, rig, mu, layer_compliance)
+    vx, vy, turn, speed = creepage.x, creepage.y, creepage.spin, rig.rolling_speed
     fields = fastsim.fields(shape, creepage_x=vx, creepage_y=vy, spin=turn, speed=speed, nx=STRIPS, ny=STRIPS)
     whole = fastsim.solve(shape, creepage_x=vx, creepage_y=vy, spin=turn, speed=speed, nx=STRIPS, ny=STRIPS)
     x, y = fields.x.T, fields.y.T
@@ -225,31 +201,44 @@ def fastsim_field(
     )
 
 
+def _fastsim_patch(patch: Patch, rig: Rig, mu: float, layer_compliance: float) -> fastsim.Patch:
+    """The ellipse with Kalker's coefficients, each in series with the layer's."""
+    try:
+        c = kalker.coefficients(patch.a / patch.b, rig.poisson_ratio)
+    except ValueError as error:
+        raise ValidityError(f"FASTSIM has no creepage coefficients for this patch: {error}") from error
+    layer = layer_compliance * rig.shear_modulus / patch.a
+    of_spin = 4.0 / np.pi * np.sqrt(patch.b / patch.a)
+    coefficients = (
+        own / (1.0 + layer * part * own) for own, part in ((c.c11, 0.375), (c.c22, 0.375), (c.c23, of_spin))
+    )
+    return fastsim.Patch(patch.a, patch.b, patch.normal_load, mu, rig.shear_modulus, *coefficients)
+
+
 def _line_field(
     patch: Patch,
     rig: Rig,
     theory: line_contact.Theory,
     *,
     mu: float,
-    creepage_x: float,
-    creepage_y: float,
-    spin: float,
+    creepage: Creepage,
     layer_compliance: float = 0.0,
 ) -> Field:
     """The closed form of a theory on each strip of a line, which spin gives a creepage of its own."""
     y = patch.b * (2.0 * np.arange(LINE_STRIPS) + 1.0 - LINE_STRIPS) / LINE_STRIPS
-    sideways = float(np.hypot(creepage_y, SPIN_ARM_OF_A_LINE * spin * patch.a))
+    along, sideways = creepage.x - creepage.spin * y, SPIN_ARM_OF_A_LINE * creepage.spin * patch.a
+    across = float(np.hypot(creepage.y, sideways))
     stiffness = _line_stiffness(patch, rig, layer_compliance)
-    strips = [_line_strip(patch, stiffness, theory, mu, (creepage_x - spin * float(place), sideways)) for place in y]
+    strips = [_line_strip(patch, stiffness, theory, mu, (float(slip), across)) for slip in along]
     forces = mu * patch.normal_load * np.array([strip.share * strip.direction for strip in strips])
-    slips = np.stack([creepage_x - spin * y, np.full_like(y, sideways)], axis=1)
+    slips = np.stack([along, np.full_like(y, across)], axis=1)
     power = rig.rolling_speed * np.sum(forces * slips, axis=1)
-    x, across = np.meshgrid(patch.fine.x, y)
+    x, place = np.meshgrid(patch.fine.x, y)
     vectors = np.array([strip.direction for strip in strips]).T[:, :, None]
     return Field(
         theory=theory,
         x=x,
-        y=across,
+        y=place,
         pressure=np.array([strip.cells.bound for strip in strips]) / mu,
         traction=vectors * np.array([strip.cells.traction for strip in strips]),
         slip=vectors * np.array([strip.cells.slip for strip in strips]) * rig.rolling_speed,

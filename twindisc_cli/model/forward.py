@@ -50,7 +50,7 @@ from twindisc_cli.model.wear_path import (
 )
 from twindisc_cli.model.wear_path.carried import PIECE
 from twindisc_cli.physics import combined, disc_heat, line_contact, polach, spin, third_body, unlike
-from twindisc_cli.physics.flash import flash_temperature
+from twindisc_cli.physics.flash import Solid, flash_temperature
 
 MOST_PASSES = 20
 """Passes after which nothing more is gained: what has not settled by then asks for a step in the temperature."""
@@ -522,9 +522,7 @@ class _Chain:
             a=patch.a,
             b=patch.b,
             speed=speed,
-            conductivity=thermal.conductivity,
-            density=thermal.density,
-            specific_heat=thermal.specific_heat,
+            solid=Solid(thermal.conductivity, thermal.density, thermal.specific_heat),
             line=self.model.experiment.rig.is_line,
         ).mean
 

@@ -51,6 +51,20 @@ _STANDING = 1e-12
 
 
 @dataclass(frozen=True)
+class Solid:
+    """What conducts the heat away: conductivity [W/(m K)], density [kg/m3], specific heat [J/(kg K)]."""
+
+    conductivity: float
+    density: float
+    specific_heat: float
+
+    @property
+    def effusivity(self) -> float:
+        """e of the module's docstring [W s^(1/2)/(m2 K)]."""
+        return float(np.sqrt(self.conductivity * self.density * self.specific_heat))
+
+
+@dataclass(frozen=True)
 class Flash:
     """Rise of the patch above the discs [K]: its hottest point and its mean."""
 
@@ -65,9 +79,7 @@ def flash_temperature(
     a: ArrayLike,
     b: ArrayLike,
     speed: ArrayLike,
-    conductivity: ArrayLike,
-    density: ArrayLike,
-    specific_heat: ArrayLike,
+    solid: Solid,
     line: bool = False,
 ) -> Flash:
     """The flash temperature of two discs of one material that dissipate `power` [W] in an elliptic patch, or a line's.
@@ -75,10 +87,10 @@ def flash_temperature(
     The surfaces pass the patch (semi-axes a along rolling, b [m]) at speed (1 +- creepage/2) [m/s]; all broadcast.
     """
     power, creepage, a, b, speed = arrays(power, creepage, a, b, speed)
-    conductivity, density, specific_heat = arrays(conductivity, density, specific_heat)
+    conductivity, effusivity = arrays(solid.conductivity, solid.effusivity)
     peak_flux = (1.0 if line else 1.5) * power / (np.pi * a * b)
     per_length = 0.5 * peak_flux * a / conductivity
-    fast = peak_flux * np.sqrt(a / np.pi) / np.sqrt(conductivity * density * specific_heat)
+    fast = peak_flux * np.sqrt(a / np.pi) / effusivity
     if line:
         slow = [per_length * (np.log(4.0 * b / a) + s) for s in (_SLOW_LINE_MAXIMUM, _SLOW_LINE_MEAN)]
         quick = [size * fast for size in (FAST[0], _FAST_MEAN_OF_A_LINE)]

@@ -60,6 +60,29 @@ a quarter the error is least (`make bench`), and here the results are CONTACT's 
 
 
 @dataclass(frozen=True)
+class Discs:
+    """The half-spaces: combined shear modulus [Pa] and Poisson's ratio [1] of Eq. 7, and what sets them apart.
+
+    stiffness_difference   K = G/4 [(1 - 2 nu_1)/G_1 - (1 - 2 nu_2)/G_2] of unequal bodies [1]
+    layer_compliance       shear L of a third body between them, over the traction [m/Pa]
+    """
+
+    shear_modulus: float
+    poisson: float
+    stiffness_difference: float = 0.0
+    layer_compliance: float = 0.0
+
+
+@dataclass(frozen=True)
+class Creepage:
+    """Longitudinal (x) and lateral (y) creepage [1], spin about the origin of the grid [rad/m]."""
+
+    x: float
+    y: float = 0.0
+    spin: float = 0.0
+
+
+@dataclass(frozen=True)
 class Rolling:
     """A solved case on its grid; fields have shape (y, x) or (2, y, x).
 
@@ -67,7 +90,6 @@ class Rolling:
     bound         mu p [Pa]
     traction      [Pa];     slip  relative slip velocity over the rolling speed [1], at the centres
     slipping      where the traction is at its bound
-    creepage      vx [1], vy [1], phi [rad/m]
     residual      of the last step: root mean square of the violated slip condition over the largest rigid slip [1]
     """
 
@@ -77,7 +99,6 @@ class Rolling:
     traction: Floats
     slip: Floats
     slipping: Mask
-    creepage: tuple[float, float, float]
     residual: float
 
     @property
@@ -155,55 +176,53 @@ def solve(
     y: Floats,
     pressure: Floats,
     mu: ArrayLike | SlipLaw,
-    shear_modulus: float,
-    poisson: float,
-    creepage_x: float,
-    creepage_y: float = 0.0,
-    spin: float = 0.0,
-    stiffness_difference: float = 0.0,
-    layer_compliance: float = 0.0,
+    discs: Discs,
+    creepage: Creepage,
     start: Floats | None = None,
     tolerance: float | None = None,
 ) -> Rolling:
     """Solve steady rolling on a grid.
 
-    x, y            centres of the elements [m], uniform, ascending; the leading edge is at the largest x
-    pressure        normal pressure [Pa], (y, x); zero outside the contact
-    mu              coefficient of friction [1], a number or (y, x); or what gives it for the size of the local slip
-                    over the rolling speed [1], (y, x) for (y, x)
-    shear_modulus   combined G of Eq. 7 [Pa];     poisson  combined nu of Eq. 7
-    creepage_x, creepage_y [1], spin [rad/m] about the origin of the grid
-    stiffness_difference   K = G/4 [(1 - 2 nu_1)/G_1 - (1 - 2 nu_2)/G_2] of unequal bodies [1]
-    layer_compliance   shear L of a third body between them, over the traction [m/Pa]
-    start           tractions [Pa] of a similar case on this grid, (2, y, x)
-    tolerance       on the slip condition, root mean square over the largest rigid slip; left out, what it leaves of
-                    error is a hundredth of the grid's own (under one mu)
+    x, y        centres of the elements [m], uniform, ascending; the leading edge is at the largest x
+    pressure    normal pressure [Pa], (y, x); zero outside the contact
+    mu          coefficient of friction [1], a number or (y, x); or what gives it for the size of the local slip
+                over the rolling speed [1], (y, x) for (y, x)
+    start       tractions [Pa] of a similar case on this grid, (2, y, x)
+    tolerance   on the slip condition, root mean square over the largest rigid slip; left out, what it leaves of
+                error is a hundredth of the grid's own (under one mu)
     """
-    dx, dy = _spacing(x, pressure.shape[1]), _spacing(y, pressure.shape[0])
     bound = _bound(mu(np.zeros_like(pressure)) if callable(mu) else mu, pressure)
-    creepage = (creepage_x, creepage_y, spin)
-    rigid = np.stack(np.broadcast_arrays(creepage_x - spin * y[:, None], creepage_y + spin * x))
-    if stiffness_difference:
-        rigid -= strain_by_pressure(pressure, aspect=dx / dy) * (stiffness_difference / shear_modulus)
-    ahead = np.array([0.0, spin * SPIN_AHEAD * dx])[:, None, None]
-    case = _Case(bound / shear_modulus, rigid + ahead, dx / dy, poisson, layer_compliance * shear_modulus / dx)
+    case, rigid = _prepared(x, y, pressure, bound, discs, creepage)
     if tolerance is None:
         tolerance = _OF_A_LAW if callable(mu) else _MATCHED / float(np.sqrt(case.contact.sum()))
-    guess = _guess(case) if start is None else _onto_bound(case, start / shear_modulus)
+    guess = _guess(case) if start is None else _onto_bound(case, start / discs.shear_modulus)
     solved = case, *_converged(case, guess, tolerance)
     if callable(mu):
-        solved = _under_law(*solved, partial(_law_of_bound, mu, pressure, shear_modulus), tolerance)
+        solved = _under_law(*solved, partial(_law_of_bound, mu, pressure, discs.shear_modulus), tolerance)
     case, tractions, slipping, residual = solved
     return Rolling(
         x=x,
         y=y,
-        bound=case.bound * shear_modulus,
-        traction=tractions * shear_modulus,
+        bound=case.bound * discs.shear_modulus,
+        traction=tractions * discs.shear_modulus,
         slip=_centred_slip(replace(case, rigid=rigid), tractions),
         slipping=slipping,
-        creepage=creepage,
         residual=residual,
     )
+
+
+def _prepared(
+    x: Floats, y: Floats, pressure: Floats, bound: Floats, discs: Discs, creepage: Creepage
+) -> tuple[_Case, Floats]:
+    """The case of a grid, which takes its spin ahead of the centres, and the rigid slip at them (2, y, x)."""
+    dx, dy = _spacing(x, pressure.shape[1]), _spacing(y, pressure.shape[0])
+    spin, modulus = creepage.spin, discs.shear_modulus
+    rigid = np.stack(np.broadcast_arrays(creepage.x - spin * y[:, None], creepage.y + spin * x))
+    if discs.stiffness_difference:
+        rigid -= strain_by_pressure(pressure, aspect=dx / dy) * (discs.stiffness_difference / modulus)
+    ahead = np.array([0.0, spin * SPIN_AHEAD * dx])[:, None, None]
+    layer = discs.layer_compliance * modulus / dx
+    return _Case(bound / modulus, rigid + ahead, dx / dy, discs.poisson, layer), rigid
 
 
 def _bound(mu: ArrayLike, pressure: Floats) -> Floats:

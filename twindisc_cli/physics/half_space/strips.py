@@ -191,7 +191,6 @@ def solve_strips(
     compliance: Array | None = None,
     start: StripContact | None = None,
     relative_accuracy: float = 1e-3,
-    mirrored: bool = False,
 ) -> StripContact:
     """Find line load and half-length of every strip, and the approach.
 
@@ -203,27 +202,25 @@ def solve_strips(
     compliance         growth of the gap at strip i per line load at strip j [m2/N], shape (..., strip, strip)
     start              an earlier solution of the same shape, close to this one
     relative_accuracy  of the iteration, in the line load over its largest value; the strips' own width comes on top
-    mirrored           y starts at 0, or half a strip beside it, and gap and compliance hold for the mirror image as
-                       well; so does what is found. A gap on both sides that is its own mirror image is solved so
+
+    A gap that is its own mirror image is solved on one side.
     """
     y, gap = np.asarray(y, dtype=float), np.asarray(gap, dtype=float)
-    if compliance is None and start is None and not mirrored and _is_symmetric(y, gap):
-        side = slice(y.size // 2, None)
-        half = solve_strips(
-            y=y[side], gap=gap[..., side], curvature_x=curvature_x, normal_load=normal_load,
-            effective_modulus=effective_modulus, relative_accuracy=relative_accuracy, mirrored=True,
-        )  # fmt: skip
-        return replace(half, y=y, half_length=_unfolded(half.half_length, y), line_load=_unfolded(half.line_load, y))
+    fold = compliance is None and start is None and _is_symmetric(y, gap)
+    side = slice(y.size // 2 if fold else 0, None)
     stacked = () if compliance is None else np.shape(compliance)[:-2]
     strips = Strips.of(
-        y=y,
+        y=y[side],
         cases=np.broadcast_shapes(gap.shape[:-1], stacked),
         curvature_x=curvature_x,
         normal_load=normal_load,
         effective_modulus=effective_modulus,
-        mirrored=mirrored,
+        mirrored=fold,
     )
-    return strips.pressed(gap, compliance=compliance, start=start, relative_accuracy=relative_accuracy)
+    one = strips.pressed(gap[..., side], compliance=compliance, start=start, relative_accuracy=relative_accuracy)
+    if not fold:
+        return one
+    return replace(one, y=y, half_length=_unfolded(one.half_length, y), line_load=_unfolded(one.line_load, y))
 
 
 @dataclass(frozen=True)
@@ -251,7 +248,11 @@ class Strips:
         effective_modulus: ArrayLike,
         mirrored: bool = False,
     ) -> Strips:
-        """Checked, and for as many cases as any of the numbers has; symbols as in `solve_strips`."""
+        """Checked, and for as many cases as any of the numbers has; symbols as in `solve_strips`.
+
+        mirrored: y starts at 0, or half a strip beside it, and gap and compliance hold for the mirror image as well; so
+        does what is found.
+        """
         y = np.asarray(y, dtype=float)
         if y.ndim != 1 or y.size < FEWEST_STRIPS or not np.isfinite(y).all():
             raise ProfileError(f"strips need a row of at least {FEWEST_STRIPS} finite places (no NaN), not {y.shape}")

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from twindisc_cli.physics._arrays import Floats, arrays
+from twindisc_cli.physics.kalker import Coefficients
 
 
 @dataclass(frozen=True)
@@ -42,18 +43,15 @@ def forces(
     a: ArrayLike,
     b: ArrayLike,
     shear_modulus: ArrayLike,
-    c11: ArrayLike,
-    c22: ArrayLike,
-    c23: ArrayLike,
-    c33: ArrayLike,
+    coefficients: Coefficients,
 ) -> Forces:
     """Force and moment of full adhesion at each operating point; all arguments broadcast."""
     vx, vy, phi, a, b, g = arrays(creepage_x, creepage_y, spin, a, b, shear_modulus)
-    c11, c22, c23, c33 = arrays(c11, c22, c23, c33)
+    c = coefficients
     size = np.sqrt(a * b)
     turn = phi * size
     return Forces(
-        longitudinal=g * size**2 * c11 * vx,
-        lateral=g * size**2 * (c22 * vy + c23 * turn),
-        moment=g * size**3 * (c33 * turn - c23 * vy),
+        longitudinal=g * size**2 * c.c11 * vx,
+        lateral=g * size**2 * (c.c22 * vy + c.c23 * turn),
+        moment=g * size**3 * (c.c33 * turn - c.c23 * vy),
     )
