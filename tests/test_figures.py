@@ -27,6 +27,7 @@ from twindisc_cli.figures.campaign import figure_of, map_of
 from twindisc_cli.figures.close_loop import figure as loop_figure
 from twindisc_cli.figures.style import WIDTH, from_zero, house_style, logarithmic, page
 from twindisc_cli.report import sentences
+from twindisc_cli.results.drawn import png
 
 SLACK = 0.8
 """Pixels by which boxes may touch: the boxes of texts hold empty room above and below the letters."""
@@ -235,6 +236,20 @@ def test_a_map_names_what_was_varied_and_draws_what_came_out() -> None:
     ]
     names = ["rig.load [N]", "rig.creepage [%]"]
     figure = map_of(table_of(rows), names, ["depth [um]"], title="map", provenance="")
-    legend = figure.axes[0].get_legend()
-    assert legend is not None
+    (legend,) = figure.legends
     assert [text.get_text() for text in legend.get_texts()] == ["0.25", "0.5", "base"]
+
+
+@pytest.mark.parametrize(("keys", "lines"), [(1, 3), (3, 6), (5, 8)])
+def test_a_map_over_many_keys_has_room_for_its_panels(keys: int, lines: int) -> None:
+    names = [f"rig.disc{i}.transverse radius [mm]" for i in range(keys + 1)]
+    rows = [
+        Row("t", "a.toml", 0, asked=dict(zip(names, (load, *(30.125 + line * i for i in range(keys))), strict=True)),
+            found={"depth [um]": load, "width [mm]": load / 100.0, "wear rate [um/km]": 2.0 * load})
+        for line in range(lines)
+        for load in (20.0, 63.2456, 200.0)
+    ]  # fmt: skip
+    drawing = figure_of("simulate-wear", table_of(rows), outcome_of(table_of(rows)), (), "synthetic")
+    assert drawing is not None
+    assert png(drawing())
+    check(drawing(), "synthetic")

@@ -63,6 +63,14 @@ def test_a_recorded_ratio_that_cannot_be_is_refused_on_the_chart_too(
     assert "small.toml: laws.own: makes T/N 14" in said
 
 
+def test_a_chart_of_negative_ratios_has_room_for_its_panels() -> None:
+    """A torque meter that is off by more than the friction: with zero at the bottom there was no axis."""
+    law = MU.format(quantity="traction_ratio", covariate="time", kind="shift", value="-1.0")
+    result, files = quiet("friction-chart", load_text(WEARS + law, Path("small.toml")), Path())
+    assert result.exit_code == 0
+    assert files["friction-chart.png"]
+
+
 def test_friction_that_vanishes_transmits_nothing() -> None:
     """A law that is zero without a flash, at a creepage of which there is hardly any."""
     law = MU.format(quantity="mu", covariate="flash_temperature", kind="factor", value="0.0")

@@ -67,14 +67,6 @@ def refuse_impossible(test: Experiment) -> None:
     raise ValidityError(Problem(what, key=" and ".join(guilty or names)))
 
 
-def refuse_impossible_ratio(test: Experiment, ratio: Floats) -> None:
-    """ValidityError where T/N at operating points that the test itself does not come to cannot be."""
-    largest = float(np.nanmax(np.abs(ratio), initial=0.0))
-    if largest > LARGEST_RATIO:
-        names = [f"effects.{name}" for name in test.effects] + [f"laws.{name}" for name in test.laws]
-        raise ValidityError(Problem(f"makes T/N {largest:.3g} on the chart, which cannot be", key=" and ".join(names)))
-
-
 def _without(test: Experiment, name: str) -> Experiment:
     """The test without one of the terms that it declares."""
     table, _, key = name.partition(".")

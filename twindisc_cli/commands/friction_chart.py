@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from twindisc_cli.commands._possible import refuse_impossible_ratio
+from twindisc_cli.commands._possible import refuse_impossible
 from twindisc_cli.definition import Test
-from twindisc_cli.identify.chart import Chart, friction_chart
+from twindisc_cli.identify.chart import Chart, at_creepages, friction_chart
 from twindisc_cli.identify.friction import NO_CREEPAGE, SATURATED
 from twindisc_cli.identify.steps import StepFriction, identify_friction
 from twindisc_cli.model.experiment import Experiment, Floats
@@ -26,9 +26,9 @@ def run(test: Test) -> Result:
     """Compute the chart of a test's unworn discs."""
     experiment = test.experiment
     creepage = _creepages(experiment)
+    refuse_impossible(at_creepages(experiment, creepage))
     measured = identify_friction(ForwardModel(experiment)) if experiment.measured.traction is not None else None
     many = friction_chart(experiment, mu=FAMILY, creepage=creepage)
-    refuse_impossible_ratio(experiment, many.apparent)
     typical, origin = _typical_mu(experiment, measured)
     one = friction_chart(experiment, mu=np.array([typical]), creepage=creepage)
     return Result(

@@ -21,6 +21,7 @@ from twindisc_cli.figures.style import (
     RED,
     family,
     legend,
+    legend_below,
     logarithmic,
     name_axes,
     page,
@@ -40,6 +41,8 @@ if TYPE_CHECKING:
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, BLACK)
 WIDE = 15.0
 """Creepages that span more than this factor are drawn on a logarithmic axis."""
+MOST_NAMED = 8
+"""Lines of a map that are named one by one."""
 MOST_PARAMETERS = 3
 """Parameters of groups that are drawn."""
 _RESULTS = {
@@ -171,10 +174,10 @@ def _parameter(axes: Axes, places: Sequence[int], shared: SharedParameter) -> No
 def map_of(table: Table, varied: Sequence[str], results: Sequence[str], *, title: str, provenance: str) -> Figure:
     """Results over the first key that was varied; a line for each combination of the others."""
     lines = f"; lines: {', '.join(_last(name) for name in varied[1:])}" if varied[1:] else ""
-    figure, panels = page(1, len(results), height=3.6, title=f"{title}{lines}", provenance=provenance)
     x = table.numbers(varied[0])
     others = list(zip(*(table.texts(name) for name in varied[1:]), strict=True)) if varied[1:] else [()] * table.rows
     kinds = list(dict.fromkeys(others))
+    figure, panels = page(1, len(results), height=3.6, title=f"{title}{lines}", provenance=provenance)
     for axes, name in zip(panels, results, strict=True):
         y: Floats = table.numbers(name)
         for kind, colour in zip(kinds, family(len(kinds)), strict=True):
@@ -183,10 +186,10 @@ def map_of(table: Table, varied: Sequence[str], results: Sequence[str], *, title
                 continue
             inside = inside[np.argsort(x[inside])]
             axes.plot(x[inside], y[inside], marker="o", markersize=3.0, linewidth=1.0, color=colour,
-                      label=", ".join(map(_value, kind)) if len(kinds) <= 8 else "_")  # fmt: skip
+                      label=", ".join(map(_value, kind)))  # fmt: skip
         name_axes(axes, _last(varied[0]), name.replace("[um", "[µm"))
-        if varied[1:] and len(kinds) <= 8:
-            legend(axes, 2)
+    if varied[1:] and len(kinds) <= MOST_NAMED:
+        legend_below(figure, panels)
     return figure
 
 

@@ -61,7 +61,7 @@ def chart(one: Chart, many: Chart, measured: StepFriction | None, *, name: str, 
             creepage, ratio = np.abs(measured.creepage) * 100.0, sense * measured.ratio
             back = ", without sign" if np.any(sense < 0.0) else ""
             measured_points(axes, creepage, ratio, measured.half, label=f"{provenance}{back}, 90 % interval")
-        axes.set_ylim(0.0, None)
+        axes.set_ylim(0.0 if axes.dataLim.y0 >= 0.0 else None, None)
         legend(axes, 2)
     left.set_xlim(0.0, None)
     return figure

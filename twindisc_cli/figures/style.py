@@ -15,6 +15,7 @@ from typing import Any
 import matplotlib
 import numpy as np
 from cycler import cycler
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis, XAxis
 from matplotlib.figure import Figure
@@ -34,6 +35,10 @@ STAMPS = ("#D55E00", "#7F7F7F")
 """Colours of where data are from, in every style sheet: not measured, measured."""
 WIDTH, LINE, FOOT = 7.2, 120, 0.24
 """Width and foot of a page [inch], and characters of a line below its panels."""
+ROW = 0.16
+"""Height of a line of small text [inch]."""
+KEY = 8
+"""What the line before a name in a legend takes, with the room between columns, of the characters of a LINE."""
 TEXT, SMALL = "medium", "small"
 HOUSE: Any = {
     "axes.axisbelow": True,
@@ -140,10 +145,9 @@ def sheet(*, height: float, title: str, provenance: str) -> Figure:
 
 def said(figure: Figure, sentence: str) -> None:
     """A sentence below the panels, in lines that fit the page."""
-    lines, height = wrap(sentence, LINE), figure.get_figheight()
-    figure.text(0.5, FOOT / height, "\n".join(lines), fontsize=SMALL, ha="center", va="bottom")
-    foot = (FOOT + 0.16 * len(lines)) / height
-    figure.set_layout_engine(ConstrainedLayoutEngine(rect=(0.0, foot, 1.0, 1.0 - foot), w_pad=0.06, h_pad=0.06))
+    lines = wrap(sentence, LINE)
+    figure.text(0.5, _foot(figure), "\n".join(lines), fontsize=SMALL, ha="center", va="bottom")
+    _lift(figure, len(lines))
 
 
 def dress(panels: Sequence[Axes]) -> None:
@@ -170,6 +174,30 @@ def legend(axes: Axes, columns: int = 1) -> None:
         handlelength=1.5, columnspacing=1.2, borderpad=0.0, borderaxespad=0.0, labelspacing=0.3,
         bbox_to_anchor=(0.5, 0.0), bbox_transform=axes.transAxes + drop,
     )  # fmt: skip
+
+
+def legend_below(figure: Figure, panels: Sequence[Axes]) -> None:
+    """One legend for panels that show the same lines: below all, in as many columns as the page has room for."""
+    once = dict[str, Artist]()
+    for handle, label in (pair for axes in panels for pair in zip(*axes.get_legend_handles_labels(), strict=True)):
+        once.setdefault(label if len(label) <= LINE else f"{label[: LINE - 2]} …", handle)
+    columns = max(LINE // (max(map(len, once), default=0) + KEY), 1)
+    figure.legend(
+        list(once.values()), list(once), loc="lower center", ncols=columns, bbox_to_anchor=(0.5, _foot(figure)),
+        handlelength=1.5, columnspacing=1.2, borderpad=0.0, borderaxespad=0.0, labelspacing=0.3,
+    )  # fmt: skip
+    _lift(figure, -(-len(once) // columns))
+
+
+def _foot(figure: Figure) -> float:
+    """Height of the foot of a page, as a share of it."""
+    return float(FOOT / figure.get_figheight())
+
+
+def _lift(figure: Figure, lines: int) -> None:
+    """Leave room for lines of small text between the foot and the panels."""
+    foot = _foot(figure) + ROW * lines / figure.get_figheight()
+    figure.set_layout_engine(ConstrainedLayoutEngine(rect=(0.0, foot, 1.0, 1.0 - foot), w_pad=0.06, h_pad=0.06))
 
 
 def from_zero(axes: Axes) -> None:

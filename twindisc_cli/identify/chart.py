@@ -64,8 +64,8 @@ def _with_effects(test: Experiment, mu: Floats, creepage: Floats) -> Chart:
     )
 
 
-def _at(test: Experiment, *, mu: Floats, creepage: Floats) -> tuple[Prediction, Ints]:
-    """The contact for each mu at each creepage, and the operating points that hold the creepages."""
+def at_creepages(test: Experiment, creepage: Floats) -> Experiment:
+    """The test with its discs unworn and cold at each creepage (creepage,) [1] for a moment, nothing measured."""
     moments = np.full(len(creepage), _MOMENT)
     history = History(
         step=np.arange(len(creepage)),
@@ -74,7 +74,12 @@ def _at(test: Experiment, *, mu: Floats, creepage: Floats) -> tuple[Prediction, 
         revolutions=moments,
         given_mu=np.full(len(creepage), np.nan),
     )
-    model = ForwardModel(replace(test, history=history, measured=Measured()))
+    return replace(test, history=history, measured=Measured())
+
+
+def _at(test: Experiment, *, mu: Floats, creepage: Floats) -> tuple[Prediction, Ints]:
+    """The contact for each mu at each creepage, and the operating points that hold the creepages."""
+    model = ForwardModel(at_creepages(test, creepage))
     return model.predict(BaseParameters(mu)), model.points.of_iteration
 
 
