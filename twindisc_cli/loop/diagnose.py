@@ -38,7 +38,7 @@ from twindisc_cli.loop.intervals import base_parameters
 from twindisc_cli.loop.judge import Kind
 from twindisc_cli.loop.levels import levels_of
 from twindisc_cli.loop.mixture import Mixture
-from twindisc_cli.loop.problem import Case
+from twindisc_cli.loop.problem import Case, case_of
 from twindisc_cli.loop.screen import Residual, unexplained_residual
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.step_scatter import step_scatter
@@ -492,8 +492,9 @@ def _next(outcome: Outcome, weights: Mapping[str, Weighed], left: Sequence[Unexp
 
 def _prediction(outcome: Outcome, test: Experiment) -> PredictedErrors:
     """Errors of a test that was not fitted: as predicted, and with its own level known."""
-    first = predict_test(test, outcome.judged.before)
-    last = [predict_test(test, member.after) for member in outcome.mixture.members]
+    case = case_of(test)
+    first = predict_test(case, outcome.judged.before)
+    last = [predict_test(case, member.after) for member in outcome.mixture.members]
     own = at_its_own_level(first), [at_its_own_level(each) for each in last]
     drawn = drawn_levels(outcome.judged.after)
     level = {

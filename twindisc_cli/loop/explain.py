@@ -15,7 +15,7 @@ from twindisc_cli.loop.holdout import withheld, without
 from twindisc_cli.loop.judge import Judged, judge, rises
 from twindisc_cli.loop.mixture import Mixture, mixture_of
 from twindisc_cli.loop.noise import Mask
-from twindisc_cli.loop.problem import Problem, problem_of
+from twindisc_cli.loop.problem import Case, Problem, case_of, problem_of
 from twindisc_cli.loop.resample import weights
 from twindisc_cli.loop.search import Explanation, Search, preferred, ranked, search
 from twindisc_cli.loop.term_intervals import term_parameters, unfixed
@@ -82,7 +82,8 @@ def explain(tests: Sequence[Experiment], *, validate: Experiment | None, quick: 
     seen = problem_of([without(test, mask) for test, mask in zip(tests, masks, strict=True)])
     seen_before = plain_fit(seen)
     seen = replace(seen, cases=remembered(seen.cases, seen_before))
-    other = elsewhere(validate, seen_before) if validate is not None else None
+    unseen = case_of(validate) if validate is not None else None
+    other = elsewhere(unseen, seen_before) if unseen is not None else None
     result = search(seen, _by_stage(progress), other)
     members = ranked(
         [result.answer, *(e for rivals in result.rivals.values() for e in rivals), *result.others, result.base]
@@ -94,7 +95,7 @@ def explain(tests: Sequence[Experiment], *, validate: Experiment | None, quick: 
     compared = Compared(result.answer, members, shares, result.base)
     if not quick:
         compared = replace(compared, answer=most_probable(compared))
-    judged, refused = _given(compared, validate, before, seen_before, masks)
+    judged, refused = _given(compared, unseen, before, seen_before, masks)
     on_all = None if quick or not apart else chosen_on_all(judged, members)
     compared = replace(compared, answer=judged.explanation)
     mixture = mixture_of(judged, compared, refused, masks)
@@ -171,7 +172,7 @@ def _is_the_record_of(compared: Compared, name: str, other: Explanation) -> bool
 
 def _given(
     compared: Compared,
-    validate: Experiment | None,
+    unseen: Case | None,
     before: Fit,
     seen_before: Fit,
     masks: Sequence[Mapping[str, Mask]],
@@ -189,14 +190,14 @@ def _given(
         if member.labels in refused:
             continue
         judged = judge(member, before, seen_before, masks)
-        refusal = _refusal(replace(compared, answer=member), judged, validate)
+        refusal = _refusal(replace(compared, answer=member), judged, unseen)
         if refusal is None:
             break
         refused[member.labels] = refusal
     return judged, refused
 
 
-def _refusal(compared: Compared, judged: Judged, validate: Experiment | None) -> Refusal | None:
+def _refusal(compared: Compared, judged: Judged, other: Case | None) -> Refusal | None:
     """What speaks against giving an explanation; None where nothing does, or where it is the base model."""
     answer = compared.answer
     if not answer.terms:
@@ -207,7 +208,7 @@ def _refusal(compared: Compared, judged: Judged, validate: Experiment | None) ->
     rare = [str(answer.term(name)) for name in answer.terms if _is_rare(compared, name)]
     if rare:
         return Refusal(f"names {' and '.join(rare)}, which few resamples choose")
-    raised = judged.rises(held_out=False) or (_raised_elsewhere(judged, validate) if validate is not None else [])
+    raised = judged.rises(held_out=False) or (_raised_elsewhere(judged, other) if other is not None else [])
     unseen = judged.rises(held_out=True)
     if raised or unseen:
         names = " and the ".join(channels()[c].label for c in dict.fromkeys([*raised, *unseen]))
@@ -234,7 +235,7 @@ def _is_loose(answer: Explanation, name: str) -> bool:
     return bool(sizes & set(unfixed(effect, term_parameters(answer.fit, name))))
 
 
-def _raised_elsewhere(judged: Judged, test: Experiment) -> list[str]:
+def _raised_elsewhere(judged: Judged, test: Case) -> list[str]:
     """Channels of a test that was not fitted in which the revised model is worse than the base, and than the noise.
 
     Level and form of a channel that is predicted within its noise are up to chance. A test has a level of its own: what

@@ -56,8 +56,8 @@ def rms(misses: Floats) -> float:
     return float(np.sqrt(np.mean(misses**2))) if len(misses) else float("nan")
 
 
-def predict_test(test: Experiment, fitted: Fit) -> PredictedTest:
-    """Predict a test by a fit of others, with the effects and laws these declare.
+def predict_test(test: Experiment | Case, fitted: Fit) -> PredictedTest:
+    """Predict a test, or one whose noise is known, by a fit of others, with the effects and laws these declare.
 
     Base parameters are as fitted, those of single tests as these have them in the middle; else as either test says.
     A mu that the test gives for single steps stays its own.
@@ -81,12 +81,13 @@ def _predicted(case: Case) -> PredictedTest:
     return PredictedTest(case, case.model.predict(known))
 
 
-def _unfitted(test: Experiment, fitted: Fit) -> Case:
+def _unfitted(test: Experiment | Case, fitted: Fit) -> Case:
     """A test with the effects, laws and base parameters of a fit of others."""
     first = fitted.problem.cases[0].test
-    case = case_of(replace(test, effects=dict(first.effects), laws=dict(first.laws)))
-    known = stated(first) | stated(test)
-    return replace(case, known=known | typical_base(fitted))
+    case = test if isinstance(test, Case) else case_of(test)
+    own = replace(case.test, effects=dict(first.effects), laws=dict(first.laws))
+    known = stated(first) | stated(case.test) | typical_base(fitted)
+    return replace(case, model=replace(case.model, experiment=own), known=known)
 
 
 def typical_base(fitted: Fit) -> dict[str, float]:
@@ -131,7 +132,7 @@ class Elsewhere:
         return -0.5 * (missed + float(np.linalg.slogdet(S)[1])), chi2
 
 
-def elsewhere(test: Experiment, base: Fit) -> Elsewhere | None:
+def elsewhere(test: Case, base: Fit) -> Elsewhere | None:
     """A test to be predicted by fits of others, whose base model is given; None where they share no channel."""
     case = _unfitted(test, base)
     problem = Problem([case], tuple(c for c in base.problem.channels if c in case.noise))

@@ -135,7 +135,11 @@ class WearPath:
             return np.interp(section, self.section, values)
         right, part = between(self.section, section)
         part = part[(..., *[None] * (values.ndim - 1))]
-        return np.asarray((1.0 - part) * values[right - 1] + part * values[right])
+        below, result = values.take(right - 1, axis=0), values.take(right, axis=0)
+        result -= below
+        result *= part
+        result += below
+        return result
 
     def patch_at(self, section: Floats) -> Floats:
         """The quantities OF_PATCH at worn sections (...) [m2], (..., quantity); in memory one after the other."""
