@@ -15,6 +15,8 @@ from test_rig_log import LOAD
 
 from twindisc_cli.cli import main
 from twindisc_cli.definition import load
+from twindisc_cli.measurement import guess as guess_module
+from twindisc_cli.measurement.content import Content
 
 PREAMBLE = ["Wälzprüfstand 3", "Bediener: Müller", "Datum: 12.03.2024; Versuch 17", ""]
 
@@ -197,6 +199,24 @@ def test_a_curve_with_derived_columns_is_imported(tmp_path: Path, capsys: pytest
     assert samples is not None
     np.testing.assert_allclose(samples.ratio, [0.091, 0.258, 0.361, 0.480, 0.461, 0.460, 0.461, 0.512])
     np.testing.assert_allclose(100.0 * samples.creepage, [0.2, 0.5, 1, 3, 7.5, 10, 15, 20])
+
+
+def test_load_and_speed_of_a_large_log_are_guessed_from_pieces_of_it(tmp_path: Path) -> None:
+    """Whole lines from beginning to end; the medians are those of the whole."""
+    row = "{:08.2f};404.0000000;396.0000000;9.4000000;{:.7f}\n"
+    load = np.where(np.arange(220_000) % 2, 1001.0, 999.0)
+    lines = [
+        "Time [s];n1 [rpm];n2 [rpm];Torque [Nm];Load [N]\n",
+        *(row.format(0.01 * n, N) for n, N in enumerate(load)),
+    ]
+    content = Content("".join(lines).encode())
+    small = guess_module._thinned(content)
+    assert len(small.data) < 0.5 * len(content.data)
+    assert {line.count(b";") for line in small.data.splitlines()} == {4}
+    result = guess_module.guess(content, "rig.csv")
+    found, speed, _ = guess_module.typical(content, "rig.csv", result)
+    assert found == pytest.approx(1000.0, abs=1.0)
+    assert speed == pytest.approx(400.0 * 2.0 * np.pi / 60.0 * 0.0235)
 
 
 BEGIN = datetime(2024, 3, 12, 11, 58)

@@ -190,14 +190,15 @@ def _note_stuck(table: Table, name: str) -> None:
     values = table.columns.get(name)
     if values is None or len(values) < _FEWEST_STUCK:
         return
-    change = np.flatnonzero(np.diff(values) != 0.0)
-    if len(change) < _CHANGING * len(values):
+    same = values[1:] == values[:-1]
+    if np.mean(same) > 1.0 - _CHANGING or not np.any(same):
         return
-    ends = np.concatenate([[-1], change, [len(values) - 1]])
-    longest = int(np.argmax(np.diff(ends)))
-    count = int(np.diff(ends)[longest])
+    outside = np.zeros(1, dtype=bool)
+    ends = np.flatnonzero(np.diff(same, prepend=outside, append=outside)).reshape(-1, 2)
+    first, last = ends[np.argmax(ends[:, 1] - ends[:, 0])]
+    count = int(last - first) + 1
     if count >= _FEWEST_STUCK:
-        written = f"{table.written(name)[ends[longest] + 1]:g}"
+        written = f"{table.written(name)[first]:g}"
         message = (
             f"{count} rows running hold exactly {written} in {table.headers[name]}, which else changes from row to row"
         )

@@ -57,7 +57,7 @@ def _stands_apart(values: Floats, left: Bools, end: float, quantity: str) -> boo
     gap, scale = max(low - end, end - high), max(high - low, abs(low), abs(high))
     if known:
         return gap > _APART * scale
-    count, runs = int(mine.sum()), int(np.sum(np.diff(mine.astype(np.int8), prepend=0) > 0))
+    count, runs = int(mine.sum()), int(mine[0]) + int(np.sum(mine[1:] & ~mine[:-1]))
     return runs > 1 and count <= _MOST * left.sum() and gap > _FAR * scale
 
 

@@ -26,7 +26,7 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 Integers = NDArray[np.integer[Any]]
 
-_BLOCK = 1 << 23  # 8 MiB: parsed at a time, so that memory stays bounded
+_BLOCK = 1 << 22  # 4 MiB: parsed at a time, so that memory stays bounded
 _HEAD = 1 << 16  # 64 KiB, in which a table has begun
 _SHORT = 1 << 17
 """Bytes of a text that are read cell by cell in less time than it takes to load pandas."""
