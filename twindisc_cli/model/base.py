@@ -82,4 +82,4 @@ def column(values: Floats, sets: int) -> Floats:
     """A parameter as (set, 1), or (set, iteration) where it is given for each."""
     array = np.asarray(values, dtype=float)
     array = array[:, None] if array.ndim == 1 else np.atleast_2d(array)
-    return np.broadcast_to(array, (sets, array.shape[1]))
+    return array if len(array) == sets else np.broadcast_to(array, (sets, array.shape[1]))

@@ -94,7 +94,7 @@ class Paths(ABC):
         scaled = self.contact_scale(load_ratio)
         area = scaled.along * scaled.across
         known = self.read(WearPath.patch_at, section, load_ratio)
-        stiffness, stiffness_y, own, a, b, square = np.moveaxis(known, -1, 0)
+        stiffness, stiffness_y, own, a, b, square = known.transpose(2, 0, 1)
         return Patch(
             stiffness=stiffness * area,
             stiffness_y=stiffness_y * area,

@@ -55,8 +55,10 @@ def temperatures(
     conductance, shaft_capacity = arrays(shaft_conductance, shaft_capacity)
     shape = np.broadcast(power, duration, convection, environment, conductance, shaft_capacity, np.empty((1, 1))).shape
     loss = np.maximum(convection + conductance, _NO_LOSS)
-    gone = np.broadcast_to(-np.expm1(loss * (duration / -capacity)), shape)
-    level = np.broadcast_to(power / loss + environment * (np.maximum(convection, _NO_LOSS - conductance) / loss), shape)
+    gone = -np.expm1(loss * (duration / -capacity))
+    level = power / loss + environment * (np.maximum(convection, _NO_LOSS - conductance) / loss)
+    if gone.shape != shape or level.shape != shape:
+        gone, level = np.broadcast_to(gone, shape), np.broadcast_to(level, shape)
     fresh = np.asarray(begins) != 0.0 if np.size(begins) == shape[-1] else np.arange(shape[-1]) == 0
     if not np.any(conductance):
         return _disc(gone, level, initial, fresh)

@@ -148,7 +148,7 @@ class WearPath:
         for row, values, rises in zip(result, *self._of_patch, strict=True):
             np.multiply(part, rises.take(left), out=row)
             row += values.take(left)
-        return np.moveaxis(result, 0, -1)
+        return result.transpose(*range(1, result.ndim), 0)
 
     @cached_property
     def _of_patch(self) -> tuple[list[Floats], list[Floats]]:
