@@ -45,7 +45,7 @@ EXAMPLES = {
     "thermal": "my_test.toml",
     "contact": "my_test.toml --creepage 0.3",
     "check": "my_test.toml",
-    "close-loop": "my_test.toml --quick",
+    "close-loop": "my_test.toml",
     "campaign": "simulate-wear loads.toml",
     "compare": "results/sweep_1 results/eurosprinter",
     "report": "my_test.toml",
