@@ -338,7 +338,8 @@ def test_no_scatter_hides_no_large_effect() -> None:
 
 @pytest.mark.parametrize("level", [293.15, 301.0])
 def test_a_constant_temperature_does_not_blind_the_rest(level: float) -> None:
-    plant, rods = Plant(history((0.02, 0.06, 0.04), 2), mu=falling), Instruments(channels=("traction", "temperature"))
+    plant = Plant(history((0.02, 0.06, 0.04), 2), mu=falling)
+    rods = Instruments(each=3, channels=("traction", "temperature"))
     test = rods.record(plant, np.random.default_rng(1))
     samples = test.measured.temperature
     assert samples is not None
