@@ -183,10 +183,14 @@ def remembered(cases: Sequence[Case], *fits: Fit) -> list[Case]:
 
 
 def linearised(problem: Problem, inner: Floats, target: Floats) -> tuple[Floats, Floats]:
-    """White residual (sample,) and its Jacobian (sample, parameter)."""
+    """White residual (sample,) and its Jacobian (sample, parameter).
+
+    Parameters on trial may heat a test without end: what is not finite then is very far off.
+    """
     step = np.where(inner + STEP > problem.bounds[1], -STEP, STEP)
     sets = np.concatenate([inner[None], inner + np.diag(step)])
-    rows = problem.discount(problem.white(problem.predict(sets)))
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        rows = problem.discount(problem.white(problem.predict(sets)))
     rows = np.nan_to_num(rows, nan=1e6, posinf=1e6, neginf=-1e6)
     return target - rows[0], -((rows[1:] - rows[0]) / step[:, None]).T
 

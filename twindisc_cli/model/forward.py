@@ -712,6 +712,6 @@ class _Chain:
 
 
 def _capacity(state: State) -> Floats:
-    """mu N [N], not zero where mu is."""
+    """mu N [N], and where that is next to nothing the smallest by which can be divided."""
     capacity = state.mu * state.normal_load
-    return np.where(capacity == 0.0, _SMALLEST_CAPACITY, capacity)
+    return np.where(np.abs(capacity) < _SMALLEST_CAPACITY, _SMALLEST_CAPACITY, capacity)

@@ -189,9 +189,12 @@ class WearPath:
 
 
 def between(known: Floats, values: Floats) -> tuple[NDArray[np.intp], Floats]:
-    """The first of ascending numbers behind each value, and how far from the one before to it the value lies."""
+    """The first of ascending numbers behind each value, and how far from the one before to it the value lies.
+
+    Of NaN that is NaN.
+    """
     place = np.interp(values, known, np.arange(len(known)))
-    right = np.minimum(place.astype(np.intp), len(known) - 2) + 1
+    right = np.minimum(np.fmax(place, 0.0).astype(np.intp), len(known) - 2) + 1
     return right, place - (right - 1)
 
 
