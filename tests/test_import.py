@@ -272,3 +272,39 @@ def test_a_log_with_t_and_capital_t(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert measured.temperature is not None and measured.traction is not None
     np.testing.assert_allclose(measured.temperature.temperature[[0, -1]], [293.15, 296.14], atol=0.02)
     np.testing.assert_allclose(measured.traction.ratio, 0.4)
+
+
+MASSES = {
+    # a table of weighings alone, what is written of it, and whether a block is needed
+    "losses": ("iteration,mass loss [mg]\n1,2.1\n2,4\n", "iteration,mass loss [mg]\n1,2.1\n2,4\n", False),
+    "German weights": (
+        "Drehungen;Gewicht Scheibe 1 [g];Gewicht Scheibe 2 [g]\n0;174,5181;174,2207\n5000;174,5100;174,2101\n",
+        "revolutions,mass 1 [mg],mass 2 [mg]\n0,174518.1,174220.7\n5000,174510,174210.1\n", False,
+    ),
+    "minutes": (
+        "minutes,weight [mg]\n0,1741.1\n10,1740.2\n", "time [s],mass [mg]\n0,1741.1\n600,1740.2\n", False,
+    ),
+    "kilometres": (
+        "distance [km],weight loss (mg)\n1,2.1\n2,4\n", "distance [m],mass loss [mg]\n1000,2.1\n2000,4\n", False,
+    ),
+    "above and below": (
+        "Laufzeit (min);Wägung oben Gewicht [g];Wägung unten Gewicht [g]\n0;17,4;18,2\n10;17,3;18,1\n",
+        "time [s],mass 1 [mg],mass 2 [mg]\n0,17400,18200\n600,17300,18100\n", True,
+    ),
+    "no units": ("N tours;perte masse\n100;1.2\n200;2.2\n", "revolutions,mass loss [mg]\n100,1.2\n200,2.2\n", True),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", MASSES)
+def test_weighings_alone(what: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Understood, or refused with a block that makes the same call succeed."""
+    text, written, needs_block = MASSES[what]
+    (tmp_path / "weights.csv").write_text(text, encoding="utf-8")
+    code, _, err = command("import", tmp_path / "weights.csv", "-o", tmp_path / "mine", capsys=capsys)
+    assert (code == 3) == needs_block, err
+    if needs_block:
+        (tmp_path / "block.toml").write_text(err[err.index("[measured]") :], encoding="utf-8")
+        given = (tmp_path / "weights.csv", tmp_path / "block.toml")
+        code, _, err = command("import", *given, "-o", tmp_path / "mine", capsys=capsys)
+    assert code == 0, err
+    assert (tmp_path / "mine" / "mass.csv").read_text() == written

@@ -63,7 +63,7 @@ _NAMES: Mapping[str, tuple[str, ...]] = {
     "sliding speed": ("sliding speed", "sliding velocity", "gleitgeschwindigkeit"),
     "iteration": ("iteration",),
     "cycles": ("cycles", "cycle", "zyklen"),
-    "revolutions": ("revolutions", "revs", "umdrehungen", "tours"),
+    "revolutions": ("revolutions", "revs", "umdrehungen", "drehungen", "tours"),
     "distance": ("distance", "rolling distance", "weg", "rollweg"),
     "sliding distance": ("sliding distance", "gleitweg"),
     "disc": ("disc", "disk", "scheibe"),
@@ -71,8 +71,8 @@ _NAMES: Mapping[str, tuple[str, ...]] = {
     "y": ("y", "y1"),
     "height": ("height", "z", "raw", "z1", "profile height", "höhe"),
     "mass loss": ("mass loss", *ALSO["mass loss"], "masseverlust", "gewichtsverlust"),
-    "mass 1": ("mass 1", *ALSO["mass 1"]),
-    "mass 2": ("mass 2", *ALSO["mass 2"]),
+    "mass 1": ("mass 1", *ALSO["mass 1"], "gewicht scheibe 1", "masse scheibe 1", "gewicht 1", "masse 1"),
+    "mass 2": ("mass 2", *ALSO["mass 2"], "gewicht scheibe 2", "masse scheibe 2", "gewicht 2", "masse 2"),
     "mass": ("mass", *ALSO["mass"], "masse", "gewicht"),
     "uncertainty": ("uncertainty", "std", "standard deviation", "unsicherheit"),
     "temperature": (
@@ -99,6 +99,7 @@ _BY_UNIT: tuple[tuple[Quantity, tuple[str, ...]], ...] = (
     (LENGTH, ("y", "height")),
     (MASS, ("mass loss",)),
 )
+_CLOCKS = frozenset(("seconds", "minutes", "hours"))  # a time that is called by its unit
 _OTHER_PLACES = re.compile(
     r"\b(pot|lube|lubricant|bath|bad|ambient|room|air|environment|oil|bearing|raum|umgebung|luft|öl|lager|ambiante|huile|air)",
     re.IGNORECASE,
@@ -292,6 +293,8 @@ def _cells(sheet: Sheet) -> Iterator[Cell]:
                 yield Cell(f"#{n + 1}", "", unit, None, cell.strip() or f"#{n + 1}", n + 1)
             continue
         tail = _unit_in(text) if unit is None else None
+        if unit is None and plain(text) in _CLOCKS:
+            tail = ("time", plain(text))
         if tail:
             yield Cell(cell.strip(), tail[0], tail[1], tail[1], cell.strip(), n + 1)
         else:
@@ -398,7 +401,8 @@ def _held(sheet: Sheet, place: int) -> set[str]:
 
 def _begun(name: str) -> str | None:
     """What a name with a further word behind it is: `t over n derived`, `temp. scheibe`; no single letter counts."""
-    known = (k for k in sorted(_KEYS, key=len, reverse=True) if len(k) > 1 and name.startswith(f"{k} "))
+    several = (k for k in _KEYS if len(k) > 1 and _KEYS[k] != "disc")
+    known = (k for k in sorted(several, key=len, reverse=True) if name.startswith(f"{k} "))
     key = _KEYS.get(next(known, ""))
     return None if key == "temperature" and _OTHER_PLACES.search(name) else key
 

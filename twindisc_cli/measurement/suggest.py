@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from twindisc_cli.measurement.units import FORCE, LENGTH, MASS, SPEED, TEMPERATURE, TIME, TORQUE, Quantity, rim_speed
 
 _TURNS = r"(speed|rpm|drehzahl|\bn|vitesse|omega|velocity|motor|disc|disk|roller|scheibe|rolle).{0,12}"
+_MASSES = r"(mass|weight|masse|gewicht)"
 _WORDS: Mapping[str, str] = {
     "torque": r"torque|moment|couple|drehm|reibm|\bm ?[dtrz]\b|\btrq\b|\bcoppia|\bpar\b",
     "traction ratio": r"\bmu\b|µ|\bcof\b|coeff|reib(wert|zahl)|t/n|adhesion|traction",
@@ -22,7 +23,11 @@ _WORDS: Mapping[str, str] = {
     "temperature": r"temp|\btc ?\d|thermo",
     "y": r"lateral|\bx\b|position|\by\b|axial|distance",
     "height": r"height|\bz\b|depth|profil|raw|hoehe|höhe",
-    "mass loss": r"mass|weight|masse|gewicht|verlust|loss",
+    "mass 1": rf"(?=.*{_MASSES}).*\b(1|top|upper|oben|wheel|rad)\b",
+    "mass 2": rf"(?=.*{_MASSES}).*\b(2|bottom|lower|unten|rail|schiene)\b",
+    "mass loss": rf"(?=.*{_MASSES}).*(loss|verlust|perte|wear|abtrag)|verlust|loss",
+    "mass": _MASSES,
+    "revolutions": r"revol|umdreh|drehungen|\bturns\b|\btours\b|\bcycles\b|zyklen",
     "iteration": r"iteration|stop|interval|block|stage",
 }  # fmt: skip
 _UNITS: Sequence[tuple[Quantity, tuple[str, ...]]] = (
@@ -32,12 +37,12 @@ _UNITS: Sequence[tuple[Quantity, tuple[str, ...]]] = (
     (TEMPERATURE, ("temperature",)),
     (SPEED, ("speed 1", "speed 2")),
     (LENGTH, ("y", "height")),
-    (MASS, ("mass loss",)),
+    (MASS, ("mass loss", "mass", "mass 1", "mass 2")),
 )
 _DEFAULT = {
     "time": "s", "torque": "N m", "normal load": "N", "traction force": "N", "traction ratio": "1", "creepage": "%",
     "speed 1": "rpm", "speed 2": "rpm", "temperature": "degC", "y": "mm", "height": "um", "mass loss": "mg",
-    "iteration": "1",
+    "iteration": "1", "mass": "g", "mass 1": "g", "mass 2": "g", "revolutions": "1",
 }  # fmt: skip
 _WAYS: Sequence[tuple[str, ...]] = (
     ("time", "speed 1", "speed 2", "torque"),
@@ -48,9 +53,10 @@ _WAYS: Sequence[tuple[str, ...]] = (
     ("time", "creepage", "traction force"),
     ("creepage", "traction ratio"),
     ("y", "height"),
-    ("iteration", "mass loss"),
+    *((when, *masses) for when in ("iteration", "revolutions", "time")
+      for masses in (("mass 1", "mass 2"), ("mass loss",), ("mass",))),
     ("time", "temperature"),
-)
+)  # fmt: skip
 _ROLLERS = ("speed 1", "speed 2")  # given as speed or as rotation
 _TURNING = frozenset(rim_speed(1.0).units) - frozenset(SPEED.units)
 
@@ -80,7 +86,7 @@ def looks_like(text: str, unit: str | None) -> str | None:
     named = next((key for key, form in _WORDS.items() if re.search(form, words)), None)
     if named and (not by_unit or named in by_unit or (unit in ("", "1", "-", "%", None))):
         return named
-    return by_unit[0] if by_unit else None
+    return by_unit[0] if by_unit and unit != "g" else None  # g alone may be an acceleration
 
 
 def _knows(quantity: Quantity, unit: str) -> bool:
