@@ -5,7 +5,6 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -14,7 +13,7 @@ from definitions import TRACTION, VALID, changed, write
 
 from twindisc_cli import __version__, plugins
 from twindisc_cli.cli import app, main
-from twindisc_cli.commands import _runner
+from twindisc_cli.commands import _runner, close_loop, thermal
 from twindisc_cli.definition import dump, load
 from twindisc_cli.errors import ValidityError
 from twindisc_cli.physics.half_space import DataEdgeError, NoConvergenceError
@@ -62,7 +61,8 @@ class Stub:
 @pytest.fixture
 def stub(monkeypatch: pytest.MonkeyPatch) -> Iterator[Stub]:
     command = Stub()
-    monkeypatch.setattr(_runner, "_module", lambda _: command)
+    for module in (thermal, close_loop):
+        monkeypatch.setattr(module, "run", lambda *tests, **options: command.run(*tests, **options))
     yield command
 
 
@@ -206,7 +206,7 @@ def test_close_loop_fits_some_and_predicts_one(folder: Path, monkeypatch: pytest
         seen.append(([t.experiment.name for t in tests], validate and validate.experiment.name, only))
         return command.run(tests)
 
-    monkeypatch.setattr(_runner, "_module", lambda _: SimpleNamespace(run=run))
+    monkeypatch.setattr(close_loop, "run", run)
     for name in "abc":
         write(folder, VALID.replace("small", name), f"{name}.toml")
     assert exit_code("close-loop", "a.toml") == 0

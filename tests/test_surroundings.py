@@ -14,7 +14,7 @@ import pytest
 from definitions import TRACTION, VALID, changed, write
 
 from twindisc_cli.cli import main
-from twindisc_cli.commands import _runner, check
+from twindisc_cli.commands import check, close_loop
 from twindisc_cli.definition import dump, load
 from twindisc_cli.results import Result
 
@@ -264,19 +264,17 @@ FOLDERS += [
 FOLDERS += ["a\rb", "a,b", "a;b", "a&b", "a|b", "a`b", "$(a)", "x" * 200, "NUL", "con", "e\u0301", "\ufeff"]
 
 
-class Loop:
+def written_back(tests, *_, **__) -> Result:  # type: ignore[no-untyped-def]
     """close-loop, which writes back the definition that it was given."""
-
-    def run(self, tests, *_, **__) -> Result:  # type: ignore[no-untyped-def]
-        found = check.run(tests[0])
-        return Result(
-            command="close-loop",
-            summary=found.summary,
-            json={"revised": "revised.toml"},
-            dataset=found.dataset,
-            figure=None,
-            extra_files={"revised.toml": f"# remark\n{dump(tests[0].resolved)}"},
-        )
+    found = check.run(tests[0])
+    return Result(
+        command="close-loop",
+        summary=found.summary,
+        json={"revised": "revised.toml"},
+        dataset=found.dataset,
+        figure=None,
+        extra_files={"revised.toml": f"# remark\n{dump(tests[0].resolved)}"},
+    )
 
 
 @pytest.mark.parametrize("name", FOLDERS, ids=repr)
@@ -285,7 +283,7 @@ def test_what_is_written_beside_an_odd_name_finds_its_data(
 ) -> None:
     (folder / name).mkdir()
     write(folder / name, traction=TRACTION)
-    monkeypatch.setattr(_runner, "_module", lambda _: Loop())
+    monkeypatch.setattr(close_loop, "run", written_back)
     assert left_with("close-loop", f"./{name}/small.toml", "-o", f"./out/{name}", "--json") == 0
     told = capsys.readouterr()
     revised = Path(json.loads(told.out)["revised"])
@@ -303,7 +301,7 @@ def test_a_name_that_is_no_text_ends_in_a_sentence(
     write(folder / odd, traction=TRACTION)
     assert left_with("check", odd / "small.toml") == 0
     assert "up to date" not in capsys.readouterr().out
-    monkeypatch.setattr(_runner, "_module", lambda _: Loop())
+    monkeypatch.setattr(close_loop, "run", written_back)
     assert left_with("close-loop", odd / "small.toml") == 2
     told_well(capsys.readouterr().err)
 
@@ -316,7 +314,7 @@ def test_links_in_the_path_lead_to_the_same_data(folder: Path, monkeypatch: pyte
     (folder / "deep/er/t.csv").write_text(TRACTION)
     (folder / "here").symlink_to("deep/er/real")
     (folder / "out").symlink_to("far/away/out")
-    monkeypatch.setattr(_runner, "_module", lambda _: Loop())
+    monkeypatch.setattr(close_loop, "run", written_back)
     test = "here/small.toml" if linked != "output" else "deep/er/real/small.toml"
     output = "out" if linked != "definition" else "results"
     assert left_with("close-loop", test, "-o", output) == 0
