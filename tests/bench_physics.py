@@ -11,9 +11,14 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.random import Generator
+from numpy.typing import NDArray
 from rigs import solve_rolling
 
+from twindisc_cli.model.experiment import Rig
+from twindisc_cli.physics.half_space.normal import NormalContact
+
 AtMost = Callable[..., object]
+Floats = NDArray[np.float64]
 
 
 def shaft_with_pauses(rng: Generator, at_most: AtMost) -> Iterator[object]:
@@ -193,8 +198,95 @@ def unlike_discs(rng: Generator, at_most: AtMost) -> Iterator[object]:
     yield at_most("  20 with lateral creepage too, which is approximate, T/(mu N)", max(yawed), 0.25)
 
 
+def worn_tracks(rng: Generator, at_most: AtMost) -> Iterator[object]:
+    """Tracks worn by half-space contact, on new discs that are smooth, grooved or off-centre: T/N against the solver.
+
+    A track and its equivalent ellipse go through the solver on grids of as many elements, which takes most of their
+    error from the difference.
+    """
+    import rigs
+    from test_worn import CREEPAGE, MU
+
+    from twindisc_cli.model.experiment import Measured, Options, Start
+    from twindisc_cli.model.forward import ForwardModel
+
+    off: dict[str, list[float]] = {"smooth": [], "grooved": [], "off-centre": []}
+    y = np.linspace(-6e-3, 6e-3, 4801)
+    for case in range(60):
+        kind = list(off)[case % 3]
+        rig = rigs.rig(crown=float(np.exp(rng.uniform(np.log(0.01), np.log(0.1)))))
+        b, wear = float(rig.patch.b), float(np.exp(rng.uniform(np.log(2e-5), np.log(1e-3))))
+        rise = np.zeros_like(y)
+        if kind == "grooved":
+            for _ in range(int(rng.integers(1, 5))):
+                depth, width = np.exp(rng.uniform(np.log([2e-7, 0.1]), np.log([2e-6, 0.3])))
+                rise -= depth * np.exp(-(((y - rng.uniform(-1.0, 1.0) * b) / (width * b)) ** 2))
+        elif kind == "off-centre":
+            rise += rng.uniform(-0.5, 0.5) * b * rig.curvature_y * y
+        history = rigs.history([0.02, *CREEPAGE], [10] + [1] * len(CREEPAGE))
+        history = replace(history, duration=np.where(history.step > 0, 1e-3, history.duration))
+        options = Options(contact="half_space", traction="exact", wear_coefficient=wear)
+        start = Start(y, np.stack([np.zeros_like(y), rise])) if kind != "smooth" else None
+        test = rigs.experiment(history, rig=rig, options=options, measured=Measured(start=start))
+        model = ForwardModel(test)
+        found = model.predict({"mu": np.array([MU]), "K": np.array([wear])})
+        path = found.paths.paths[0]
+        depth = found.paths.at(lambda p, at=path.y: np.array([np.interp(at, p.y, d) for d in p.depth]),
+                               found.section[:, -1:])[0, 0]  # fmt: skip
+        gap = 0.5 * rig.curvature_y * path.y**2 - np.interp(path.y, y, rise) + depth
+        law = found.state.traction_ratio[0, model.points.of_iteration[-len(CREEPAGE) :]]
+        off[kind].append(float(np.abs(law - solved_track(rig, path.y, gap, MU, np.array(CREEPAGE))).max()))
+    for kind, errors in off.items():
+        yield at_most(f"worn tracks, 20 {kind}, T/N at mu = 0.6 against the solver, the largest", max(errors), 0.005)
+    every = np.concatenate([np.array(errors) for errors in off.values()])
+    yield at_most("  all 60, 95 % within", float(np.quantile(every, 0.95)), 0.003)
+
+
+def solved_track(rig: Rig, y: Floats, gap: Floats, mu: float, creepage: Floats) -> Floats:
+    """T/N of a profile by the solver, its difference from the equivalent ellipse added to the ellipse's law."""
+    from scipy.interpolate import CubicSpline
+
+    from table_makers.worn import Profile, rig_of
+    from twindisc_cli.physics import exact, kalker
+    from twindisc_cli.physics.half_space import rolling
+    from twindisc_cli.physics.half_space.strips import equivalent_ellipse, solve_strips
+
+    given = {"curvature_x": rig.curvature_x, "normal_load": rig.normal_load, "effective_modulus": rig.effective_modulus}
+    strips = solve_strips(y=y, gap=gap, relative_accuracy=1e-4, **given)
+    a, b = (float(axis) for axis in equivalent_ellipse(strips))
+    loaded = y[strips.line_load > 0.0]
+    middle, half = 0.5 * (loaded[0] + loaded[-1]), 0.5 * (loaded[-1] - loaded[0]) + 0.5 * (y[1] - y[0])
+    shape, round_rig = CubicSpline(y - middle, gap), rig_of(a / b)
+    tracks = Profile(rig, shape, 1.03 * float(strips.half_length.max()), 1.03 * half), Profile(
+        round_rig, lambda place: 0.5 * round_rig.curvature_y * place**2, 1.02 * float(round_rig.patch.a),
+        1.02 * float(round_rig.patch.b),
+    )  # fmt: skip
+
+    def force(profile: Profile, pressed: NormalContact, bound: Floats, v: float) -> float:
+        discs = rolling.Discs(profile.rig.shear_modulus, profile.rig.poisson_ratio)
+        driven = rolling.Creepage(v)
+        return rolling.solve(x=pressed.x, y=pressed.y, pressure=bound, mu=1.0, discs=discs, creepage=driven,
+                             tolerance=1e-4).force_x / profile.rig.normal_load  # fmt: skip
+
+    nominal = rig.shear_modulus * a * b * float(kalker.coefficients(a / b, rig.poisson_ratio).c11) / rig.normal_load
+    results = []
+    for n in (32, 64):
+        pressed = [profile.pressed(n) for profile in tracks]
+        linear = [force(p, at, np.where(at.patch, 1e20, 0.0), 1.0) for p, at in zip(tracks, pressed, strict=True)]
+        scale = float(round_rig.patch.a * round_rig.patch.b) / round_rig.normal_load * rig.normal_load / (a * b)
+        stiffness = nominal * linear[0] / linear[1] * scale
+        xi = stiffness * creepage / mu
+        curves = np.array([
+            [force(p, at, at.pressure, float(x) / k) for x in xi]
+            for p, at, k in zip(tracks, pressed, linear, strict=True)
+        ])  # fmt: skip
+        results.append(mu * (exact.saturation(xi, a / b, rig.poisson_ratio) + curves[0] - curves[1]))
+    return np.asarray(2.0 * results[1] - results[0])
+
+
 SECTIONS = {
     "drawn: unlike discs": unlike_discs,
+    "drawn: worn tracks": worn_tracks,
     "drawn: flash temperatures": flash_temperatures,
     "drawn: tilted cylinders": tilted_cylinders,
     "drawn: loads up and down": loads_up_and_down,

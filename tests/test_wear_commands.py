@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
-from definitions import TRACTION, changed, outcome, shipped, write
+from definitions import TRACTION, VALID, changed, outcome, shipped, write
 
-from twindisc_cli.commands import fit_k, simulate_wear
+from twindisc_cli.commands import contact, fit_k, simulate_wear
 from twindisc_cli.definition import Test, load
 from twindisc_cli.errors import DefinitionError, MeasurementError
 from twindisc_cli.identify.wear_history import wear_history
@@ -74,7 +75,7 @@ def test_a_pause_has_no_friction(tmp_path):
     """The identified mu of the steps beside it (0.5 of 2 %), none in the pause."""
     steps = "steps = [{ creepage_percent = 2.0 }, { pause_s = 60.0 }, { creepage_percent = 2.0 }]"
     (tmp_path / "t.csv").write_text("step,creepage [%],traction ratio [1]\n1,2.0,0.5\n3,2.0,0.5\n")
-    more = f"wear_coefficient = 1e-4\n[history]\nrevolutions_per_iteration = 4200\n{steps}\n"
+    more = f"wear_coefficient = 6e-4\n[history]\nrevolutions_per_iteration = 4200\n{steps}\n"
     (tmp_path / "t.toml").write_text(f'{DISCS}{more}[measured]\ntraction = "t.csv"\n')
     found = simulate_wear.run(load(tmp_path / "t.toml"))
     assert [i["mu"] for i in found.json["iterations"]] == [pytest.approx(0.5), None, pytest.approx(0.5)]
@@ -250,3 +251,21 @@ def test_a_profile_in_which_nothing_is_worn_gives_no_k(ambient, lift):
     for command in (fit_k, simulate_wear):
         with pytest.raises(MeasurementError, match="nothing is worn off in the last measured profile"):
             command.run(replace(ambient, experiment=test))
+
+
+def test_the_written_profile_has_the_same_peak_pressure_in_contact(tmp_path: Path) -> None:
+    """Of a track 1.5 times as wide as the new patch; a wider one is said not to resolve its shoulders."""
+    text = VALID.replace("[model]\n", '[model]\ncontact = "half_space"\nwear_coefficient = 6e-4\n')
+    worn = load(write(tmp_path, text))
+    result = simulate_wear.run(worn)
+    wide = result.json["width_mm"] / (2e3 * float(worn.experiment.rig.patch.b))
+    assert 1.3 < wide < simulate_wear.RESOLVED
+    assert not any("shoulders" in line for line in result.summary)
+    y = next(axis.values for axis in result.dataset.axes if axis.name == "y")
+    height = next(array.values for array in result.dataset.arrays if array.name == "height")[-1]
+    rows = "".join(f"{1e3 * place:.9g},{1e6 * high:.9g}\n" for place, high in zip(y, height, strict=True))
+    (tmp_path / "written.csv").write_text(f"y [mm],height [um]\n{rows}")
+    read = load(write(tmp_path, f'{text}\n[measured]\nprofile = "written.csv"\n'))
+    assert contact.run(read, step=1).json["exact"]["p0_MPa"] == pytest.approx(result.json["p0_MPa"], rel=0.02)
+    deeper = simulate_wear.run(load(write(tmp_path, text.replace("6e-4", "8e-3"))))
+    assert any("shoulders" in line for line in deeper.summary)
