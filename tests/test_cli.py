@@ -366,7 +366,7 @@ def test_init_writes_a_definition_that_loads(folder: Path) -> None:
     [
         ("crowned", (0.03, np.inf, 0.03, 0.03)),
         ("suros", (0.0235, np.inf, 0.0235, np.inf)),
-        ("mtm", (np.inf, np.inf, 0.009525, 0.009525)),
+        ("MTM", (np.inf, np.inf, 0.009525, 0.009525)),
     ],
 )
 def test_init_writes_each_rig(

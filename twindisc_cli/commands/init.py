@@ -15,6 +15,7 @@ RIGS = ("crowned", "suros", "mtm")
 
 def run(path: Path, *, rig: str, force: bool) -> None:
     """Write the definition of a rig to `path`, which names the test; an existing file is kept unless forced."""
+    rig = rig.casefold()
     if rig not in RIGS:
         raise DefinitionError(f"--rig: {rig} is not known{did_you_mean(rig, RIGS)}; choose {', '.join(RIGS)}")
     if path.is_dir():
