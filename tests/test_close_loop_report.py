@@ -902,7 +902,7 @@ def test_all_numbers_are_in_the_hdf5_file(
     monkeypatch: pytest.MonkeyPatch, test: Test, tmp_path: Path, kind: Any
 ) -> None:
     monkeypatch.setattr(close_loop, "diagnose", lambda tests, **_: kind(test))
-    assert called(str(test.path), "-o", str(tmp_path / "out")) == 0
+    assert called(str(test.path), "-o", str(tmp_path / "out"), "--dpi", "40") == 0
     path = tmp_path / "out" / "small" / "close-loop.h5"
     diagnosis = kind(test)
     with xarray.open_dataset(path, engine="h5netcdf") as data:

@@ -129,7 +129,7 @@ def test_rows_are_told_by_every_command(tmp_path: Path, capsys: pytest.CaptureFi
     path = read(tmp_path, log()).path
     for command in ("identify-mu", "check", "friction-chart"):
         with pytest.raises(SystemExit):
-            main([command, str(path), "--json", "-o", str(tmp_path)])
+            main([command, str(path), "--json", "--no-figure", "-o", str(tmp_path)])
         out, err = capsys.readouterr()
         (row,) = json.loads(out)["rows"]
         assert row["file"] == "log.csv"
