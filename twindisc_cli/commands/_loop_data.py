@@ -117,7 +117,7 @@ def _curve(curve: Curve, prefix: str) -> list[Array]:
         ),
         *(Array(f"{prefix}_{key}", dims, getattr(curve, key), "1", text) for key, text in marks.items()),
         *(
-            Array(f"{prefix}_at_{name}", dims, np.asarray(values), over.si, over.long_name, True)
+            Array(f"{prefix}_at_{over.key}", dims, np.asarray(values), over.si, over.long_name, True)
             for name, values in curve.covariates.items()
             for over in (channel.covariate(name),)
         ),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, Literal
@@ -27,7 +27,7 @@ from twindisc_cli.definition.schema import (
 )
 from twindisc_cli.digests import digest_of
 from twindisc_cli.errors import DefinitionError, Problem, ValidityError
-from twindisc_cli.laws.covariates import COVARIATES, covariate_named
+from twindisc_cli.laws.covariates import covariate_named, covariate_of
 from twindisc_cli.laws.law import Law
 from twindisc_cli.laws.shapes import SHAPES
 from twindisc_cli.loop.channels import further_channels
@@ -59,6 +59,7 @@ def load_text(text: str, path: Path) -> Test:
     further = further_channels()
     read = {key: _sources if key in ("log", "temperature") else _source for key in (*MEASURED_FILES, *further)}
     settings |= {key: how(settings[key]) for key, how in read.items() if key in settings}
+    settings["covariates"] = tuple(settings.get("covariates", ()))
     others = {name: _other(settings.pop(name), channel) for name, channel in further.items() if name in settings}
     sources = measurement.Sources(path.parent, **settings, per_iteration=per_iteration, columns=naming, others=others)
     try:
@@ -75,7 +76,7 @@ def load_text(text: str, path: Path) -> Test:
         options=_options(definition, rig),
         thermal=_thermal(definition.thermal) if definition.thermal else None,
         effects=resolved.get("effects", {}),
-        laws={name: _law(table) for name, table in definition.laws.items()},
+        laws={name: _law(table, recorded.measured.columns) for name, table in definition.laws.items()},
         tolerances=_tolerances(definition.rig, definition.material),
         measured=recorded.measured,
         hold_out_steps=_from_zero(definition.loop.hold_out_steps),
@@ -181,13 +182,13 @@ def _tolerances(rig: RigTable, material: MaterialTable) -> dict[str, float]:
     return {name: max(each) for name, each in shares.items() if each}
 
 
-def _law(table: LawTable) -> Law:
+def _law(table: LawTable, columns: Iterable[str]) -> Law:
     """A declared law; a formula begins at 0 of its covariate where it does not say."""
-    covariate = covariate_named(table.covariate)
-    assert covariate is not None  # the schema knows no other
+    covariate = covariate_named(table.covariate, columns)
+    assert covariate is not None  # a rule of the definition
     parameters = dict(table.parameters or {})
     if table.shape is not None and "origin" in SHAPES[table.shape].along:
-        parameters.setdefault(COVARIATES[covariate].key("origin"), 0.0)
+        parameters.setdefault(covariate_of(covariate).key("origin"), 0.0)
     return Law(
         quantity=table.quantity,
         covariate=covariate,

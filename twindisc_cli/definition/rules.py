@@ -12,9 +12,10 @@ from itertools import pairwise
 from typing import Any
 
 from twindisc_cli.definition.lines import Key
+from twindisc_cli.definition.schema import ColumnsTable
 from twindisc_cli.effects import catalogue
 from twindisc_cli.errors import did_you_mean
-from twindisc_cli.laws.covariates import COVARIATES, LOCAL, covariate_named
+from twindisc_cli.laws.covariates import COVARIATES, LOCAL, covariate_named, covariate_of, identifier
 from twindisc_cli.laws.quantities import QUANTITIES, Quantity
 from twindisc_cli.laws.shapes import SHAPES
 
@@ -174,17 +175,43 @@ def hold_out(raw: Raw) -> Iterator[Finding]:
         yield ("loop", "hold_out_steps"), "all steps are held out; none is left to fit"
 
 
+def _declared_columns(raw: Raw) -> list[str]:
+    """Columns of [measured] covariates; none where they are no list of texts."""
+    columns = _table(raw, "measured").get("covariates")
+    return [column for column in columns if isinstance(column, str)] if isinstance(columns, list) else []
+
+
+def covariates(raw: Raw) -> Iterator[Finding]:
+    """Declared columns stand beside a traction, and have names of their own."""
+    columns, measured = _declared_columns(raw), _table(raw, "measured")
+    key = ("measured", "covariates")
+    if columns and not ("traction" in measured or "log" in measured):
+        yield key, "are columns of a traction or a log, of which there is none"
+    names = [identifier(column) for column in columns]
+    for index, (column, name) in enumerate(zip(columns, names, strict=True)):
+        if name in COVARIATES or name in ColumnsTable.model_fields:
+            yield (*key, index), f"{column} is read anyway; a covariate {name} is known without"
+        elif name in names[:index]:
+            yield (*key, index), f"{column} is named twice"
+
+
 def laws(raw: Raw) -> Iterator[Finding]:
     """A law is a formula with its parameters or a curve, over a covariate that its quantity can depend on."""
+    columns = _declared_columns(raw)
     for name in _table(raw, "laws"):
         law = _table(_table(raw, "laws"), name)
-        of, over = QUANTITIES.get(str(law.get("quantity"))), covariate_named(str(law.get("covariate")))
+        of, given = QUANTITIES.get(str(law.get("quantity"))), str(law.get("covariate"))
+        over = covariate_named(given, columns)
+        if over is None and "covariate" in law:
+            known = [*COVARIATES, *columns]
+            what = f"must be {', '.join(known)}{did_you_mean(given, known)}"
+            yield ("laws", name, "covariate"), f"{what}; further columns are declared in [measured] covariates"
         if of is None or over is None:
             continue
         across = of.covariates == ("y_over_edge",)
         if across != (over == "y_over_edge") or (over in LOCAL and law["quantity"] != "wear"):
             apart = ("y_over_edge",) if law["quantity"] == "wear" else ("y_over_edge", *LOCAL)
-            known = of.covariates if across else [c for c in COVARIATES if c not in apart]
+            known = [c for c in (*COVARIATES, *columns) if (c in of.covariates if across else c not in apart)]
             yield ("laws", name, "covariate"), f"{law['quantity']} can depend on {', '.join(known)}"
         kinds = [key for key in ("shape", "at") if key in law]
         if len(kinds) != 1:
@@ -215,7 +242,7 @@ def _formula(law: Raw, of: Quantity, over: str, key: Key) -> Iterator[Finding]:
     shape = SHAPES.get(str(law.get("shape")))
     if shape is None:
         return
-    given, along = _table(law, "parameters"), {COVARIATES[over].key(name): name for name in shape.along}
+    given, along = _table(law, "parameters"), {covariate_of(over).key(name): name for name in shape.along}
     needed = {of.size_key, *along, *shape.pure}
     optional = {key_ for key_, name in along.items() if name == "origin"}
     unknown, missing = sorted(set(given) - needed), sorted(needed - optional - set(given))
@@ -249,7 +276,7 @@ def _curve(law: Raw, of: Quantity, key: Key) -> Iterator[Finding]:
         yield (*key, "parameters"), "only a formula has parameters; remove them or give shape"
 
 
-RULES = (speed, curvature, heat, measured, steps, separate, hold_out, laws)
+RULES = (speed, curvature, heat, measured, steps, separate, hold_out, covariates, laws)
 
 
 def broken(raw: Raw) -> list[Finding]:

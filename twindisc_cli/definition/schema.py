@@ -399,6 +399,9 @@ class MeasuredTable(Table):
     balance_mg: Positive | None = Field(
         default=None, description="standard deviation of one weighing, where the table of masses states none"
     )
+    covariates: list[Annotated[str, Field(pattern=r"^[^\[\]]+(\[[^\[\]]+\])?$")]] | None = Field(
+        default=None, description="further columns of the traction or log, `name [unit]`, that laws may run over"
+    )
     columns: ColumnsTable | None = None
     provenance: Literal["measured", "digitised", "reconstructed", "synthetic"] = "measured"
 
@@ -426,9 +429,6 @@ def _one_of(names: Iterable[str]) -> tuple[AfterValidator, WithJsonSchema]:
 
 
 QuantityName = Annotated[str, *_one_of(QUANTITIES)]
-CovariateName = Annotated[
-    str, *_one_of(name for bare, covariate in COVARIATES.items() for name in (bare, covariate.key(bare)))
-]
 ShapeName = Annotated[str, *_one_of(SHAPES)]
 
 
@@ -436,7 +436,10 @@ class LawTable(Table):
     """A law learnt from data: a quantity of the model, changed by a formula or a curve over a covariate."""
 
     quantity: QuantityName = Field(description="what is changed")
-    covariate: CovariateName = Field(description="what the change depends on, with its unit or without")
+    covariate: str = Field(
+        description=f"what the change depends on, with its unit or without: {', '.join(COVARIATES)}, "
+        "or a column of [measured] covariates"
+    )
     shape: ShapeName | None = Field(default=None, description="a formula; or give at with factor or shift")
     parameters: dict[str, float] | None = Field(
         default=None, description="of the formula, along the covariate with its unit"

@@ -6,7 +6,7 @@ order of time. A parameter reaches an effect as an array of shape (set, 1). What
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -85,8 +85,9 @@ class State:
     Given: time [s] at the end of each point, duration [s], cycles (revolutions so far), time_in_step [s] since the
     creepage last changed, greatest_creepage of the history so far [1], order, the number of the step from 1,
     direction of the last change of the creepage (1 up, -1 down, 0 before any), begins, 1 where a test begins and
-    otherwise 0 (steps may be tests of their own), all (point,); rolling_radius [m] of disc 2; nominal_load [N] of
-    the rig, recorded_load [N] by which the traction is divided; initial_temperature [K] of disc and sensor.
+    otherwise 0 (steps may be tests of their own), declared columns of the file by name, all (point,); rolling_radius
+    [m] of disc 2; nominal_load [N] of the rig, recorded_load [N] by which the traction is divided;
+    initial_temperature [K] of disc and sensor.
 
     operation  creepage, lateral_creepage [1], spin [1/m], normal_load [N], rolling_speed [m/s]
     friction   mu, the local coefficient of friction [1]
@@ -147,6 +148,7 @@ class State:
     convection: Floats = field(default_factory=_not_yet)
     shaft_conductance: Floats = field(default_factory=_zero)
     shaft_capacity: Floats = field(default_factory=_one)
+    columns: Mapping[str, Floats] = field(default_factory=dict)
     traction_ratio: Floats = field(default_factory=_not_yet)
     disc_temperature: Floats = field(default_factory=_not_yet)
     place: Floats = field(default_factory=_not_yet)

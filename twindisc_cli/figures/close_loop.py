@@ -293,7 +293,7 @@ def _law(axes: Axes, result: FoundLaw, diagnosis: Diagnosis) -> None:
                   color=GREY, alpha=0.6, transform=axes.get_xaxis_transform(), label="data")  # fmt: skip
     low, high = axes.get_ylim()
     axes.set_ylim(low - 0.08 * (high - low), high + 0.12 * (high - low))
-    across = f"{law.over.label} {law.over.symbol} [{unit(law.over.unit) or '1'}]"
+    across = f"{law.over.title} [{unit(law.over.unit) or '1'}]"
     what = f"{'factor on' if one else 'shift of'} {law.of.label} [{unit(law.of.unit) or '1'}]"
     name_axes(axes, across, fill(what, 28), fill(f"learnt: {result.formula} ({sentences.sureness(result)})", TITLE))
     legend(axes, 3)

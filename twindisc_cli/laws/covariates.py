@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 from twindisc_cli.effects._state import Floats, State
-from twindisc_cli.quantities import QUANTITIES, Quantity
+from twindisc_cli.quantities import QUANTITIES, UNITS, Quantity
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,11 @@ class Covariate:
         """Its symbol in formulas."""
         return self.quantity.symbol
 
+    @property
+    def title(self) -> str:
+        """Label and symbol, as axes have them; a declared column has no symbol of its own."""
+        return self.label if self.symbol == self.label else f"{self.label} {self.symbol}"
+
     def key(self, name: str) -> str:
         """The key of a parameter measured along this covariate."""
         suffix = self.quantity.shown.suffix
@@ -52,6 +59,22 @@ class Covariate:
         unit = self.quantity.shown
         factor = "" if unit.per_si == 1.0 else f"{unit.per_si!r} * "
         return f"{factor}s.{self.attribute}" + (f" - {unit.offset * unit.per_si!r}" if unit.offset else "")
+
+
+class Column(Covariate):
+    """A column of the user's file, declared as `name [unit]`; attribute: what is declared. NaN in tests without it."""
+
+    def of(self, state: State) -> Floats:
+        """Its values at the operating points (point,), in its unit."""
+        return self.quantity.shown.of_si(state.columns.get(self.attribute, np.full(state.duration.shape, np.nan)))
+
+    @property
+    def expression(self) -> str:
+        """The same as text, of a state `s`."""
+        unit = self.quantity.shown
+        return (
+            f"{unit.per_si!r} * np.asarray(s.columns.get({self.attribute!r}, np.nan)) - {unit.offset * unit.per_si!r}"
+        )
 
 
 _OTHER = {
@@ -93,6 +116,29 @@ TWINS: Mapping[str, str] = {"sliding_speed": "creepage", "cycles": "time"}
 """At one rolling speed the first is proportional to the second."""
 
 
-def covariate_named(name: str) -> str | None:
-    """The covariate that a definition names, with its unit or without; None where there is none."""
-    return next((bare for bare, covariate in COVARIATES.items() if name in (bare, covariate.key(bare))), None)
+@cache
+def covariate_of(name: str) -> Covariate:
+    """The covariate of a name; a declared column where it is none of COVARIATES."""
+    return COVARIATES[name] if name in COVARIATES else _column(name)
+
+
+def _column(declared: str) -> Column:
+    """A column that is declared as `name [unit]`, or as a name where it has no unit."""
+    label, _, unit = (part.strip(" ]") for part in declared.partition("["))
+    units = {of.solidus: name for name, of in UNITS.items()}
+    return Column(Quantity(identifier(declared), label, label, units.get(unit, unit) or "1"), declared)
+
+
+def identifier(covariate: str) -> str:
+    """A covariate as a part of names: `oil_temperature` for `oil temperature [degC]`."""
+    return re.sub(r"\W+", "_", covariate.partition("[")[0].strip().casefold())
+
+
+def covariate_named(name: str, columns: Iterable[str] = ()) -> str | None:
+    """The covariate that a definition names, with its unit or without; None where there is none.
+
+    columns: what the definition declares.
+    """
+    keys = {bare: {bare, of.key(bare)} for bare, of in COVARIATES.items()}
+    keys |= {column: {column, covariate_of(column).label, identifier(column)} for column in columns}
+    return next((bare for bare, names in keys.items() if name in names), None)

@@ -10,7 +10,7 @@ import numpy as np
 
 from twindisc_cli.effects._effect import Stage
 from twindisc_cli.effects._state import Floats, State
-from twindisc_cli.laws.covariates import COVARIATES, LOCAL, Covariate
+from twindisc_cli.laws.covariates import LOCAL, Column, Covariate, covariate_of, identifier
 from twindisc_cli.laws.quantities import QUANTITIES, Quantity
 from twindisc_cli.laws.shapes import SHAPES
 
@@ -41,7 +41,7 @@ class Law:
     @property
     def name(self) -> str:
         """What the law is called where it has no name of its own."""
-        return f"{self.quantity}_over_{self.covariate}"
+        return law_key(self.quantity, self.covariate)
 
     @property
     def stage(self) -> Stage:
@@ -56,7 +56,7 @@ class Law:
     @property
     def over(self) -> Covariate:
         """The covariate."""
-        return COVARIATES[self.covariate]
+        return covariate_of(self.covariate)
 
     @property
     def local(self) -> bool:
@@ -75,18 +75,24 @@ class Law:
         return acted(self.quantity, self.covariate, self.change, state)
 
 
+def law_key(quantity: str, covariate: str) -> str:
+    """What a law is called in definitions: `mu_over_time`."""
+    return f"{quantity}_over_{identifier(covariate)}"
+
+
 def acted(quantity: str, covariate: str, change: Change, state: State) -> State:
     """A state with one quantity changed by change(x); where the covariate is not known, nothing changes."""
-    if COVARIATES[covariate] is COVARIATES["y_over_edge"] and state.surface is None:
+    if covariate == "y_over_edge" and state.surface is None:
         return state
-    x = COVARIATES[covariate].of(state)
-    result = np.where(np.isfinite(x) & (np.abs(x) <= COVARIATES[covariate].reach), change(np.nan_to_num(x)), 0.0)
+    over = covariate_of(covariate)
+    x = over.of(state)
+    result = np.where(np.isfinite(x) & (np.abs(x) <= over.reach), change(np.nan_to_num(x)), 0.0)
     return QUANTITIES[quantity].apply(state, result * QUANTITIES[quantity].scale)
 
 
 def formula_value(quantity: str, covariate: str, shape: str, x: Floats, parameters: Mapping[str, Any]) -> Floats:
     """The change by a formula whose parameters, numbers or arrays that broadcast with x, have the definition's keys."""
-    over, form = COVARIATES[covariate], SHAPES[shape]
+    over, form = covariate_of(covariate), SHAPES[shape]
     own = {name: parameters[over.key(name)] for name in form.along} | {name: parameters[name] for name in form.pure}
     return np.asarray(parameters[QUANTITIES[quantity].size_key] * form.value(x, **own))
 
@@ -117,6 +123,8 @@ def warnings(laws: Mapping[str, Law], state: State, test: str) -> list[str]:
                 f"{test}: {name} cannot be carried over with certainty to another history than the one it was learnt "
                 f"on: there {law.over.label} could not be separated from what changed with it"
             )
+        if isinstance(law.over, Column) and law.covariate not in state.columns:
+            results.append(f"{test}: {name} changes nothing, for no column {law.covariate} was recorded in this test")
         outside = _outside(law, state)
         if outside > 0.0:
             low, high = law.valid or (np.nan, np.nan)

@@ -17,7 +17,7 @@ import numpy as np
 
 from twindisc_cli.effects._effect import Effect, Param, seen
 from twindisc_cli.effects._state import Floats, State
-from twindisc_cli.laws.covariates import COVARIATES
+from twindisc_cli.laws.covariates import covariate_of
 from twindisc_cli.laws.law import Law, acted, formula_value
 from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.laws.shapes import SHAPES
@@ -73,7 +73,7 @@ def formula(
 
     most: bound of the size of a shift; a factor may not fall below a twentieth.
     """
-    over, form, of = COVARIATES[covariate], SHAPES[shape], QUANTITIES[quantity]
+    over, form, of = covariate_of(covariate), SHAPES[shape], QUANTITIES[quantity]
     fixed = {over.key(name): start[over.key(name)] for name in form.fixed}
     lower, upper = (-0.95, 20.0) if of.kind == "factor" else (-most, most)
     first = start[of.size_key]

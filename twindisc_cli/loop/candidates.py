@@ -9,6 +9,7 @@ import numpy as np
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Effect
+from twindisc_cli.laws.law import law_key
 from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.laws.trial import Trial, formula
 from twindisc_cli.loop.channels.mass import weighed_stops
@@ -93,7 +94,7 @@ def flash_law(fitted: Fit, quantity: str) -> Proposal | None:
         return None
     start = {QUANTITIES[quantity].size_key: typical_change(fitted, quantity), "begin_K": span[0], "end_K": span[1]}
     trial = formula(quantity, "flash_temperature", "linear", start, span, 1.0)
-    name = f"{quantity}_over_flash_temperature"
+    name = law_key(quantity, "flash_temperature")
     inner = np.array([p.inner(p.start) for p in parameters_of(name, trial)])
     return Proposal(name, trial, [inner], 0.0, float(np.log(SEARCH.curve_families)))
 

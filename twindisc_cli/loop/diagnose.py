@@ -237,7 +237,9 @@ def _with_range(outcome: Outcome, law: Law, rivals: Sequence[Alternative]) -> La
     laws = [rival.term for rival in rivals if isinstance(rival.term, LawTerm)]
     mixed = any(term.quantity == law.quantity and term.covariate != law.covariate for term in laws)
     same = mixed or law.covariate in ("time", "cycles")
-    return replace(law, valid=(float(every.min()), float(every.max())), transfer="same_history" if same else "inside")
+    return replace(
+        law, valid=(float(np.nanmin(every)), float(np.nanmax(every))), transfer="same_history" if same else "inside"
+    )
 
 
 def _band(fitted: Fit, name: str, trial: Trial, law: Law) -> LawCurve:

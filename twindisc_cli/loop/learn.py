@@ -19,8 +19,9 @@ from functools import cached_property
 import numpy as np
 from scipy.special import logsumexp
 
-from twindisc_cli.laws.covariates import COVARIATES
-from twindisc_cli.laws.quantities import MULTIPLIED, QUANTITIES
+from twindisc_cli.laws.covariates import Column, covariate_of
+from twindisc_cli.laws.law import law_key
+from twindisc_cli.laws.quantities import MULTIPLIED, QUANTITIES, Quantity
 from twindisc_cli.laws.trial import Trial, bins, curve, formula
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.problem import Case, Problem
@@ -62,7 +63,7 @@ class Pair:
     @property
     def name(self) -> str:
         """What a law of this pair is called."""
-        return f"{self.quantity}_over_{self.covariate}"
+        return law_key(self.quantity, self.covariate)
 
     @property
     def span(self) -> tuple[float, float]:
@@ -148,7 +149,7 @@ class Pair:
 
     def _keyed(self, start: Mapping[str, float]) -> dict[str, float]:
         pure = ("exponent", "phase")
-        return {name if name in pure else COVARIATES[self.covariate].key(name): v for name, v in start.items()}
+        return {name if name in pure else covariate_of(self.covariate).key(name): v for name, v in start.items()}
 
     def _curve(self, length: float, level: float) -> Trial:
         """A smooth curve through the places, as its prior lets expect it between knots at some of them.
@@ -273,12 +274,20 @@ def responses(fitted: Fit) -> list[Response]:
         level = 0.01 if of.kind == "factor" else 0.03 * typical
         if level == 0.0:
             continue  # a channel that does not change has no size that a shift could have
-        for covariate in _distinct(predictions, of.covariates):
+        for covariate in _distinct(predictions, (*of.covariates, *_columns(fitted.problem, of))):
             edges = _edges(fitted, predictions, covariate)
             if edges is not None:
                 rows = _bin_rows(problem, fitted.theta, quantity, covariate, edges, level)
                 results.append(Response(quantity, covariate, edges, np.nan_to_num((rows - plain) / level).T, typical))
     return results
+
+
+def _columns(problem: Problem, of: Quantity) -> list[str]:
+    """Declared columns that a quantity may change over: those of every test."""
+    if of.covariates == ("y_over_edge",):
+        return []
+    first, *others = [case.test.measured.columns for case in problem.cases]
+    return [name for name in first if all(name in columns for columns in others)]
 
 
 def _bin_rows(problem: Problem, theta: Floats, quantity: str, covariate: str, edges: Floats, level: float) -> Floats:
@@ -327,21 +336,22 @@ def _distinct(predictions: list[Prediction], covariates: Sequence[str]) -> list[
 
 def _along(predictions: list[Prediction], covariate: str) -> Floats:
     """A covariate at all operating points of all tests that last (point,)."""
-    of = COVARIATES[covariate].of
+    of = covariate_of(covariate).of
     values = [np.broadcast_to(of(p.state), (1, len(p.state.time)))[0][p.state.duration > 0.0] for p in predictions]
     return np.concatenate(values)
 
 
 def _edges(fitted: Fit, predictions: list[Prediction], covariate: str) -> Floats | None:
     """Bins of a covariate over all tests (bin + 1,); None where it does not vary or is not known."""
-    over = COVARIATES[covariate]
+    over = covariate_of(covariate)
     if covariate == "y_over_edge":
         return np.linspace(-over.reach, over.reach, ACROSS_BINS + 1) if "profile" in fitted.problem.channels else None
     if covariate == "order" and not any(case.test.history.separate for case in fitted.problem.cases):
         return None  # time says as much
     if covariate == "pressure" and len(np.unique(_along(predictions, "load"))) == 1:
         return None  # it changes with the worn section alone, as the energy does
-    if covariate not in UNTIMED and not any(is_timed(case) for case in fitted.problem.cases):
+    untimed = covariate in UNTIMED or isinstance(over, Column)
+    if not untimed and not any(is_timed(case) for case in fitted.problem.cases):
         return None
     values = _along(predictions, covariate)
     if not np.isfinite(values).all() or np.ptp(values) <= 1e-9 * max(np.abs(values).max(), 1e-300):

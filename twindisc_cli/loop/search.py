@@ -17,6 +17,7 @@ from functools import cached_property
 import numpy as np
 
 from twindisc_cli.effects._effect import Effect
+from twindisc_cli.laws.law import law_key
 from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.candidates import Proposal, effects, flash_law, proposals, warmed
 from twindisc_cli.loop.channels import channels
@@ -212,7 +213,7 @@ def _flashes(explanation: Explanation, explanations: Sequence[Explanation]) -> l
         for e in explanations
         if (best - e.evidence) / e.temperature < SEARCH.equivalent
         and (quantity := warmed(e.effect(e.terms[-1]))) is not None
-        and f"{quantity}_over_flash_temperature" not in e.terms
+        and law_key(quantity, "flash_temperature") not in e.terms
     }
     proposed = [flash_law(explanation.fit, quantity) for quantity in sorted(quantities)]
     return [_with(explanation, proposal) for proposal in proposed if proposal is not None]

@@ -23,7 +23,7 @@ from twindisc_cli.loop.generic import levels
 from twindisc_cli.loop.noise import Noise
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import ACCEPTANCE
-from twindisc_cli.model.experiment import Floats, History, Ints
+from twindisc_cli.model.experiment import Experiment, Floats, Ints
 
 FEWEST_STEPS = 3  # two steps have no scatter beyond a difference
 
@@ -56,7 +56,7 @@ def step_scatter(fitted: Fit) -> list[StepScatter]:
         if p_value < ACCEPTANCE.unexplained_alone:
             prediction = problem.predict(fitted.theta[None])[number]
             miss = case.values(channel) - channels()[channel].predicted(case.model, prediction)[0]
-            varied, size = _varied(case.test.history, step, miss), float(np.sqrt(squared / count))
+            varied, size = _varied(case.test, step, miss), float(np.sqrt(squared / count))
             result.append(StepScatter(case.test.name, channel, len(np.unique(step)), size, p_value, varied))
     return result
 
@@ -83,9 +83,9 @@ def _places(fitted: Fit) -> list[slice]:
     return places
 
 
-def _varied(history: History, step: Ints, miss: Floats) -> dict[str, float]:
+def _varied(test: Experiment, step: Ints, miss: Floats) -> dict[str, float]:
     """Squared rank correlation of the steps' mean residuals with what was recorded of them, largest first."""
-    distinct = np.unique(step)
+    distinct, history = np.unique(step), test.history
     mean = np.array([miss[step == number].mean() for number in distinct])
     first = np.array([np.flatnonzero(history.step == number)[0] for number in distinct])
     recorded = {
@@ -95,7 +95,12 @@ def _varied(history: History, step: Ints, miss: Floats) -> dict[str, float]:
         "yaw": history.yaw,
         "order": np.arange(len(history.step), dtype=float),
     }
-    varied = {name: column[first] for name, column in recorded.items() if np.ptp(column[first]) > 0.0}
+    of_steps = {name: column[first] for name, column in recorded.items()} | {
+        name: np.array([np.mean(column.values[column.step == number]) for number in distinct])
+        for name, column in test.measured.columns.items()
+        if np.isin(distinct, column.step).all()
+    }
+    varied = {name: column for name, column in of_steps.items() if np.ptp(column) > 0.0}
     shares = {name: _rank_correlation(column, mean) ** 2 for name, column in varied.items()}
     return dict(sorted(shares.items(), key=lambda pair: -pair[1]))
 

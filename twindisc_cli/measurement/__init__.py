@@ -32,6 +32,7 @@ from twindisc_cli.model.experiment import (
     History,
     Measured,
     Provenance,
+    RecordedColumn,
     Rig,
     TemperatureSamples,
     TorqueZero,
@@ -75,7 +76,7 @@ class Sources:
     torque_disc: the disc whose torque the rig log holds; torque_zero: how its zero is known; profile_place: whether
     profiles stay where they are; balance_mg: standard error of a weighing, NaN where it is not stated; per_iteration:
     revolutions of an iteration of a history that is found, NaN likewise. columns: what is said of columns in the files.
-    others: files of further channels, by the channel.
+    others: files of further channels, by the channel. covariates: declared columns of the traction or the logs.
     """
 
     folder: Path
@@ -91,6 +92,7 @@ class Sources:
     per_iteration: float = math.nan
     columns: Naming = field(default_factory=dict)
     others: Mapping[str, Other] = field(default_factory=dict)
+    covariates: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -146,6 +148,7 @@ class _Traction:
     zero: TorqueZero | None = None
     begin: float | None = None
     shifts: Sequence[float] = ()
+    columns: Mapping[str, RecordedColumn] = field(default_factory=dict)
 
 
 def read(sources: Sources, *, rig: Rig, history: History | None, provenance: Provenance) -> Recorded:
@@ -182,7 +185,7 @@ def read(sources: Sources, *, rig: Rig, history: History | None, provenance: Pro
         raise MeasurementError(reading.problems)
     measured = Measured(
         traction.samples, profile, temperature, mass, provenance, torque_zero=traction.zero, profile_place=place,
-        start=start, others=others,
+        start=start, others=others, columns=traction.columns,
     )  # fmt: skip
     return Recorded(measured, history, reading.hashes, tuple(reading.rows))
 
@@ -192,18 +195,23 @@ def _traction(reading: _Reading, history: History | None) -> _Traction:
     sources, rig = reading.sources, reading.rig
     if sources.log:
         disc, naming = sources.torque_disc, sources.columns
-        logs = [read_log(*reading.content(log), rig=rig, torque_disc=disc, naming=naming) for log in sources.log]
+        logs = [
+            read_log(*reading.content(log), rig=rig, torque_disc=disc, naming=naming, covariates=sources.covariates)
+            for log in sources.log
+        ]
         recorded, shifts = joined(logs)
         log = log_samples(recorded, rig=rig, history=history, torque_zero=sources.torque_zero)
         reading.counted(log.rows, *sources.log)
         same = [source.file for source in sources.temperature] == [source.file for source in sources.log]
         begin = log.begin if history is None or same else None
-        return _Traction(log.samples, log.history, log.zero, begin, shifts if same else ())
+        return _Traction(log.samples, log.history, log.zero, begin, shifts if same else (), log.columns)
     if sources.traction:
         data = reading.content(sources.traction)
-        samples, history, count = read_traction(*data, rig=rig, history=history, naming=sources.columns)
+        samples, columns, history, count = read_traction(
+            *data, rig=rig, history=history, naming=sources.columns, covariates=sources.covariates
+        )
         reading.counted(count, sources.traction)
-        return _Traction(samples, history)
+        return _Traction(samples, history, columns=columns)
     return _Traction(history=history)
 
 

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from twindisc_cli.measurement.content import Content
 from twindisc_cli.measurement.found_steps import Seen, begun_at_zero, find_steps, steps_of_curve, told
-from twindisc_cli.measurement.header import Column, Naming
+from twindisc_cli.measurement.header import Column, Naming, declared
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
 from twindisc_cli.measurement.table import Table, read_table
 from twindisc_cli.measurement.units import COUNT, PERCENTAGE, RATIO, TEMPERATURE, TIME
-from twindisc_cli.model.experiment import History, Rig, TemperatureSamples, TractionSamples
+from twindisc_cli.model.experiment import History, RecordedColumn, Rig, TemperatureSamples, TractionSamples
+from twindisc_cli.model.points import sample_times
 
 CREEPAGE_TOLERANCE = (0.25, 2e-4)
 """How far a creepage may lie from its step's: relative, of a step without creepage to the smallest; plus absolute."""
@@ -25,15 +27,17 @@ FEWEST = {"traction": 2, "temperature": 3}
 
 
 def read_traction(
-    data: bytes | Content, file: str, *, rig: Rig, history: History | None, naming: Naming | None = None
-) -> tuple[TractionSamples, History, RowCount]:
-    """T/N against creepage, one row a sample or one a step; history None: it is found."""
+    data: bytes | Content, file: str, *, rig: Rig, history: History | None, naming: Naming | None = None,
+    covariates: Sequence[str] = (),
+) -> tuple[TractionSamples, Mapping[str, RecordedColumn], History, RowCount]:  # fmt: skip
+    """T/N against creepage, one row a sample or one a step, and declared columns; history None: it is found."""
     wanted = (
         Column("creepage", PERCENTAGE, also=SLIP),
         Column("traction ratio", RATIO, also=RATIOS),
         Column("time", TIME, required=False),
         Column("step", COUNT, required=False),
         Column("uncertainty", RATIO, required=False),
+        *map(declared, covariates),
     )
     table = read_table(data, file, wanted, naming)
     columns = table.columns
@@ -59,7 +63,9 @@ def read_traction(
         ratio=columns["traction ratio"],
         uncertainty=columns.get("uncertainty", unknown),
     )
-    return samples, history, table.count()
+    time = sample_times(history, samples)
+    others = {name: RecordedColumn(time, step, columns[declared(name).name]) for name in covariates}
+    return samples, others, history, table.count()
 
 
 def _found_history(table: Table, rig: Rig) -> History:

@@ -10,7 +10,8 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from twindisc_cli.measurement.units import COUNT, TIME, Quantity
+from twindisc_cli.laws.covariates import covariate_of
+from twindisc_cli.measurement.units import COUNT, TIME, Quantity, kind_of
 
 _FORMS = tuple(
     re.compile(form) for form in (r"^(.*?)\s*\[([^\]]*)\]$", r"^(.*?)\s*\(([^)]*)\)$", r"^(.*?)\s*/\s*([^/\s].*)$")
@@ -38,6 +39,12 @@ class Column:
         """The header cell to write."""
         unit = next(iter(self.quantity.units))
         return self.name if self.quantity is COUNT else f"{self.name} [{unit}]"
+
+
+def declared(name: str) -> Column:
+    """The column of a covariate that is declared as `name [unit]`; that unit holds where the file says none."""
+    quantity = covariate_of(name).quantity
+    return Column(quantity.label, replace(kind_of(quantity.unit), default=quantity.shown.solidus))
 
 
 @dataclass(frozen=True)

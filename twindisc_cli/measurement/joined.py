@@ -34,6 +34,7 @@ def joined(logs: Sequence[Log]) -> tuple[Log, Sequence[float]]:
     time = np.concatenate([log.time + shift for log, shift in zip(logs, shifts, strict=True)])
     names = [f.name for f in fields(Log) if isinstance(getattr(first, f.name), np.ndarray) and f.name != "time"]
     each: dict[str, Any] = {name: np.concatenate([getattr(log, name) for log in logs]) for name in names}
+    others = {name: np.concatenate([log.others[name] for log in logs]) for name in first.others}
     table = first.table
     table.lines = np.concatenate([log.table.lines for log in logs])
     for log in logs[1:]:
@@ -41,7 +42,7 @@ def joined(logs: Sequence[Log]) -> tuple[Log, Sequence[float]]:
             k: table.left_out.get(k, 0) + log.table.left_out.get(k, 0) for k in {**table.left_out, **log.table.left_out}
         }
         table.notes += [note for note in log.table.notes if note not in table.notes]
-    return replace(first, time=time, **each), shifts
+    return replace(first, time=time, others=others, **each), shifts
 
 
 def _shifts(logs: Sequence[Log]) -> list[float]:

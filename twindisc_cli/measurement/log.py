@@ -9,15 +9,15 @@ T/N itself may be recorded, too. A load that is not recorded is the definition's
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.measurement.channels import RATIOS, SLIP
 from twindisc_cli.measurement.content import Content
-from twindisc_cli.measurement.header import Column, Naming
+from twindisc_cli.measurement.header import Column, Naming, declared
 from twindisc_cli.measurement.sheet import Bools, Floats, Ints
 from twindisc_cli.measurement.table import Table, read_table
 from twindisc_cli.measurement.units import COUNT, FORCE, PERCENTAGE, RATIO, SPEED, TIME, TORQUE, rim_speed
@@ -56,6 +56,7 @@ class Log:
 
     speed is NaN and load the definition's where they were not recorded. kind: "torque" [N m], "traction force" [N] or
     "traction ratio" [1]; arm [m] of a torque. label: the step that the file names, None where it names none.
+    others: declared columns, by how they are declared.
     """
 
     table: Table
@@ -68,6 +69,7 @@ class Log:
     signal: Floats
     label: Ints | None
     has_load: bool
+    others: Mapping[str, Floats] = field(default_factory=dict)
 
     def per_ratio(self, load: Floats | float) -> Floats:
         """The signal of T/N = 1 at a load [N]."""
@@ -81,10 +83,11 @@ class Log:
 
 
 def read_log(
-    data: bytes | Content, file: str, *, rig: Rig, torque_disc: int | None, naming: Naming | None = None
-) -> Log:
+    data: bytes | Content, file: str, *, rig: Rig, torque_disc: int | None, naming: Naming | None = None,
+    covariates: Sequence[str] = (),
+) -> Log:  # fmt: skip
     """The rows of a log; MeasurementError says which columns or rows are wrong."""
-    first, *others = _ways(rig)
+    first, *others = ((*way, *map(declared, covariates)) for way in _ways(rig))
     table = read_table(data, file, first, naming, gaps=True, instead=others)
     check_time(table)
     table.check()
@@ -109,6 +112,7 @@ def read_log(
         signal=columns[kind],
         label=columns["step"].astype(np.int64) if "step" in columns else table.block,
         has_load=has_load,
+        others={name: columns[declared(name).name] for name in covariates},
     )
     table.columns = {}
     return log

@@ -38,7 +38,7 @@ from twindisc_cli.measurement.sheet import Floats, Ints
 from twindisc_cli.measurement.table import read_table
 from twindisc_cli.measurement.torque_zero import Zero, find_zero, zero_of_both_ways
 from twindisc_cli.measurement.units import TEMPERATURE
-from twindisc_cli.model.experiment import History, Rig, TemperatureSamples, TorqueZero, TractionSamples
+from twindisc_cli.model.experiment import History, RecordedColumn, Rig, TemperatureSamples, TorqueZero, TractionSamples
 
 Bools = NDArray[np.bool_]
 ZeroSetting = Literal["unloaded", "as recorded"] | float | None
@@ -63,6 +63,7 @@ class RigLog:
     begin: float
     zero: TorqueZero | None
     rows: RowCount
+    columns: Mapping[str, RecordedColumn]
 
 
 @dataclass(frozen=True)
@@ -76,6 +77,7 @@ class _Averages:
     ratio: Floats
     label: Ints
     block: Ints
+    others: Mapping[str, Floats]
 
 
 def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: ZeroSetting = None) -> RigLog:
@@ -115,10 +117,11 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
         )
     unknown = np.full(int(kept.sum()), np.nan)
     samples = TractionSamples(time[kept], step[kept], creepage, ratio[kept], uncertainty=unknown)
+    columns = {name: RecordedColumn(time[kept], step[kept], values[kept]) for name, values in mean.others.items()}
     table.left_out |= _counts(reason)
     table.notes += (*_notes(log, zero, result, mean.time, placed.history), *_too_slippery(log, ratio))
     begin = float(mean.time[kept][0] - time[kept][0]) if np.any(kept) else 0.0
-    return RigLog(samples, placed.history, begin, zero, table.count(int(np.sum(reason == 0))))
+    return RigLog(samples, placed.history, begin, zero, table.count(int(np.sum(reason == 0))), columns)
 
 
 @dataclass(frozen=True)
@@ -249,6 +252,7 @@ def _averages(log: Log, driven: Bools, ratio: Floats, length: float) -> _Average
         ratio=_means(ratio[driven], block),
         label=label,
         block=block,
+        others={name: _means(values[driven], block) for name, values in log.others.items()},
     )
 
 

@@ -284,6 +284,15 @@ class TractionSamples:
 
 
 @dataclass(frozen=True)
+class RecordedColumn:
+    """A column of the user's file in its SI unit, on the clock of the history [s], each (row,); step from 0."""
+
+    time: Floats
+    step: Ints
+    values: Floats
+
+
+@dataclass(frozen=True)
 class ProfileSamples:
     """Height change of a worn disc [m] at y [m], negative where material is gone, each (sample,).
 
@@ -364,7 +373,7 @@ class Measured:
     """The measured channels of a test; None where a channel was not measured, or a zero or a place is not known.
 
     start: the new discs, where they were measured; what their profiles became is measured from there.
-    others: samples of further channels by name.
+    others: samples of further channels by name. columns: what laws may run over besides, by how it is declared.
     """
 
     traction: TractionSamples | None = None
@@ -376,6 +385,7 @@ class Measured:
     profile_place: ProfilePlace | None = None
     start: Start | None = None
     others: Mapping[str, Any] = field(default_factory=dict)
+    columns: Mapping[str, RecordedColumn] = field(default_factory=dict)
 
     def with_samples(self, name: str, samples: Any) -> Measured:
         """The same with other samples of a channel."""

@@ -329,6 +329,7 @@ class _Chain:
             greatest_creepage=points.greatest_creepage,
             order=points.order,
             direction=points.direction,
+            columns=points.columns,
             rolling_radius=self.model.radius,
             nominal_load=test.rig.normal_load,
             recorded_load=load,

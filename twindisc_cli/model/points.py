@@ -8,13 +8,14 @@ the history's gets a point of no duration, which neither wears nor warms.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.effects._state import summed
-from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, TractionSamples
+from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, RecordedColumn, TractionSamples
 
 Mask = NDArray[np.bool_]
 
@@ -46,7 +47,7 @@ class Points:
     begins: 1 where a test begins, otherwise 0; own_time: time since then [s]; cycles are counted from there.
     time_in_step: time since the creepage of the history changed [s]; greatest_creepage: the largest of the history so
     far, without its sign [1]; order: number of the step, from 1; direction of the last change of the creepage's size:
-    1 up, -1 down, 0 before any; each (point,).
+    1 up, -1 down, 0 before any; columns of the user's file; each (point,).
     of_traction: the point of every traction sample; of_temperature likewise; of_iteration: the last point of each.
     of_cut: the points at which the history is cut, which are all but those of samples with a creepage of their own.
     traction, temperature: how values at the points are read at the samples.
@@ -63,6 +64,7 @@ class Points:
     greatest_creepage: Floats
     order: Floats
     direction: Floats
+    columns: Mapping[str, Floats]
     of_traction: Ints
     of_temperature: Ints
     of_iteration: Ints
@@ -110,6 +112,7 @@ def operating_points(experiment: Experiment) -> Points:
         greatest_creepage=_greatest(history)[iteration],
         order=np.asarray(history.step[iteration], dtype=float) + 1.0,
         direction=_direction(history)[iteration],
+        columns={name: _at(column, times, history.step[iteration]) for name, column in measured.columns.items()},
         of_traction=traction.of,
         of_temperature=temperature.of,
         of_iteration=of_cut[np.searchsorted(cuts, ends - 1e-9 * ends[-1])],
@@ -117,6 +120,16 @@ def operating_points(experiment: Experiment) -> Points:
         traction=traction,
         temperature=temperature,
     )
+
+
+def _at(column: RecordedColumn, times: Floats, steps: Ints) -> Floats:
+    """A column at the points (point,): on the line between the rows of their step; of all where it has none."""
+    result = np.empty(len(times))
+    for step in np.unique(steps):
+        points, rows = steps == step, column.step == step
+        rows = rows if np.any(rows) else np.ones_like(rows)
+        result[points] = np.interp(times[points], column.time[rows], column.values[rows])
+    return result
 
 
 def _greatest(history: History) -> Floats:

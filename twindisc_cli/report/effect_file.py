@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from textwrap import fill
 
 from twindisc_cli.effects._effect import FIRST_SEEN, Param
+from twindisc_cli.laws.covariates import Column
 from twindisc_cli.laws.law import Law, formula_text
 from twindisc_cli.laws.shapes import SHAPES
 from twindisc_cli.laws.trial import formula
@@ -44,7 +45,7 @@ def effect_file(name: str, law: Law, test: Experiment) -> str:
             *(_param(p) for p in params),
             "    ),",
             "    apply=apply,",
-            f'    over="{law.covariate}",',
+            *([] if isinstance(law.over, Column) else [f'    over="{law.covariate}",']),
             *(f"    needs_{what}=True," for what, needed in needs if needed),
             f'    source="{source}",',
             ")\n",

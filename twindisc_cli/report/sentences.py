@@ -171,7 +171,8 @@ def law_text(result: FoundLaw) -> str:
     own = "" if law.of.kind == "factor" else f" {unit(law.of.unit)}"
     formula = f"({result.formula})" if law.of.kind == "factor" else result.formula
     form = formula if law.shape else f"a curve from {number(low)} to {number(high)}{own}".rstrip()
-    return f"{law.of.label} {act} {form}, with {law.over.symbol} the {law.over.label} {range_of(law)}".rstrip()
+    meaning = "" if law.over.symbol == law.over.label else f", with {law.over.symbol} the {law.over.label}"
+    return f"{law.of.label} {act} {form}{meaning} {range_of(law)}".rstrip()
 
 
 def range_of(law: Law) -> str:

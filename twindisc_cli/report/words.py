@@ -7,10 +7,11 @@ import re
 from collections.abc import Mapping, Sequence
 
 from twindisc_cli.effects import catalogue
+from twindisc_cli.laws.covariates import covariate_of
 from twindisc_cli.laws.quantities import QUANTITIES as CHANGED
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.terms import EffectTerm, Term
-from twindisc_cli.quantities import QUANTITIES, for_reading
+from twindisc_cli.quantities import for_reading
 
 KIND: Mapping[str, str] = {
     "smooth": "a smooth trend",
@@ -40,7 +41,7 @@ def channel_name(channel: str) -> str:
 
 def covariate_name(covariate: str) -> str:
     """What a covariate is called."""
-    return QUANTITIES[covariate].label
+    return covariate_of(covariate).label
 
 
 def term_name(term: Term) -> str:
@@ -59,7 +60,7 @@ def law_name(quantity_: str, covariate: str) -> str:
     label = CHANGED[quantity_].label
     if covariate == "y_over_edge":
         return f"a change of {label.removesuffix(' across the track')} across the track"
-    return f"a change of {label} with {QUANTITIES[covariate].label}"
+    return f"a change of {label} with {covariate_of(covariate).label}"
 
 
 def explanation(effect: str) -> str:

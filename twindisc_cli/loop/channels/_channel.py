@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from twindisc_cli.laws.covariates import covariate_of
 from twindisc_cli.loop.noise import Noise
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints
 from twindisc_cli.model.forward import ForwardModel, Prediction
@@ -135,4 +136,4 @@ class Channel:
 
     def covariate(self, name: str) -> Quantity:
         """What a covariate of its samples is."""
-        return self.over.get(name) or QUANTITIES[name]
+        return self.over.get(name) or QUANTITIES.get(name) or covariate_of(name).quantity

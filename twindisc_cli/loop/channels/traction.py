@@ -103,6 +103,9 @@ def _generic(model: ForwardModel, prediction: Prediction) -> Iterator[Generic]:
     time, creepage = points.time[at], samples.creepage
     yield "creepage", "smooth", smooth(np.log(np.maximum(np.abs(creepage), 1e-7)), SMOOTH)
     yield "creepage", "levels", levels(_level_of(samples.creepage, test.history.step_creepage))
+    for name, values in points.columns.items():
+        if np.ptp(values[at]) > 0.0:
+            yield name, "smooth", smooth(values[at], SMOOTH)
     if np.isnan(samples.time).any() or test.history.separate:
         return
     yield "time", "smooth", smooth(time, SMOOTH)
@@ -135,6 +138,7 @@ def _covariates(model: ForwardModel, prediction: Prediction) -> dict[str, Floats
         "cycles": points.cycles[at],
         "energy": state.energy[0, at],
         "temperature": state.temperature[0, at],
+        **{name: values[at] for name, values in points.columns.items()},
     }
 
 
