@@ -308,3 +308,20 @@ def test_weighings_alone(what: str, tmp_path: Path, capsys: pytest.CaptureFixtur
         code, _, err = command("import", *given, "-o", tmp_path / "mine", capsys=capsys)
     assert code == 0, err
     assert (tmp_path / "mine" / "mass.csv").read_text() == written
+
+
+def test_a_mean_speed_in_rpm_beside_a_slip(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of discs of one radius, whatever it is: 400 rpm; and a column Temp, which is no misspelt step."""
+    rows = [f"{n};2;400;{0.5 * (30 <= n < 270)};{72 * (30 <= n < 270)};77" for n in range(300)]
+    header = "Time [s];Slip [%];Mean speed [rpm];COF [-];Fn [N];Temp [°F]"
+    (tmp_path / "rig.csv").write_text("\n".join([header, *rows]) + "\n")
+    code, _, err = command("import", tmp_path / "rig.csv", "-o", tmp_path / "mine", capsys=capsys)
+    assert code == 0, err
+    path = tmp_path / "mine" / "rig.toml"
+    path.write_text(path.read_text().replace("23.5", "30.0"))
+    test = load(path).experiment
+    assert test.measured.traction is not None and test.measured.temperature is not None
+    assert test.rig.rolling_speed == pytest.approx(400.0 * 2.0 * np.pi / 60.0 * 0.03)
+    assert test.history.speed_factor[test.history.driven] == pytest.approx(1.0)
+    np.testing.assert_allclose(test.measured.traction.ratio, 0.5)
+    np.testing.assert_allclose(test.measured.temperature.temperature, 298.15)

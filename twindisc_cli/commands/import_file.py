@@ -267,7 +267,7 @@ def _rig(draft: _Draft, file: Path, looks: Mapping[Path, Guess], given: Mapping[
         draft.key("rig", "mean_speed_rpm", _rounded(speed / radius * 30.0 / np.pi, 1.0))
     else:
         draft.key("rig", "rolling_speed_m_s", _rounded(speed, 1.0), "" if np.isfinite(speed) else untold)
-    ball = result.kind == "log" and not {"speed 1", "torque"} & set(result.columns)
+    ball = result.kind == "log" and not result.has_turning and not {"speed 1", "torque"} & set(result.columns)
     for name, shape, why in zip(("disc1", "disc2"), *_discs(1e3 * radius, looks, given, is_ball=ball), strict=True):
         draft.key("rig", name, f"{{ {shape} }}", why)
     draft.rest("rig", "normal_load_N", "rolling_speed_m_s", "mean_speed_rpm", "disc1", "disc2")

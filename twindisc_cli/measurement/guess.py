@@ -186,7 +186,8 @@ def _guess(reading: _Reading, part: str, file: str) -> Guess:
     assert kind is not None  # was looked for
     own = {name: reading.columns[name] for name in needed(kind, reading.columns)}
     units = {cell.name: cell.unit for cell in reading.cells}
-    turning = "speed 1" in own and _knows(TURNING, own["speed 1"].unit or units.get(str(own["speed 1"].column)) or "")
+    speeds = (own[name] for name in ("speed 1", "rolling speed") if name in own)
+    turning = any(_knows(TURNING, named.unit or units.get(str(named.column)) or "") for named in speeds)
     others = what_else(reading.cells, (str(named.column) for named in own.values()))
     loads = others.get("normal load", [])
     if kind == "log" and "normal load" not in own and loads:

@@ -121,9 +121,11 @@ def read_log(
 def _ways(rig: Rig) -> list[Sequence[Column]]:
     """The sets of columns that make a log: a traction signal, and two speeds or a creepage."""
     speeds = tuple(Column(f"speed {n}", rim_speed(disc.rolling_radius)) for n, disc in ((1, rig.disc1), (2, rig.disc2)))
+    turning = {disc.rolling_radius for disc in (rig.disc1, rig.disc2) if np.isfinite(disc.rolling_radius)}
+    rolling = rim_speed(turning.pop()) if len(turning) == 1 else SPEED
     slip = (
         Column("creepage", PERCENTAGE, also=SLIP),
-        Column("rolling speed", SPEED, required=False, also=("entrainment speed", "mean speed", "rolling")),
+        Column("rolling speed", rolling, required=False, also=("entrainment speed", "mean speed", "rolling")),
     )
     load = Column("normal load", FORCE, also=("load", "normal force", "fn"))
     optional = Column("normal load", FORCE, required=False, also=load.also)

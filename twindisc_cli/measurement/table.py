@@ -231,7 +231,8 @@ def _check_header(
             table.note(str(error), name, sheet.line, _unit_line(name, place))
     absent = {column.name for column in wanted} - set(places)
     for other in result.others:
-        if guess := nearest(other, absent):
+        guess = nearest(other, absent)
+        if guess and guess[0] == other[0]:  # temp is no step
             table.note(f"unknown column, did you mean {by_name[guess]}?", other, sheet.line)
             absent.discard(guess)
     for column in wanted:
