@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from hashlib import sha256
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from twindisc_cli.digests import program_digest
-from twindisc_cli.quantities import Floats
+
+if TYPE_CHECKING:
+    from twindisc_cli.quantities import Floats
 
 SCHEMA = 3
 """Number of the form of result files."""
@@ -23,6 +23,13 @@ class Source:
 
     definition: str
     inputs: Mapping[str, str]
+
+
+def _unknown() -> tuple[Floats, Floats]:
+    """No iterations; numpy is loaded for them alone, and what is up to date is said without."""
+    import numpy as np
+
+    return np.empty(0), np.empty(0)
 
 
 @dataclass(frozen=True)
@@ -41,7 +48,7 @@ class Origin:
     provenance: str
     options: Mapping[str, Any]
     sources: tuple[Source, ...] = ()
-    turned: tuple[Floats, Floats] = (np.empty(0), np.empty(0))
+    turned: tuple[Floats, Floats] = field(default_factory=_unknown)
 
     def run_key(self, command: str) -> str:
         """sha256 of the program, command, definitions and inputs: the same key, the same result."""
