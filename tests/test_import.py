@@ -325,3 +325,21 @@ def test_a_mean_speed_in_rpm_beside_a_slip(tmp_path: Path, capsys: pytest.Captur
     assert test.history.speed_factor[test.history.driven] == pytest.approx(1.0)
     np.testing.assert_allclose(test.measured.traction.ratio, 0.5)
     np.testing.assert_allclose(test.measured.temperature.temperature, 298.15)
+
+
+def test_a_load_in_kg_is_named_by_the_block(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """kgf is proposed, to be checked; of a torque in V nothing is."""
+    rows = [f"{n};404;396;{1.08 * (30 <= n < 270):.4f};{7.3419 * (30 <= n < 270)}" for n in range(300)]
+    head = "Time [s];Speed 1 [rpm];Speed 2 [rpm];Torque [{}];Load [kg]"
+    (tmp_path / "rig.csv").write_text("\n".join([head.format("V"), *rows]) + "\n")
+    code, _, err = command("import", tmp_path / "rig.csv", "-o", tmp_path / "mine", capsys=capsys)
+    assert code == 3
+    assert "columns.torque" not in err
+    (tmp_path / "rig.csv").write_text("\n".join([head.format("N m"), *rows]) + "\n")
+    code, _, err = command("import", tmp_path / "rig.csv", "-o", tmp_path / "mine", capsys=capsys)
+    assert code == 3
+    (tmp_path / "block.toml").write_text(err[err.index("[measured]") :])
+    given = (tmp_path / "rig.csv", tmp_path / "block.toml")
+    code, _, err = command("import", *given, "-o", tmp_path / "mine", capsys=capsys)
+    assert code == 0, err
+    assert load(tmp_path / "mine" / "rig.toml").experiment.rig.normal_load == pytest.approx(72.0, rel=1e-3)

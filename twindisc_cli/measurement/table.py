@@ -211,11 +211,11 @@ def _below_units(table: Table, sheet: Sheet, places: Mapping[str, Place]) -> tup
 
 
 def _unit_line(name: str, place: Place) -> tuple[str, ...]:
-    """The line that would say the unit of a column without one."""
-    if place.unit or not place.column.quantity.units:
+    """The line that would say the unit of a column without one, or of one in kg that is meant as a force."""
+    units = [unit for unit in place.column.quantity.units if unit.startswith(place.unit or "")]
+    if not units:
         return ()
-    unit = next(iter(place.column.quantity.units))
-    return (f'columns.{name.replace(" ", "_")} = {{ unit = "{unit}" }}  # check the unit',)
+    return (f'columns.{name.replace(" ", "_")} = {{ unit = "{units[0]}" }}  # check the unit',)
 
 
 def _check_header(
