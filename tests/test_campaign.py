@@ -493,7 +493,7 @@ def test_effects_hold_for_all_some_or_one_test_of_a_group() -> None:
 def falling(folder: Path, sizes: dict[str, float]) -> list[Row]:
     """Repeats in full sliding with friction that falls with creepage, each by its own size; rows as close-loop's."""
     rng = np.random.default_rng(5)
-    creepage = np.tile((2.0, 3.0, 4.5, 6.0, 8.0), 4)
+    creepage = np.tile((2.0, 3.0, 4.5, 6.0, 8.0), 3)
     steps = "".join(f"  {{ creepage_percent = {c} }},\n" for c in creepage[:5])
     text = f"{VALID[: VALID.index('steps = [')]}steps = [\n{steps}]\n"
     for name, size in sizes.items():
