@@ -403,3 +403,10 @@ def test_mistakes_in_a_large_file_keep_their_lines(monkeypatch: pytest.MonkeyPat
     kept = np.delete(np.arange(1600), [900, 1100])
     np.testing.assert_array_equal(table.lines, kept + 2)
     np.testing.assert_array_equal(table.columns["time"], kept / 100)
+
+
+def test_a_step_that_no_count_reaches_is_refused(tmp_path: Path) -> None:
+    """1e19 is a whole number and none that fits into 64 bits."""
+    path = write(tmp_path, traction="step,creepage [%],traction ratio [1]\n1e19,0.25,0.3\n2,0.5,0.4\n")
+    with pytest.raises(MeasurementError, match="is not a whole number"):
+        load(path)

@@ -34,6 +34,7 @@ from twindisc_cli.measurement.units import COUNT
 
 _SHOWN = 3  # rows named one by one
 _GAP = re.compile(r"[-*#\s]*|[-+]?(?:nan|inf|infinity|na|n/a|#n/a|null|none|ovl|ol)", re.IGNORECASE)
+_LARGEST_COUNT = 2.0**53  # beyond it a float is no count
 _MOST_GAPS = 0.5  # of a column: more is no column of this table
 NO_NUMBER, SUMMARY, CUT = "no number", "summary at the end", "cut off at the end"
 AGAIN, HEAD = "header again", "head of a block"
@@ -324,7 +325,7 @@ def _convert(table: Table, places: Mapping[str, Place]) -> None:
     for name, place in places.items():
         if place.column.quantity is COUNT:
             values = table.columns[name]
-            broken = values != np.round(values)
+            broken = (values != np.round(values)) | (np.abs(values) >= _LARGEST_COUNT)
             table.flag(broken, name, lambda row, values=values: f"{values[row]:g} is not a whole number")  # type: ignore[misc]
             _keep(table, ~broken)
     for name, place in places.items():
