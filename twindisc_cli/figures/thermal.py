@@ -56,8 +56,8 @@ def temperatures(
     name_axes(first, clock.axis_label, "temperature [°C]", "mean temperature of the disc")
     second.plot(along, power, color=ORANGE, drawstyle="steps-pre")
     name_axes(second, clock.axis_label, "power [W]", "dissipated power")
-    third.plot(along, hottest, color=RED, drawstyle="steps-pre", label="hottest point")
-    third.plot(along, mean, color=ORANGE, drawstyle="steps-pre", label="mean of the patch")
+    for rise, color, label in ((hottest, RED, "hottest point"), (mean, ORANGE, "mean of the patch")):
+        third.plot(along, rise, color=color, drawstyle="steps-pre", label=label)
     name_axes(third, clock.axis_label, "rise above the disc [K]", "flash temperature of the contact")
     from_zero(second)
     from_zero(third)

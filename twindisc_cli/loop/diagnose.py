@@ -49,7 +49,6 @@ from twindisc_cli.loop.validate import PredictedTest, at_its_own_level, drawn_le
 from twindisc_cli.model.experiment import Experiment
 
 PLACES = 60  # on the axis of a curve that is drawn
-"""How the note begins that a choice on all samples would be another."""
 DRAWS = 400  # of a band that is drawn
 
 

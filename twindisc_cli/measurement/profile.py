@@ -133,7 +133,7 @@ def _levelled(
     """A trace without the line through its flanks, about its centre; error: of the centre over the roughness [1]."""
     line = np.polyfit(y[flank], height[flank], 1)
     left = height - np.polyval(line, y)
-    rough = float(np.std(left[flank], ddof=2)) * np.sqrt(_alike(left[flank]))
+    rough = float(np.std(left[flank], ddof=2)) * np.sqrt(_correlated(left[flank]))
     return Placed(
         y=y - centre,
         height=left,
@@ -177,7 +177,7 @@ def _smoothed(y: Floats, left: Floats, flank: Bools) -> tuple[Floats, float]:
     sides = [flank & (y < np.mean(y)), flank & (y > np.mean(y))]
     rough = np.concatenate([_beyond_a_bend(y[side], left[side]) for side in sides])
     off = np.abs(left[flank] - np.median(left[flank]))
-    spread = 1.4826 * float(np.median(off)) * np.sqrt(_alike(rough) / width)
+    spread = 1.4826 * float(np.median(off)) * np.sqrt(_correlated(rough) / width)
     return smooth, -max(_SPREADS * spread, 0.01 * abs(float(smooth.min())))
 
 
@@ -192,7 +192,7 @@ def _widths(y: Floats) -> Floats:
     return np.asarray(np.gradient(y))
 
 
-def _alike(rough: Floats) -> float:
+def _correlated(rough: Floats) -> float:
     """How many neighbours say the same, (1 + r) / (1 - r) by the correlation r of one point with the next."""
     size = float(np.sum(rough**2))
     r = min(max(float(np.sum(rough[1:] * rough[:-1])) / size, 0.0), 0.98) if size > 0.0 else 0.0
@@ -245,13 +245,21 @@ def read_profile(
     start = _start(fresh, {int(which[0]): result[-1].centre for which, (_, _, result) in records if result})
     if not records:
         return None, None, start, table.count()
-    samples = ProfileSamples(
+    return _samples(records, history), _place([result for _, (_, _, result) in records]), start, table.count()
+
+
+def _samples(
+    records: Sequence[tuple[Ints, tuple[Floats, Floats, Sequence[Placed]]]], history: History
+) -> ProfileSamples:
+    """The records of all stops, each (disc, iteration) with its y, height and place, as one."""
+    counts = [len(y) for _, (y, _, _) in records]
+    disc, iteration = np.repeat([which for which, _ in records], counts, axis=0).T
+    return ProfileSamples(
         y=np.concatenate([y for _, (y, _, _) in records]),
         height=np.concatenate([height for _, (_, height, _) in records]),
-        disc=np.concatenate([np.full(len(y), which[0]) for which, (y, _, _) in records]),
-        iteration=history.entry(np.concatenate([np.full(len(y), which[1]) for which, (y, _, _) in records])),
+        disc=disc,
+        iteration=history.entry(iteration),
     )
-    return samples, _place([result for _, (_, _, result) in records]), start, table.count()
 
 
 def _fresh(table: Table, rows: Ints, rig: Rig) -> tuple[Floats, Floats]:
