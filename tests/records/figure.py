@@ -49,7 +49,7 @@ def _draw_errors(axis: Axes, errors: Sequence[Errors]) -> None:
             axis.loglog([one.student for one in own], [one.loop for one in own], mark, ms=4, mfc="none", label=kind)
     low, high = axis.get_xlim()
     axis.plot([low, high], [low, high], "-", color="0.6", lw=0.8)
-    axis.set_xlabel("held-out error of the best of eight laws [1]")
+    axis.set_xlabel("error of the best of eight laws [1]")
     axis.set_ylabel("of the loop [1]")
     axis.set_title("samples that nothing saw", loc="left", fontsize=9)
 
