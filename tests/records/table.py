@@ -37,12 +37,12 @@ def table(errors: Sequence[Errors], parts: Sequence[Halves]) -> str:
         lines += _summary(kind, [one for one in errors if KIND[one.split[0]] == kind])
     for part in parts:
         if part.back:
-            share, told = (float(np.mean([pair[i] for pair in part.back])) for i in (1, 0))
-            lines.append(f"{part.record}, {part.kind}: named in another's set {share:.0%}, told {told:.2f}")
+            share, reported = (float(np.mean([pair[i] for pair in part.back])) for i in (1, 0))
+            lines.append(f"{part.record}, {part.kind}: named in another's set {share:.0%}, reported {reported:.2f}")
     if sum(bool(part.back) for part in parts) > 1:
         back = [pair for part in parts for pair in part.back]
-        share, told = (float(np.mean([pair[i] for pair in back])) for i in (1, 0))
-        lines.append(f"all parts: named in another's set {share:.0%} (>= 80 %), told {told:.2f} (within 0.1)")
+        share, reported = (float(np.mean([pair[i] for pair in back])) for i in (1, 0))
+        lines.append(f"all parts: named in another's set {share:.0%} (>= 80 %), reported {reported:.2f} (within 0.1)")
     return "\n".join(lines)
 
 
