@@ -22,7 +22,7 @@ Source: table of half_space.rolling (table_makers/unlike.py); R. H. Bentall, K. 
 of two dissimilar elastic rollers, Int. J. Mech. Sci. 9 (1967) 389-404. Valid for: longitudinal creepage, Hertz's
 pressure (the tractions' own effect on it left out), a/b <= 20; below 0.05 the quotients of the end are taken. Against
 that solver f q is within 0.008 and the power within 1.6 % of full slip's in 100 drawn cases, |beta| / mu up to 3, a/b
-from 0.07 to 10. With lateral creepage or spin too (`acting`) T/(mu N) is up to 0.2 off.
+from 0.07 to 10. With lateral creepage or spin too (`acting`) T/(mu N) is up to 0.22 off.
 """
 
 from __future__ import annotations
