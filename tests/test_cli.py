@@ -468,3 +468,21 @@ def test_without_a_figure_the_numbers_are_the_same(folder: Path) -> None:
         assert one["outcome"].attrs["json"] == other["outcome"].attrs["json"]
     assert exit_code("check", path, "-o", "bare") == 0
     assert {p.name for p in (folder / "bare/small").iterdir()} == {"check.h5", "check.png"}
+
+
+def test_a_signal_that_a_callback_swallows_is_sent_again(tmp_path: Path) -> None:
+    """Python raises nothing out of the callback of a collected object: it prints a traceback and goes on."""
+    (tmp_path / "effects").mkdir()
+    (tmp_path / "effects" / "mine.py").write_text(
+        "import os, signal, time, weakref\n"
+        "class Thing: pass\n"
+        "thing = Thing()\n"
+        "kept = weakref.ref(thing, lambda _: os.kill(os.getpid(), signal.SIGTERM))\n"
+        "del thing\n"
+        "time.sleep(5.0)\n"
+    )
+    path = write(tmp_path, VALID + '\n[loop]\neffects = "effects"\n')
+    command = [sys.executable, "-m", "twindisc_cli", "check", str(path), "--trust-effects"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert done.returncode == 143
+    assert "Traceback" not in done.stderr and "terminated" in done.stderr

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from definitions import VALID, write
 
-from tests.definitions import VALID, write
 from twindisc_cli.definition import load
 from twindisc_cli.errors import DefinitionError, MeasurementError
 from twindisc_cli.loop.diagnose import diagnose

@@ -7,6 +7,7 @@ import inspect
 import os
 import signal
 import sys
+import threading
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -29,6 +30,8 @@ _LEFT = {
     INTERRUPTED: "interrupted; nothing half-written is left",
     TERMINATED: "terminated; nothing half-written is left",
 }
+_AGAIN = 0.02
+"""After how long a signal is sent again [s]: longer than a callback of an import or of a collected object takes."""
 LINEAR_ALGEBRA_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 """The matrices here are small: more threads would only wait for each other."""
 UsageError = cast(type[Exception], typer.BadParameter.__bases__[0])
@@ -425,12 +428,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         os.environ.setdefault(threads, "1")
     os.environ["MPLBACKEND"] = "agg"
     asked: list[int] = []
-    before = _listen(asked)
+    before, hook = _listen(asked), sys.unraisablehook
+    sys.unraisablehook = _unraisable
     try:
         code, problems = _done(given)
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+        sys.unraisablehook = hook
     if asked or code in _LEFT:
         code = asked[0] if asked else code
         problems = [_LEFT[code]]
@@ -452,6 +457,23 @@ def _listen(asked: list[int]) -> dict[int, Any]:
         return {number: signal.signal(number, do) for number, do in ((2, interrupt), (15, terminate))}
     except ValueError:  # signals reach the main thread only
         return {}
+
+
+def _unraisable(lost: sys.UnraisableHookArgs) -> None:
+    """A signal that came while a callback ran, out of which nothing can be raised, is sent again a little later."""
+    number = {KeyboardInterrupt: signal.SIGINT, _Terminated: signal.SIGTERM}.get(lost.exc_type)
+    if number is None:
+        sys.__unraisablehook__(lost)
+        return
+    handler = signal.getsignal(number)
+
+    def again() -> None:
+        if signal.getsignal(number) is handler:
+            os.kill(os.getpid(), number)
+
+    timer = threading.Timer(_AGAIN, again)
+    timer.daemon = True
+    timer.start()
 
 
 def _done(given: Sequence[str]) -> tuple[int, list[str]]:
