@@ -83,6 +83,14 @@ def test_a_pause_has_no_friction(tmp_path):
     assert friction.get_ylim()[1] < 0.6
 
 
+def test_a_history_that_only_rolls_is_drawn_without_a_mu(tmp_path):
+    history = "[history]\nrevolutions_per_iteration = 4200\nsteps = [{ creepage_percent = 0.0 }]\n"
+    (tmp_path / "t.toml").write_text(f"{DISCS}wear_coefficient = 6e-4\n{history}")
+    found = simulate_wear.run(load(tmp_path / "t.toml"))
+    assert found.json["iterations"][0]["mu"] is None
+    assert found.figure().axes[1].get_ylim()[0] == 0.0
+
+
 def test_wear_flattens_the_disc_and_widens_the_patch(ambient):
     found = simulate_wear.run(with_k(ambient, 6e-5)).json
     first, last = found["iterations"][0], found["iterations"][-1]

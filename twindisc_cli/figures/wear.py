@@ -85,7 +85,7 @@ def _loading(creepage: Axes, friction: Axes, history: WearHistory) -> None:
     creepage.bar(order, history.creepage * 100.0, width=0.9, color="#BBD7EA")
     name_axes(creepage, "iteration", "creepage [%]", "creepage")
     friction.plot(order, history.mu, color=RED, marker=".", markersize=4.0, linewidth=0.8)
-    friction.set_ylim(0.0, 1.15 * float(np.nanmax(history.mu)))
+    from_zero(friction)
     name_axes(friction, "iteration", "$\\mu$ [1]", "coefficient of friction")
 
 
