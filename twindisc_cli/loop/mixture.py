@@ -7,8 +7,8 @@
     E_i   evidence, t its temperature; c variance of what is left by the best over that of the noise, at least one
     p_i   prior odds: that of the base model against that of all others together are one
 
-Beyond the covariates of the samples that were fitted, curves over these, which say nothing there, and lines and powers,
-which grow without bound, have no weight beside other explanations.
+Beyond the covariates of the samples that were fitted, lines and powers over these, which grow without bound, have no
+weight beside other explanations; a curve stays what it was at the last of them.
 
 An average predicts the ends of a curve better than any rule that picks one of several explanations of equal fit.
 Source: K. P. Burnham, D. R. Anderson, Sociological Methods & Research 33 (2004) 261-304, with c in their QAIC.
@@ -35,8 +35,6 @@ from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import ForwardModel, Prediction
 
 ROUNDING = 1e-6  # relative, of a covariate
-NEARLY = 0.9  # of what the best explains: an explanation is then the mechanism, in another form
-LEAST_WEIGHT = 1e-9  # of what predicts only where nothing else does
 
 
 @dataclass(frozen=True)
@@ -53,14 +51,14 @@ class Mixture:
     def weights_at(self, channel: str, model: ForwardModel, prediction: Prediction) -> Floats:
         """Weights at the samples of a channel of a test (member, sample); its covariates are those of a prediction.
 
-        Beyond the covariates it was learnt on, what only interpolates gives way to what does not.
+        Beyond the covariates it was learnt on, what grows there without bound gives way to what does not.
         """
         over = channels()[channel].covariates(model, prediction)
         beyond = {name: self._beyond(channel, name, np.abs(values)) for name, values in over.items()}
         count = len(next(iter(beyond.values())))
         weights = np.repeat(self.weights[:, None], count, axis=1)
         for number, member in enumerate(self.members):
-            for law in _interpolating(member.explanation):
+            for law in _unbounded(member.explanation):
                 weights[number, beyond.get(law.covariate, np.zeros(count, dtype=bool))] = 0.0
         weights = np.where(weights.sum(axis=0) > 0.0, weights, self.weights[:, None])
         return np.asarray(weights / weights.sum(axis=0))
@@ -109,25 +107,15 @@ def mixture_of(
     beside = [m for m in every if m.labels != answer.labels and weight[m.labels] > RESAMPLING.rival_share]
     beside = sorted(beside, key=lambda m: -weight[m.labels])[: RESAMPLING.most_mixed - 1]
     weight[answer.labels] = max(weight[answer.labels], RESAMPLING.rival_share)
-    if all(_interpolating(m) for m in (answer, *beside)):
-        beside += [m for m in _extrapolating(every, compared.base) if m.labels != answer.labels]
-        weight |= {m.labels: max(weight[m.labels], LEAST_WEIGHT) for m in beside}
     members = [judged, *(judge(m, judged.before, judged.unseen_before, masks) for m in beside)]
     share = np.array([weight[j.explanation.labels] for j in members])
     mixture = Mixture(members, share / share.sum(), _spans(judged.unseen_before))
     return mixture if not _errs_more(mixture) else Mixture([judged], np.ones(1))
 
 
-def _interpolating(explanation: Explanation) -> list[Trial]:
-    """The laws of an explanation that cannot be carried on: curves, lines and powers."""
-    return [law for law in explanation.laws.values() if law.shape in (None, "linear", "power")]
-
-
-def _extrapolating(every: Sequence[Explanation], base: Explanation) -> list[Explanation]:
-    """The most evident explanation without such laws that says nearly as much as any; none where there is none."""
-    most = max(base.fit.chi2 - m.fit.chi2 for m in every)
-    near = [m for m in every if m.terms and not _interpolating(m) and base.fit.chi2 - m.fit.chi2 > NEARLY * most]
-    return sorted(near, key=lambda m: -m.evidence)[:1]
+def _unbounded(explanation: Explanation) -> list[Trial]:
+    """The laws of an explanation that grow without bound: lines and powers."""
+    return [law for law in explanation.laws.values() if law.shape in ("linear", "power")]
 
 
 def _spans(fitted: Fit) -> dict[tuple[str, str], tuple[float, float]]:
