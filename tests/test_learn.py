@@ -139,6 +139,21 @@ def test_a_curve_follows_a_smooth_course(scale: float) -> None:
     assert np.abs(left).max() < 2e-3
 
 
+def test_a_curve_is_straight_where_nothing_was_measured_and_constant_beyond() -> None:
+    edges = np.linspace(0.0, 1.0, 61)
+    places = 0.5 * (edges[1:] + edges[:-1])
+    sampled = ((places > 0.1) & (places < 0.4)) | ((places > 0.7) & (places < 0.9))
+    response = np.diag(np.where(sampled, 1e4, 0.0))
+    pair = Pair("mu", "time", edges, places, response, response @ np.sin(9.0 * places), 0.3, 600)
+    (trial,) = (trial for _, trial, _ in pair.proposals(600) if trial.is_curve)
+    assert trial.mix is not None
+    x = np.array([0.02, places[sampled].min(), *np.linspace(0.395, 0.705, 7), places[sampled].max(), 0.98])
+    heights = np.array([np.interp(x, trial.at, column) for column in trial.mix.T])
+    assert heights[:, 0] == pytest.approx(heights[:, 1])
+    assert heights[:, -1] == pytest.approx(heights[:, -2])
+    assert np.diff(heights[:, 3:8], n=2, axis=1) == pytest.approx(0.0, abs=1e-12)
+
+
 # ------------------------------------------------------------------------------------------------ steps that differ
 
 LOADS = np.repeat([1.0, 2.0, 0.5, 1.0, 2.0, 0.5, 2.0, 1.0], 2)

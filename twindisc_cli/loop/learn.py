@@ -24,6 +24,7 @@ from twindisc_cli.laws.law import law_key
 from twindisc_cli.laws.quantities import MULTIPLIED, QUANTITIES, Quantity
 from twindisc_cli.laws.trial import Trial, bins, curve, formula
 from twindisc_cli.loop.fit import Fit
+from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case, Problem
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import SEARCH
@@ -138,6 +139,12 @@ class Pair:
         return sorted(results, key=lambda f: -f[0])
 
     @property
+    def sampled(self) -> Mask:
+        """Which places samples respond to (bin,)."""
+        length = np.diag(self.A)
+        return np.asarray(length > NOTHING * float(length.max()))
+
+    @property
     def most_knots(self) -> int:
         """Knots of a curve at the most: no more than a third of the samples that it is learnt from."""
         return min(ACROSS_KNOTS if self.covariate == "y_over_edge" else KNOTS, self.samples // 3)
@@ -154,10 +161,12 @@ class Pair:
     def _curve(self, length: float, level: float) -> Trial:
         """A smooth curve through the places, as its prior lets expect it between knots at some of them.
 
-        Of what multiplies a base parameter it has no level of its own: the parameter is the mean over the places.
+        Where no sample is, it goes straight from place to place, and on as it was at the last. Of what multiplies a
+        base parameter it has no level of its own: the parameter is the mean over the places.
         """
         most = self.most_knots
-        places, count = self.places, len(self.places)
+        places = self.places if self.covariate == "y_over_edge" else self.places[self.sampled]
+        count = len(places)
         knots = places if count <= most else np.interp(np.linspace(0.0, count - 1.0, most), np.arange(count), places)
         prior = _matern(np.concatenate([places, knots]), length)[:, count:]
         root = np.linalg.cholesky(prior[count:] + 1e-9 * np.eye(len(knots)))
