@@ -108,3 +108,12 @@ def test_a_wide_ellipse_shakes_down_as_a_line() -> None:
     ratios = np.array([0.0, 0.1, 0.2, 0.3])
     wide, line = shakedown.limits(ratios, 0.02, 1.0)[1], shakedown.limits(ratios, 1.0, np.inf)[1]
     assert wide == pytest.approx(line, rel=0.005)
+
+
+@pytest.mark.parametrize("ratio", [1e-300, 1e-100, 1e100, 1e300])
+def test_no_ellipse_is_too_slender(ratio: float) -> None:
+    """A line that rolls along its length flows at its surface, where p0 / k is 1 over T/N."""
+    traction = np.array([0.1, 0.3])
+    found = shakedown.limits(traction, ratio, 1.0)[1]
+    line = shakedown.limits(traction, 1.0, np.inf)[1]
+    assert found == pytest.approx(line if ratio < 1.0 else 1.0 / traction, rel=0.005)

@@ -32,6 +32,8 @@ from twindisc_cli.physics._arrays import Floats
 
 RATIOS = np.linspace(0.0, 1.0, 101)
 """T/N of the line's limits; between them they are linear."""
+_SLENDER = 1e6
+"""Axis ratio of an ellipse that has the limits of one without end, to 1e-4; sums over one of 1e100 overflow."""
 _ALONG, _ACROSS = 120, 16
 """Places along and across rolling at which an ellipse's forces are summed."""
 _NARROW = np.array([0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
@@ -62,6 +64,7 @@ def limits(traction_ratio: ArrayLike, a: float, b: float) -> tuple[Floats, Float
     """p0 / k at which the contact first yields, and up to which it shakes down, at T/N of any shape [1]."""
     ratio = np.abs(np.asarray(traction_ratio, dtype=float))
     first, last = _of_a_line()
+    a = a if np.isinf(b) else b * float(np.clip(a / b, 1.0 / _SLENDER, _SLENDER))
     yields = np.interp(ratio, RATIOS, first) / first[0] / greatest_shear(a, b)[0]
     left = np.interp(ratio, RATIOS, last if np.isinf(b) else _of_an_ellipse(a / b))
     shakes = left / (last[0] if np.isinf(b) else 1.0) / orthogonal_shear(a, b)[0]
