@@ -35,3 +35,11 @@ def test_least_squares_agrees_with_polyfit_on_a_profile_that_is_no_circle():
     assert float(fit_curvature(Y, z, np.ones_like(Y))) == pytest.approx(
         2 * np.polyfit(Y * 1e3, z, 2)[0] * 1e6, rel=1e-9
     )
+
+
+def test_two_points_make_no_circle():
+    weights = np.zeros((2, Y.size))
+    weights[0, 7], weights[1, :3] = 1.0, 1.0
+    found = fit_curvature(Y, 20.0 * Y**2, weights)
+    assert np.isnan(found[0])
+    assert found[1] == pytest.approx(40.0, rel=1e-6)

@@ -18,6 +18,7 @@ from twindisc_cli.identify.law import unworn_law
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.physics import exact, fastsim, hertz, kalker, line_contact
 from twindisc_cli.physics.flash import Solid, flash_temperature
+from twindisc_cli.physics.half_space import OutOfRangeError
 
 RADIUS, WIDTH, LOAD, MODULUS, NU, SPEED = 0.0235, 0.01, 7233.0, 209e9, 0.3, 400 / 60 * 2 * np.pi * 0.0235
 HARDNESS, K, MU, CONVECTION = 280 * 9.80665e6, 1.2e-3, 0.45, 3.0
@@ -122,6 +123,14 @@ def test_traction_is_carters(suros: Test) -> None:
     carters = 0.4 * (1 - (1 - np.minimum(np.array(found["creepage_percent"]) / 100 / full, 1)) ** 2)
     assert chart == pytest.approx(carters, abs=1e-12)
     assert [step["mu"] for step in identify_mu.run(suros).json["steps"]] == pytest.approx([MU] * 3, rel=0.01)
+
+
+@pytest.mark.parametrize("revolutions", [40_000, 40_000_000])
+def test_discs_that_would_be_worn_through_are_refused(tmp_path: Path, revolutions: int) -> None:
+    text = SUROS.replace("revolutions_per_iteration = 2000", f"revolutions_per_iteration = {revolutions}")
+    text += "wear_coefficient = 0.1\nfriction_coefficient = 0.4\n"
+    with pytest.raises(OutOfRangeError, match=r"mm deep on a radius of 23\.5 mm; it is followed to 0\.5 of the radius"):
+        simulate_wear.run(load(write(tmp_path, text)))
 
 
 @pytest.mark.parametrize("theory", ["exact", "fastsim"])

@@ -11,8 +11,10 @@ from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.patch import Paths
+from twindisc_cli.model.wear_path.line import DEEPEST
 from twindisc_cli.physics.archard import worn_volume
 from twindisc_cli.physics.best_circle import fit_curvature
+from twindisc_cli.physics.half_space import OutOfRangeError
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,7 @@ def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) ->
     load = np.broadcast_to(state.normal_load / state.nominal_load, wide)[0, at]
     section = prediction.section[:, at]
     y, depth = _profiles(paths, section, load)
+    _refuse_worn_through(model, float(section.max()), float(depth.max()))
     patch = paths.patch(section, load)
     share = np.broadcast_to(state.disc1_share, wide)[0, at][:, None]
     height, disc1_height = -(1.0 - share) * depth, -share * depth
@@ -89,6 +92,17 @@ def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) ->
         error=max(path.error for path in paths.paths),
         pressure_error=max(path.pressure_error for path in paths.paths),
     )
+
+
+def _refuse_worn_through(model: ForwardModel, section: float, depth: float) -> None:
+    """OutOfRangeError where a worn section [m2] and its depth [m] leave less of disc 2 than is followed."""
+    rig = model.experiment.rig
+    deepest = max(depth, section / rig.width)
+    if deepest > DEEPEST * rig.disc2.rolling_radius:
+        raise OutOfRangeError(
+            f"the wear would be {deepest * 1e3:.3g} mm deep on a radius of {rig.disc2.rolling_radius * 1e3:.3g} mm; "
+            f"it is followed to {DEEPEST:g} of the radius: do load, wear coefficient and history belong together?"
+        )
 
 
 def _profiles(paths: Paths, section: Floats, load: Floats) -> tuple[Floats, Floats]:

@@ -11,18 +11,24 @@ Source: section 3.2. Valid for: tracks narrow against the radius.
 
 from __future__ import annotations
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from twindisc_cli.physics._arrays import Floats, together
 
 
 def fit_curvature(y: ArrayLike, z: ArrayLike, weights: ArrayLike) -> Floats:
-    """The curvature d2z/dy2 [1/m] of the best circle through z(y) [m], weighted by `weights`, (...) of (..., point)."""
+    """The curvature d2z/dy2 [1/m] of the best circle through z(y) [m], weighted by `weights`, (...) of (..., point).
+
+    NaN where fewer than three points have a weight.
+    """
     y, z, w = together(y, z, weights)
     total = w.sum(axis=-1, keepdims=True)
     offset = y - (w * y).sum(axis=-1, keepdims=True) / total
     spread = (w * offset**2).sum(axis=-1, keepdims=True) / total
     skew = (w * offset**3).sum(axis=-1, keepdims=True) / total
-    bow = offset**2 - spread - skew / spread * offset  # orthogonal to a constant and a tilt
+    enough = np.count_nonzero(w, axis=-1) > 2
+    skewed = np.divide(skew, spread, out=np.full_like(skew, np.nan), where=enough[..., None])
+    bow = offset**2 - spread - skewed * offset  # orthogonal to a constant and a tilt
     curvature: Floats = 2.0 * (w * bow * z).sum(axis=-1) / (w * bow**2).sum(axis=-1)
     return curvature

@@ -12,6 +12,8 @@ from twindisc_cli.physics import line_contact
 
 LINE_STRIPS, LINE_NODES = 401, 9
 """Strips over the width of straight discs, and nodes of their path, along which all is linear but the radius."""
+DEEPEST = 0.5
+"""Depth to which straight discs are followed, over the radius: with less left, the creepage is another."""
 
 
 def worn_strip(rig: Rig, section: float, wander: float) -> WearPath:
@@ -25,7 +27,7 @@ def worn_strip(rig: Rig, section: float, wander: float) -> WearPath:
     y = np.asarray(strip * np.arange(-beyond - LINE_STRIPS // 2, beyond + LINE_STRIPS // 2 + 1), dtype=float)
     spread = max(wander, 1e-3 * strip) * np.sqrt(2.0)
     shape = 0.5 * (erf((y + half) / spread) - erf((y - half) / spread))
-    nodes = np.linspace(0.0, section, LINE_NODES)
+    nodes = np.linspace(0.0, min(section, DEEPEST * rig.disc2.rolling_radius * rig.width), LINE_NODES)
     depth = nodes[:, None] / rig.width * shape
     shrunk = 1.0 / rig.disc1.rolling_radius + 1.0 / (rig.disc2.rolling_radius - nodes / rig.width)
     patch = line_contact.line_contact(
