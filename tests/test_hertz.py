@@ -60,6 +60,17 @@ def test_no_patch_is_too_slender(power):
     )
 
 
+@pytest.mark.parametrize("stiff", [1e-300, 1e297])
+def test_a_patch_of_any_modulus_is_similar(stiff):
+    # a, b ~ E*^(-1/3), p0 ~ E*^(2/3), approach ~ E*^(-2/3)
+    of_steel = hertz.contact_ellipse(curvature_x=66.0, curvature_y=33.0, **RIG)
+    modulus = RIG["effective_modulus"] * stiff
+    patch = hertz.contact_ellipse(curvature_x=66.0, curvature_y=33.0, **{**RIG, "effective_modulus": modulus})
+    assert float(patch.a) == pytest.approx(float(of_steel.a) / np.cbrt(stiff), rel=1e-12)
+    assert float(patch.p0) == pytest.approx(float(of_steel.p0) * np.cbrt(stiff) ** 2, rel=1e-12)
+    assert float(patch.approach) == pytest.approx(float(of_steel.approach) / np.cbrt(stiff) ** 2, rel=1e-12)
+
+
 def test_slender_patch_tends_to_the_line_contact():
     long = hertz.contact_ellipse(curvature_x=66.0, curvature_y=np.array([1e-6, 1e-12]), **RIG)
     line = line_contact(

@@ -52,11 +52,11 @@ def contact_ellipse(
     cx, cy, load, modulus = together(curvature_x, curvature_y, normal_load, effective_modulus)
     endless = cy == 0.0
     squared_ratio = _squared_axis_ratio(cx / np.where(endless, cx, cy))
-    a = np.cbrt(load * elliprd(0.0, squared_ratio, 1.0) / (np.pi * modulus * cx))
+    a = np.cbrt(load / modulus * elliprd(0.0, squared_ratio, 1.0) / (np.pi * cx))
     b = a * np.sqrt(squared_ratio)
     with np.errstate(divide="ignore", invalid="ignore"):
         p0 = 1.5 * load / (np.pi * a * b)
-        approach = 1.5 * load * elliprf(0.0, squared_ratio, 1.0) / (np.pi * modulus * a)
+        approach = 1.5 * load / modulus * elliprf(0.0, squared_ratio, 1.0) / (np.pi * a)
     return Ellipse(
         a=np.where(endless, 0.0, a),
         b=np.where(endless, np.inf, b),
