@@ -504,7 +504,7 @@ def _effects(rng: random.Random, most: int) -> dict[str, dict[str, float]]:
 
 FORWARD = ("friction-chart", "simulate-wear", "thermal", "contact", "check")
 BETWEEN = {"apparent_friction": (-3.0, 3.0), "volume": (0.0, 1.0), "p0": (0.0, 1e12)}
-BETWEEN |= {"height": (-1.0, 1e-12), "disc1_height": (-1.0, 1e-12)}
+BETWEEN |= {"height": (-1.0, 1e-8), "disc1_height": (-1.0, 1e-8)}  # between wanders, 1e-4 of the depth beyond
 """What an array can hold, by its name, in SI units."""
 
 

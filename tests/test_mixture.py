@@ -2,60 +2,61 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from types import SimpleNamespace
-from typing import Any, cast
+from collections.abc import Mapping
+from functools import cache
 
 import numpy as np
 import pytest
 from records.sources import sweeps
+from rigs import Floats, experiment, history, spread, traction_samples
 
-from twindisc_cli.loop.mixture import Mixture, _weights
+from twindisc_cli.laws.trial import Trial, curve, formula
+from twindisc_cli.loop.alternatives import Compared
+from twindisc_cli.loop.fit import Fit, at, fit
+from twindisc_cli.loop.judge import Judged, judge
+from twindisc_cli.loop.mixture import Mixture, mixture_of
+from twindisc_cli.loop.problem import Problem, case_of
+from twindisc_cli.loop.search import Explanation
+from twindisc_cli.model.experiment import Measured, Options
 from twindisc_cli.model.forward import ForwardModel
 
 SEEN = {("traction", "creepage"): (0.01, 0.1)}
+OVER = (0.02, 20.0)
+STARTS = {
+    "linear": {"size": -0.2, "begin_percent": 1.0, "end_percent": 10.0},
+    "power": {"size": -0.2, "reference_percent": 3.0, "exponent": 0.5},
+    "logistic": {"size": -0.2, "at_percent": 3.0, "width_percent": 1.0},
+}
+LAWS: dict[str, Trial] = {
+    "curve": curve("mu", "creepage", np.array([1.0, 3.0, 10.0]), np.eye(3)),
+    **{shape: formula("mu", "creepage", shape, start, OVER, 1.0) for shape, start in STARTS.items()},
+}
 
 
-@dataclass(frozen=True)
-class Member:
-    """As much of an explanation as an average asks for."""
-
-    evidence: float = 0.0
-    chi2: float = 10.0
-    terms: tuple[str, ...] = ("falling_friction",)
-    laws: dict[str, Any] = field(default_factory=dict)
-    temperature: float = 1.0
-
-    @property
-    def labels(self) -> frozenset[str]:
-        return frozenset((*self.terms, *self.laws))
-
-    @property
-    def fit(self) -> Any:
-        return SimpleNamespace(chi2=self.chi2, residual=np.zeros(12), theta=np.zeros(2))
+@cache
+def of_a_sweep(shape: str) -> Judged:
+    """An explanation of a sweep by a law of this shape over creepage, where it begins; by falling friction for ""."""
+    problem = Problem([case_of(sweeps()[9])], ("traction",))
+    terms = ("law",) if shape else ("falling_friction",)
+    problem = problem.with_terms(*terms, trial={"law": LAWS[shape]} if shape else {})
+    there = at(problem, problem.start())
+    return Judged(Explanation(there, {}, there.chi2), there, there, there, [])
 
 
-def law(shape: str | None) -> Any:
-    return SimpleNamespace(shape=shape, covariate="creepage")
-
-
-def mixed(*members: Member, weights: tuple[float, ...]) -> Mixture:
-    return Mixture(cast(Any, [SimpleNamespace(explanation=m) for m in members]), np.array(weights), SEEN)
-
-
-def weights_at(mixture: Mixture) -> tuple[np.ndarray, np.ndarray]:
-    """Weights at the samples of a sweep (member, sample), and which of these are beyond what was seen."""
+def weights_at(*shapes: str) -> tuple[Floats, Floats]:
+    """Weights of 0.7 and 0.3 at the samples of a sweep (member, sample), and which of these are beyond those seen."""
     test = sweeps()[9]
     model = ForwardModel(test)
     assert test.measured.traction is not None
     creepage = test.measured.traction.creepage
+    mixture = Mixture([of_a_sweep(shape) for shape in shapes], np.array([0.7, 0.3]), SEEN)
     found = mixture.weights_at("traction", model, model.predict({"mu": np.array([0.05])}))
     return found, (creepage < 0.01) | (creepage > 0.1)
 
 
-@pytest.mark.parametrize(("shape", "weight"), [(None, 0.7), ("linear", 0.0), ("power", 0.0), ("logistic", 0.7)])
-def test_what_grows_without_bound_gives_way_beyond_the_samples_seen(shape: str | None, weight: float) -> None:
-    found, beyond = weights_at(mixed(Member(laws={"law": law(shape)}), Member(), weights=(0.7, 0.3)))
+@pytest.mark.parametrize(("shape", "weight"), [("curve", 0.7), ("linear", 0.0), ("power", 0.0), ("logistic", 0.7)])
+def test_what_grows_without_bound_gives_way_beyond_the_samples_seen(shape: str, weight: float) -> None:
+    found, beyond = weights_at(shape, "")
     assert beyond.any()
     assert not beyond.all()
     assert found[0, beyond] == pytest.approx(weight)
@@ -64,22 +65,47 @@ def test_what_grows_without_bound_gives_way_beyond_the_samples_seen(shape: str |
 
 
 def test_what_grows_without_bound_stays_where_nothing_else_predicts() -> None:
-    found, _ = weights_at(
-        mixed(Member(laws={"law": law("linear")}), Member(laws={"law": law("power")}), weights=(0.7, 0.3))
-    )
+    found, _ = weights_at("linear", "power")
     assert found[0] == pytest.approx(0.7)
 
 
-def weighed(*members: Member) -> np.ndarray:
-    return _weights(cast(Any, members), cast(Any, SimpleNamespace(shares=np.full(len(members), np.nan))))
+COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 1)
+TIME = spread(COURSE, 20)
+
+
+def problem_of(missed: float) -> Problem:
+    """A steady friction with noise and a slow swing of this size that nothing explains."""
+    ratio = 0.6 + missed * np.sin(TIME / 40.0) + 0.004 * np.random.default_rng(0).standard_normal(len(TIME))
+    measured = Measured(traction=traction_samples(COURSE, TIME, ratio, 0.004))
+    test = experiment(COURSE, thermal=None, options=Options(friction_coefficient=0.6), measured=measured)
+    return Problem([case_of(test)], ("traction",))
+
+
+def mixed(problem: Problem, evidence: Mapping[str, float]) -> tuple[list[float], list[Fit]]:
+    """Weights and fits of an effect each, "" for the base model, the first the answer; prices make their evidence."""
+    before = fit(problem)
+    members = []
+    for name, size in evidence.items():
+        fitted = fit(problem.with_terms(name)) if name else before
+        members.append(Explanation(fitted, {"choice": fitted.evidence - size}, fitted.chi2))
+    masks = [{"traction": np.zeros(len(TIME), dtype=bool)}]
+    base = next((m for m in members if not m.terms), Explanation(before, {}, before.chi2))
+    compared = Compared(members[0], members, np.full(len(members), np.nan), base)
+    found = mixture_of(judge(members[0], before, before, masks), compared, frozenset(), masks)
+    weight = {member.explanation.terms: w for member, w in zip(found.members, found.weights, strict=True)}
+    return [float(weight[m.terms]) for m in members], [m.fit for m in members]
 
 
 def test_where_all_are_as_evident_the_base_model_outweighs_each_by_their_number() -> None:
-    base, *others = weighed(Member(terms=()), Member(), Member(), Member())
-    assert others == pytest.approx([base / 4.0] * 3)
+    found, _ = mixed(problem_of(0.0), {"torque_offset": 3.0, "": 3.0, "sensor_drift": 3.0, "running_in_friction": 3.0})
+    first, base, *others = found
+    assert [first, *others] == pytest.approx([base / 4.0] * 3)
 
 
-def test_where_the_best_leaves_more_than_the_noise_the_odds_shrink_by_that() -> None:
-    """The odds of QAIC: differences of the evidence over the variance that the best leaves, here 40 over 12 - 2."""
-    odds = [np.log(w[0] / w[1]) for w in (weighed(Member(8.0, c), Member(0.0, c)) for c in (10.0, 40.0))]
-    assert odds == pytest.approx([8.0, 2.0])
+@pytest.mark.parametrize("missed", [0.0, 0.01, 0.02])
+def test_where_the_best_leaves_more_than_the_noise_the_odds_shrink_by_that(missed: float) -> None:
+    """The odds of QAIC: differences of the evidence over the variance that the best leaves."""
+    found, fits = mixed(problem_of(missed), {"torque_offset": 2.0, "sensor_drift": 0.5})
+    left = min(f.chi2 / (len(f.residual) - len(f.theta)) for f in fits)
+    assert (left > 1.5) is (missed > 0.0)
+    assert np.log(found[0] / found[1]) == pytest.approx(1.5 / max(left, 1.0))
