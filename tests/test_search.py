@@ -12,8 +12,7 @@ from definitions import shipped
 from rigs import LOAD, ROOM, SPEED, Floats, Instruments, Plant, experiment, history, spread, traction_samples
 
 from twindisc_cli.effects import catalogue
-from twindisc_cli.laws.trial import formula
-from twindisc_cli.loop import search as module
+from twindisc_cli.laws.trial import curve, formula
 from twindisc_cli.loop.candidates import searched
 from twindisc_cli.loop.fit import at, fit, refit
 from twindisc_cli.loop.problem import Case, Problem, case_of, problem_of
@@ -104,17 +103,24 @@ def made(said: float, *terms: str, before: float | None = None, foretold: float 
 
 
 @pytest.mark.parametrize("older", [False, True])
-def test_a_law_that_was_there_before_gives_way_to_two_effects(monkeypatch: pytest.MonkeyPatch, older: bool) -> None:
+def test_a_law_that_was_there_before_gives_way_to_two_effects(older: bool) -> None:
     """Once another term stands beside it; the newest term was compared with two effects when it was chosen."""
-    answer = made(40.0, "mu_over_time", "torque_offset")
-    two = made(42.0, "torque_offset", "film_breakdown", "falling_friction")
-    monkeypatch.setattr(module, "catalogued", lambda *_: [two, answer])
-    monkeypatch.setattr(module, "without", lambda explanation, _: explanation)
-    monkeypatch.setattr(module, "swap_and_drop", lambda explanation, *_: (explanation, {}))
-    monkeypatch.setattr(module, "refitted", lambda explanation: explanation)
-    before = made(20.0, "mu_over_time" if older else "torque_offset")
-    found, _ = without_older_laws(answer, {"mu_over_time": [], "torque_offset": []}, before)
-    assert found.labels == (two if older else answer).labels
+    ratio = TRACTIONS["falling_friction"] * TRACTIONS["film_breakdown"] / 0.6 - 0.09 * TIME / 1000.0
+    problem = Problem([traction_case(ratio)], ("traction",))
+    levels = 100.0 * np.unique(AT)
+    trial = {"law": curve("mu", "creepage", levels, 0.5 * np.eye(len(levels)))}
+    base = fit(problem)
+
+    def explained(*terms: str) -> Explanation:
+        own = {name: law for name, law in trial.items() if name in terms}
+        return Explanation(fit(problem.with_terms(*terms, trial=own)), dict.fromkeys(terms, 0.0), base.chi2)
+
+    answer, drift = explained("law", "sensor_drift"), explained("sensor_drift")
+    halves = ranked([explained("sensor_drift", name) for name in ("falling_friction", "film_breakdown")])
+    before = explained("law") if older else drift
+    found, _ = without_older_laws(answer, {"law": halves, "sensor_drift": []}, before)
+    two = {EffectTerm(name) for name in ("sensor_drift", "film_breakdown", "falling_friction")}
+    assert found.labels == (two if older else answer.labels)
 
 
 def test_a_law_whose_rivals_were_not_recorded_stays() -> None:
