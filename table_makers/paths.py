@@ -26,7 +26,7 @@ import numpy as np
 
 from twindisc_cli.model import path_table
 from twindisc_cli.model.experiment import Contact, Disc, Floats, Rig
-from twindisc_cli.model.integration import Pressed, integrate
+from twindisc_cli.model.integration import Pressed, Setup, integrate
 from twindisc_cli.model.points import Mask
 from twindisc_cli.model.wear_path import grid, path
 from twindisc_cli.physics.half_space.strips import StripContact
@@ -74,7 +74,7 @@ def integrated(contact: Contact, ratio: float, wander: float) -> Integrations:
     parts, strips = [], []
     for begin, end in pairwise(ENDS):
         y, nodes = _grids(rig, contact, begin, end, wander)
-        found = integrate(rig, contact, y, nodes, wander=wander * b)
+        found = integrate(Setup(rig, contact, wander * b), y, nodes)
         kept = (nodes >= begin * unit) & ((nodes < 0.999 * end * unit) | (end == ENDS[-1]))
         parts.append((_t(nodes[kept] / unit), *_read(rig, found.contact, y, kept)))
         middle = 0.5 * (nodes[1:] + nodes[:-1])

@@ -15,7 +15,7 @@ import numpy as np
 
 from twindisc_cli.model import worn
 from twindisc_cli.model.experiment import Disc, Floats, Rig
-from twindisc_cli.model.integration import integrate
+from twindisc_cli.model.integration import Setup, integrate
 from twindisc_cli.model.wear_path import grid
 from twindisc_cli.physics.half_space import rolling
 from twindisc_cli.physics.half_space.normal import NormalContact, solve_gap
@@ -92,7 +92,7 @@ def worn_contact(rig: Rig, section: float, wander: float = 0.0) -> tuple[StripCo
     """The strips of a track worn to this section, finer than the wear path's, and its gap [m] (strip,)."""
     usual = grid.strips_of(rig, section, wander)
     y = np.linspace(usual[0], usual[-1], 2 * len(usual) - 1)
-    depth = integrate(rig, "half_space", y, grid.nodes_to(rig, section), wander=wander).depth[0, -1]
+    depth = integrate(Setup(rig, "half_space", wander), y, grid.nodes_to(rig, section)).depth[0, -1]
     gap = 0.5 * rig.curvature_y * y**2 + depth
     return solve_strips(
         y=y,

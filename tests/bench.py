@@ -316,7 +316,7 @@ def wear_paths() -> Iterator[Row]:
     between."""
     from table_makers.paths import refined, rig_of
     from twindisc_cli.model import path_table
-    from twindisc_cli.model.integration import integrate
+    from twindisc_cli.model.integration import Setup, integrate
     from twindisc_cli.model.wear_path import grid
     from twindisc_cli.model.wear_path.tabulated import tabulated_path
 
@@ -327,7 +327,7 @@ def wear_paths() -> Iterator[Row]:
             section = float(np.exp(rng.uniform(0.0, np.log(1000.0)))) * grid.first_section(rig)
             wander = float(path_table.WANDERS[draw % len(path_table.WANDERS)] * rig.patch.b)
             nodes, y = grid.nodes_to(rig, section, 0.5 * grid.GROWTH), refined(grid.strips_of(rig, section, wander), 4)
-            integrated = integrate(rig, contact, y, nodes, wander=wander)
+            integrated = integrate(Setup(rig, contact, wander), y, nodes)
             path = tabulated_path(rig, contact, section, wander)
             seconds.append(best(lambda s=section, w=wander, r=rig, c=contact: tabulated_path(r, c, s, w)))
             middle = len(y) // 2

@@ -37,7 +37,7 @@ def shaft_with_pauses(rng: Generator, at_most: AtMost) -> Iterator[object]:
         power, room = rng.uniform(0.0, 50.0, count) * (rng.random(count) < 0.6), rng.uniform(280.0, 300.0, count)
         found = disc_heat.temperatures(
             power=power, duration=duration, capacity=capacity, convection=loss, environment=room, initial=293.0,
-            shaft_conductance=joint, shaft_capacity=shaft,
+            shaft=disc_heat.Shaft(joint, shaft),
         )[0]  # fmt: skip
         rates = np.array([[-(loss + joint), joint], [joint, -joint]]) / [[capacity], [shaft]]
         one = other = np.array([293.0, 293.0])

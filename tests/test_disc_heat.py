@@ -48,7 +48,7 @@ def test_a_shaft_is_the_two_body_exponential(convection, conductance, shaft):
     power, room = np.array([20.0, 0.0, 300.0, 45.0, 0.0]), np.array([293.15, 290.0, 295.0, 293.15, 288.0])
     found = disc_heat.temperatures(
         power=power, duration=duration, capacity=capacity, convection=convection, environment=room, initial=300.0,
-        shaft_conductance=conductance, shaft_capacity=shaft,
+        shaft=disc_heat.Shaft(conductance, shaft),
     )[0]  # fmt: skip
     state, expected = np.array([300.0, 300.0]), []
     for heat, time, outside in zip(power, duration, room, strict=True):
@@ -65,7 +65,7 @@ def test_disc_and_shaft_keep_the_heat_that_nothing_takes():
     """Without convection both end at one temperature, which holds all the heat."""
     found = disc_heat.temperatures(
         power=[30.0, 0.0], duration=[100.0, 1e6], capacity=100.0, convection=0.0, environment=77.0, initial=300.0,
-        shaft_conductance=[[0.5], [0.0]], shaft_capacity=400.0,
+        shaft=disc_heat.Shaft([[0.5], [0.0]], 400.0),
     )  # fmt: skip
     assert found[0, 1] == pytest.approx(300.0 + 3000.0 / 500.0, rel=1e-12)
     assert found[1] == pytest.approx([330.0, 330.0], rel=1e-8)

@@ -9,7 +9,7 @@ from rigs import rig
 from table_makers.paths import refined, rig_of
 from twindisc_cli.model import path_table
 from twindisc_cli.model.experiment import Contact, Disc, Rig, Start
-from twindisc_cli.model.integration import WearIntegration, integrate
+from twindisc_cli.model.integration import Setup, WearIntegration, integrate
 from twindisc_cli.model.wear_path import grid, wear_path
 from twindisc_cli.model.wear_path.integrated import integrated_path
 from twindisc_cli.model.wear_path.provider import remembered
@@ -22,7 +22,7 @@ def fine(of: Rig, contact: Contact, section: float, wander: float) -> tuple[Wear
     """The integration on twice the strips with half the steps, and its nodes."""
     nodes = grid.nodes_to(of, section, 0.5 * grid.GROWTH)
     y = refined(grid.strips_of(of, section, wander), 2)
-    return integrate(of, contact, y, nodes, wander=wander), nodes
+    return integrate(Setup(of, contact, wander), y, nodes), nodes
 
 
 @both
@@ -35,7 +35,7 @@ def test_rigs_of_one_curvature_ratio_and_wander_have_one_path(contact: Contact) 
     for of in (one, other):
         b, section = float(of.patch.b), 5.0 * grid.first_section(of)
         y = b * np.arange(-60, 61) / 18.0
-        integrated = integrate(of, contact, y, grid.nodes_to(of, section, 0.2), wander=0.3 * b)
+        integrated = integrate(Setup(of, contact, 0.3 * b), y, grid.nodes_to(of, section, 0.2))
         patch = [integrated.contact.a / of.patch.a, integrated.contact.b / b, integrated.contact.p0 / of.patch.p0]
         found.append([integrated.depth * b / section, *patch, integrated.contact.line_load * b / of.normal_load])
     for values, expected in zip(*found, strict=True):

@@ -7,7 +7,7 @@ import pytest
 from rigs import RADIUS, rig
 
 from twindisc_cli.model.experiment import Contact
-from twindisc_cli.model.integration import integrate
+from twindisc_cli.model.integration import Setup, integrate
 from twindisc_cli.model.patch import weighted_paths
 from twindisc_cli.model.wear_path import WearPath, first_section, grid, wear_path
 from twindisc_cli.model.wear_path.integrated import integrated_path
@@ -198,7 +198,7 @@ def test_a_strip_that_has_just_touched_bears_no_peak_pressure() -> None:
     usual = grid.strips_of(of, section, wander)
     y = np.linspace(usual[0], usual[-1], 2 * len(usual) - 1)
     nodes = grid.nodes_to(of, section, 0.5 * grid.GROWTH)
-    p0 = integrate(of, "half_space", y, nodes, wander=wander).contact.p0[0]
+    p0 = integrate(Setup(of, "half_space", wander), y, nodes).contact.p0[0]
     assert np.abs(np.diff(np.log(p0))).max() < 0.1
 
 

@@ -11,6 +11,7 @@ import threading
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from math import isnan
 from pathlib import Path
 from types import FrameType
@@ -92,12 +93,12 @@ def _command(name: str, *, without: Sequence[str] = ()) -> Callable[[Callable[..
 
     def register(function: Callable[..., int]) -> Callable[..., None]:
         own = [p for p in inspect.signature(function, eval_str=True).parameters.values() if p.name != "output"]
-        every = inspect.signature(_output, eval_str=True).parameters
+        every = inspect.signature(_Options, eval_str=True).parameters
         common = {key: parameter for key, parameter in every.items() if key not in without}
 
         @functools.wraps(function)
         def run(**given: Any) -> None:
-            output = _output(**{key: given.pop(key) for key in common})
+            output = _Options(**{key: given.pop(key) for key in common}).output()
             raise typer.Exit(function(**given, output=output))
 
         del run.__wrapped__
@@ -110,46 +111,35 @@ def _command(name: str, *, without: Sequence[str] = ()) -> Callable[[Callable[..
     return register
 
 
-def _output(
-    folder: Folder = RESULTS,
-    as_json: AsJson = False,
-    force: Force = False,
-    formats: Formats = "png",
-    dpi: Dpi = DPI,
-    no_figure: NoFigure = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-    dry_run: DryRun = False,
-    depfile: Depfile = None,
-    effects: Effects = None,
-    trust_effects: Trust = False,
-    over: Over = "",
-    panels: Panels = False,
-    style: Style = None,
-) -> Output:
-    """What the options that all commands have ask for."""
-    chosen = tuple(dict.fromkeys(part.strip().lower() for part in formats.split(",")))
-    if unknown := [part for part in chosen if part not in FORMATS]:
-        raise typer.BadParameter(f"--format knows {', '.join(FORMATS)}, not {unknown[0] or 'nothing'}")
-    chosen = () if no_figure else chosen
-    if over and over not in TIME_AXES:
-        raise typer.BadParameter(f"--over knows {', '.join(TIME_AXES)}, not {over}")
-    return Output(
-        folder,
-        as_json,
-        force,
-        chosen,
-        dpi,
-        quiet,
-        verbose,
-        dry_run,
-        depfile,
-        effects,
-        trust_effects,
-        over,
-        panels,
-        style,
-    )
+@dataclass(frozen=True)
+class _Options:
+    """The options that all commands have."""
+
+    folder: Folder = RESULTS
+    as_json: AsJson = False
+    force: Force = False
+    formats: Formats = "png"
+    dpi: Dpi = DPI
+    no_figure: NoFigure = False
+    quiet: Quiet = False
+    verbose: Verbose = False
+    dry_run: DryRun = False
+    depfile: Depfile = None
+    effects: Effects = None
+    trust_effects: Trust = False
+    over: Over = ""
+    panels: Panels = False
+    style: Style = None
+
+    def output(self) -> Output:
+        """What they ask for."""
+        chosen = tuple(dict.fromkeys(part.strip().lower() for part in self.formats.split(",")))
+        if unknown := [part for part in chosen if part not in FORMATS]:
+            raise typer.BadParameter(f"--format knows {', '.join(FORMATS)}, not {unknown[0] or 'nothing'}")
+        if self.over and self.over not in TIME_AXES:
+            raise typer.BadParameter(f"--over knows {', '.join(TIME_AXES)}, not {self.over}")
+        others = {key: value for key, value in vars(self).items() if key != "no_figure"}
+        return Output(**others | {"formats": () if self.no_figure else chosen})
 
 
 def _run(command: str, test: Path, output: Output, **options: float | None) -> int:

@@ -657,8 +657,7 @@ class _Chain:
             convection=np.where(known, state.convection, 0.0),
             environment=state.environment,
             initial=thermal.initial_temperature,
-            shaft_conductance=state.shaft_conductance,
-            shaft_capacity=state.shaft_capacity,
+            shaft=disc_heat.Shaft(state.shaft_conductance, state.shaft_capacity),
             begins=state.begins,
         )
         temperature = np.where(known, temperature, np.nan)

@@ -66,6 +66,17 @@ Weights = Callable[[int, Floats, Loaded], Floats]
 
 
 @dataclass(frozen=True)
+class Setup:
+    """What wears: the rig, its contact, the standard deviation of the contact's lateral position [m], and how the
+    unworn discs depart from their nominal shapes."""
+
+    rig: Rig
+    contact: Contact
+    wander: float = 0.0
+    start: Start | None = None
+
+
+@dataclass(frozen=True)
 class WearIntegration:
     """Depth [m] (case, node, strip), contact at the nodes, mean load carried in each step [N/m] (case, step, strip)."""
 
@@ -97,31 +108,27 @@ def even(step: int, y: Floats, loaded: Loaded) -> Floats:
 
 
 def integrate(
-    rig: Rig,
-    contact: Contact,
+    setup: Setup,
     y: Floats,
     nodes: Floats,
     *,
-    wander: float = 0.0,
     cases: int = 1,
     weights: Weights = even,
     mirrored: bool = True,
-    start: Start | None = None,
     settled: float = SETTLED,
     loads: Floats | None = None,
 ) -> WearIntegration:
     """Wear the unworn discs through the sections `nodes` [m2] on uniform strips y, an odd number about 0.
 
-    wander    standard deviation of the contact's lateral position [m]
     mirrored  the weights are the same on both sides of the track
-    start     how the unworn discs depart from their nominal shapes
     settled   change of the line load, over its largest, at which a step in half-space contact is left
     loads     over the rig's load, on the way to each of the nodes [1]; the rig's if not given
     """
+    rig, start = setup.rig, setup.start
     rise = np.zeros_like(y) if start is None else start.on(y)
     loads = rig.normal_load * (np.ones_like(nodes) if loads is None else loads)
-    way = _Way(rig, y, nodes, loads, spreading(y, wander), rise, cases, weights)
-    if contact == "hertz":
+    way = _Way(rig, y, nodes, loads, spreading(y, setup.wander), rise, cases, weights)
+    if setup.contact == "hertz":
         return _integrate_hertz(way)
     if start is not None or not mirrored:
         return _integrate_half_space(way, settled, mirrored=False)

@@ -34,6 +34,14 @@ _SLOWEST = 1e-30
 """A rate [1/s] at which nothing changes."""
 
 
+@dataclass(frozen=True)
+class Shaft:
+    """What a disc sits on: conductance to it [W/K], none at zero, and its heat capacity [J/K]."""
+
+    conductance: ArrayLike = 0.0
+    capacity: ArrayLike = 1.0
+
+
 def temperatures(
     *,
     power: ArrayLike,
@@ -42,8 +50,7 @@ def temperatures(
     convection: ArrayLike,
     environment: ArrayLike,
     initial: float,
-    shaft_conductance: ArrayLike = 0.0,
-    shaft_capacity: ArrayLike = 1.0,
+    shaft: Shaft = Shaft(),
     begins: ArrayLike = 1.0,
 ) -> Floats:
     """The temperature [K] at the end of every interval, exact for a power that is constant within each.
@@ -52,7 +59,7 @@ def temperatures(
     begins (interval,): not 0 where disc and shaft begin at `initial`, as they always do in the first interval.
     """
     power, duration, convection, environment = arrays(power, duration, convection, environment)
-    conductance, shaft_capacity = arrays(shaft_conductance, shaft_capacity)
+    conductance, shaft_capacity = arrays(shaft.conductance, shaft.capacity)
     shape = np.broadcast(power, duration, convection, environment, conductance, shaft_capacity, np.empty((1, 1))).shape
     loss = np.maximum(convection + conductance, _NO_LOSS)
     gone = -np.expm1(loss * (duration / -capacity))

@@ -23,7 +23,7 @@ import numpy as np
 
 from twindisc_cli.model import integration
 from twindisc_cli.model.experiment import Contact, Floats, Ints, Rig, Start
-from twindisc_cli.model.integration import Pressed, WearIntegration, Weights, integrate
+from twindisc_cli.model.integration import Pressed, Setup, WearIntegration, Weights, integrate
 from twindisc_cli.model.wear_path import grid
 from twindisc_cli.model.wear_path.path import CROWNED, Scaled, WearPath, paths_of
 
@@ -164,10 +164,9 @@ def carried_path(
     ends, ratios = loads.pieces()
     nodes, load = _nodes(rig, ends, ratios)
     y = _strips(rig, float(nodes[-1]), ratios, wander)
-    result = integrate(
-        rig, contact, y, nodes, wander=wander, start=start, loads=load, mirrored=not by_place,
-        weights=integration.even if weights is None else weights(nodes, y),
-    )  # fmt: skip
+    setup = Setup(rig, contact, wander, start)
+    local = integration.even if weights is None else weights(nodes, y)
+    result = integrate(setup, y, nodes, loads=load, mirrored=not by_place, weights=local)
     rise = np.zeros_like(y) if start is None else start.on(y)
     kept = np.flatnonzero(np.diff(nodes, append=np.inf) > 0.0)
     gap = 0.5 * rig.curvature_y * y**2 + result.depth[0] - rise
@@ -175,10 +174,8 @@ def carried_path(
     for level in levels:
         pressed = integration.pressed_on(rig, contact, y, gap[kept], rig.normal_load * float(level))
         pressed = _with_own(pressed, result.contact, np.flatnonzero(load == level), nodes, kept)
-        paths += paths_of(
-            rig, WearIntegration(result.depth[:, kept], pressed, result.carried), y=y, nodes=nodes[kept],
-            contact=contact, wander=wander, start=start, errors=(ERROR, PRESSURE_ERROR),
-        )  # fmt: skip
+        under_load = WearIntegration(result.depth[:, kept], pressed, result.carried)
+        paths += paths_of(setup, under_load, y=y, nodes=nodes[kept], errors=(ERROR, PRESSURE_ERROR))
     return CarriedPath(levels, tuple(paths), float(ends[-1]))
 
 

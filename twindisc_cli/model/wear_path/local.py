@@ -8,8 +8,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from twindisc_cli.model.experiment import Contact, Floats, Rig, Start
-from twindisc_cli.model.integration import Loaded, Weights, integrate
+from twindisc_cli.model.experiment import Floats, Rig
+from twindisc_cli.model.integration import Loaded, Setup, Weights, integrate
 from twindisc_cli.model.wear_path.path import (
     CREEPAGES,
     STRAIGHT,
@@ -70,19 +70,14 @@ def local_paths(rig: Rig, path: WearPath, course: Course, factors: Factors, *, b
     path, steps = _divided(path, BEYOND * float(section.max()))
     nodes = path.section[: steps + 1]
     weighted = weights_on(nodes, path.y, course=course, factors=factors)
+    setup = Setup(rig, path.contact, path.wander, path.start)
     integrated = integrate(
-        rig, path.contact, path.y, nodes,
-        wander=path.wander, cases=len(section), weights=weighted, mirrored=not by_place, start=path.start,
-        settled=PASSING,
-    )  # fmt: skip
-    further = path.section[: EVEN_STEPS * -(-steps // EVEN_STEPS) + 1]
-    even = _marched_evenly(
-        rig, path.contact, path.wander, path.start, float(path.y[-1]), len(path.y), tuple(further.tolist())
+        setup, path.y, nodes, cases=len(section), weights=weighted, mirrored=not by_place, settled=PASSING
     )
-    own = paths_of(
-        rig, integrated, y=path.y, nodes=nodes, contact=path.contact, wander=path.wander, start=path.start,
-        errors=(path.error, path.pressure_error), creepages=CREEPAGES[-1:],
-    )  # fmt: skip
+    further = path.section[: EVEN_STEPS * -(-steps // EVEN_STEPS) + 1]
+    even = _integrated_evenly(setup, float(path.y[-1]), len(path.y), tuple(further.tolist()))
+    errors = path.error, path.pressure_error
+    own = paths_of(setup, integrated, y=path.y, nodes=nodes, errors=errors, creepages=CREEPAGES[-1:])
     path, even = path.on(nodes), even.on(nodes)
     return [_moved(path, one, even) for one in own]
 
@@ -106,16 +101,11 @@ def _divided(path: WearPath, section: float) -> tuple[WearPath, int]:
 
 
 @lru_cache(maxsize=64)
-def _marched_evenly(
-    rig: Rig, contact: Contact, wander: float, start: Start | None, half: float, count: int, nodes: tuple[float, ...]
-) -> WearPath:
+def _integrated_evenly(setup: Setup, half: float, count: int, nodes: tuple[float, ...]) -> WearPath:
     """The path integrated nodes [m2] on so many strips within a half-width [m], all of which wear by one K."""
     y, along = np.linspace(-half, half, count), np.array(nodes)
-    integrated = integrate(rig, contact, y, along, wander=wander, start=start, settled=PASSING)
-    (own,) = paths_of(
-        rig, integrated, y=y, nodes=along, contact=contact, wander=wander, start=start,
-        errors=(np.nan, np.nan), creepages=CREEPAGES[-1:],
-    )  # fmt: skip
+    integrated = integrate(setup, y, along, settled=PASSING)
+    (own,) = paths_of(setup, integrated, y=y, nodes=along, errors=(np.nan, np.nan), creepages=CREEPAGES[-1:])
     return own
 
 

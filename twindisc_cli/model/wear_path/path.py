@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.model import partial_slip
-from twindisc_cli.model.experiment import Contact, Floats, Rig, Start
-from twindisc_cli.model.integration import WearIntegration
+from twindisc_cli.model.experiment import Contact, Floats, Start
+from twindisc_cli.model.integration import Setup, WearIntegration
 from twindisc_cli.model.traction_law import creep_stiffness
 
 _EDGES = np.linspace(0.0, 1.0, 33)
@@ -199,20 +199,17 @@ def between(known: Floats, values: Floats) -> tuple[NDArray[np.intp], Floats]:
 
 
 def paths_of(
-    rig: Rig,
+    setup: Setup,
     integrated: WearIntegration,
     *,
     y: Floats,
     nodes: Floats,
-    contact: Contact,
-    wander: float,
-    start: Start | None,
     errors: tuple[float, float],
     creepages: Floats = CREEPAGES,
 ) -> list[WearPath]:
     """The path of each case of an integration, with the wear index of strips at some of the CREEPAGES."""
     result = integrated.contact
-    stiffness, stiffness_y = creep_stiffness(rig, result.a, result.b)
+    stiffness, stiffness_y = creep_stiffness(setup.rig, result.a, result.b)
     return [
         WearPath(
             section=nodes,
@@ -230,9 +227,9 @@ def paths_of(
             spread=spread_of(y, result.line_load[i], result.intensity[i], result.area[i], creepages),
             error=errors[0],
             pressure_error=errors[1],
-            contact=contact,
-            wander=wander,
-            start=start,
+            contact=setup.contact,
+            wander=setup.wander,
+            start=setup.start,
         )
         for i, depth in enumerate(integrated.depth)
     ]
