@@ -17,7 +17,7 @@ from typing import Any, TextIO
 from twindisc_cli.errors import OutputError
 
 LONGEST_LINE, LONGEST_FAILURE = 2000, 400
-MOST_LINES = 40
+MOST_LINES = 40  # of mistakes: a screenful
 _GONE = (errno.EPIPE, errno.EBADF, errno.ESHUTDOWN)
 _CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff]")
 

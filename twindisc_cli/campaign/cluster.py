@@ -37,7 +37,7 @@ FETCHED = 5.0
 """Seconds for an answer to come from its worker."""
 LOSSES = 3
 """An item is given up when all workers that it went to were lost more often than this, as Dask does with each."""
-_LOOK = 0.5
+_LOOK = 0.5  # [s] between looks at the workers: far below the minutes that one may be silent
 
 
 def each(

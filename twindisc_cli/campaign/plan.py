@@ -30,8 +30,8 @@ Value = float | int | str | bool
 _PART = re.compile(r"([^.\[\]]+)|\[(\d+|\*)\]")
 _RANGE_KEYS = {"from", "to", "count", "spacing"}
 _CAMPAIGN_KEYS = {"base", "vary", "variations"}
-_MOST_COUNT = 1_000_000
-_LARGEST = 1e300
+_MOST_COUNT = 1_000_000  # tests: a slip of the keyboard asks for more, no campaign does
+_LARGEST = 1e300  # beyond it products overflow
 
 
 @dataclass(frozen=True)

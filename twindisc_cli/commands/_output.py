@@ -9,7 +9,7 @@ from typing import Any
 from twindisc_cli.digests import digest_of
 
 FORMATS = ("png", "pdf", "svg")
-DPI = 150
+DPI = 150  # a figure of two columns fills a screen
 
 
 @dataclass(frozen=True)

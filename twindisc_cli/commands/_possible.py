@@ -20,7 +20,7 @@ LARGEST_RATIO = 3.0
 """Of T/N as a sensor records it."""
 HOTTEST = 1e4
 """Kelvin, beyond all solids."""
-ROUNDING = 1e-9
+ROUNDING = 1e-9  # of the largest value: far above the rounding of sums, far below what a sensor resolves
 
 
 @dataclass(frozen=True)

@@ -36,11 +36,11 @@ from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-GEOMETRY_MARGIN = 1.15
-MASS_MARGIN = 1.2
-ENERGY_MARGIN = 1.5
-LIMIT_MARGIN = 1.05
-COLDER = 2.0
+GEOMETRY_MARGIN = 1.15  # of a width or depth: where the worn zone ends is a matter of reading
+MASS_MARGIN = 1.2  # of a mass: the profile is of one place around the disc
+ENERGY_MARGIN = 1.5  # of W H / E: a volume and an energy enter, each with its own error
+LIMIT_MARGIN = 1.05  # of what nothing can exceed, for the values that it is computed from
+COLDER = 2.0  # [K]; thermocouples err by 1.5 (class 1) to 2.5 (class 2), IEC 60584-1
 
 
 @dataclass(frozen=True)

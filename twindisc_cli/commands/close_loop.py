@@ -37,8 +37,8 @@ from twindisc_cli.report.words import channel_name, listed, number, p_value, pla
 from twindisc_cli.results import Result, or_null
 from twindisc_cli.version import __version__
 
-LINES = 10
-DIGITS = 7
+LINES = 10  # on the terminal, which stay in view
+DIGITS = 7  # of a law: its curve comes back to the width of a line
 
 
 def run(

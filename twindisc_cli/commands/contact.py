@@ -27,7 +27,7 @@ from twindisc_cli.results import Array, Axis, Dataset, Result
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-SMOOTHED_OVER = 40
+SMOOTHED_OVER = 40  # parts of a profile: a parabola spans one of them
 PARTIAL = 0.99
 """Share of mu N above which a step counts as sliding all over."""
 

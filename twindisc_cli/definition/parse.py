@@ -28,9 +28,9 @@ from twindisc_cli.reading import read_toml
 _SYNTAX = re.compile(r"(.*) \(at (?:line (\d+), column \d+|end of document)\)")
 _PAIR = re.compile(r"""^\s*[\w.-]+\s*=\s*(?![\[{]|\"{3}|'{3})""")
 _DECIMAL_COMMA = re.compile(r"^(\s*([\w.-]+)\s*=\s*[-+]?\d+),(\d+)(\s*(?:#.*)?)$")
-_LARGEST = 10**300
+_LARGEST = 10**300  # larger whole numbers are no floats
 _ENDLESS = re.compile(r"[0-9_]{1000}")
-_MOST_SYNTAX_ERRORS = 20
+_MOST_SYNTAX_ERRORS = 20  # then the file is not a definition
 NAMED: Key = ("laws",)
 """The table whose tables have names of the user's choice."""
 

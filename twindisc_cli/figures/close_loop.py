@@ -39,7 +39,7 @@ from twindisc_cli.report.words import p_value, percent, term_name, unit
 
 PANEL, STRIP, BAR, AXIS = 2.35, 0.62, 0.19, 0.72
 """Height of a row of panels, of the steps above one, of a bar of a ranking, and of what is around the bars [inch]."""
-COLUMNS = 2
+COLUMNS = 2  # of panels: the width of a page
 BINS, MOST_BINS = 20, 60
 """Bins of the mean of what the model leaves; across the track a fifth of the samples, and at most so many."""
 SHOWN, LONGEST, TITLE = 8, 56, 44

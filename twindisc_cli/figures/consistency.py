@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from twindisc_cli.figures.style import BLACK, GREEN, RED, SMALL, legend, logarithmic, page
 
-_SHOWN = (1e-2, 1e3)
+_SHOWN = (1e-2, 1e3)  # of its margin, from far inside to hopeless; the rest stands at the ends
 
 
 def consistency(labels: Sequence[str], strains: Sequence[float], *, title: str, note: str) -> Figure:

@@ -15,7 +15,7 @@ from twindisc_cli.physics import shakedown
 
 Floats = NDArray[np.float64]
 
-ARROWS = 12
+ARROWS = 12  # each way: more would touch each other
 SLENDER = 4.0
 """Width over length of a patch from which on its map is stretched along rolling."""
 NAMES = {"exact": "exact theory", "fastsim": "FASTSIM"}

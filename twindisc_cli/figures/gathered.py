@@ -22,10 +22,10 @@ PAGE = (8.27, 11.69)
 """A4 [inch]."""
 MARGIN, LINE = 0.06, 0.0135
 """Of the page's width; a line of text, of its height."""
-CHARACTERS = 118
+CHARACTERS = 118  # of 8 points between the margins
 FIRST = 5
 """Sentences of each command on the first page; the HTML page has all."""
-DPI = 200
+DPI = 200  # of a picture on paper
 
 
 def pages(

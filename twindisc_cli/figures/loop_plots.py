@@ -13,7 +13,7 @@ from twindisc_cli.model.experiment import Experiment, Floats
 
 MOST = 3000
 """Samples of a channel that a page carries; more are thinned evenly."""
-DIGITS = 6
+DIGITS = 6  # below a pixel at any zoom that a page offers
 
 
 def plots_of(diagnosis: Diagnosis, tests: Sequence[Experiment]) -> list[dict[str, Any]]:

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from twindisc_cli.model.experiment import Experiment
 
 ACROSS, HEIGHT = "$y$ [mm]", "height change [µm]"
-_PROFILES = 7
+_PROFILES = 7  # first to last: as many as can be followed by shade
 
 
 def worn(

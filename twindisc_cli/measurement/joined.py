@@ -16,7 +16,7 @@ import numpy as np
 from twindisc_cli.measurement.log import Log
 from twindisc_cli.measurement.sheet import Floats
 
-_DAY = 86400.0
+_DAY = 86400.0  # [s], by which a clock jumps back at midnight
 _ANEW = 5.0
 """A clock begins anew within so many intervals of where the first log's began."""
 

@@ -22,9 +22,9 @@ from twindisc_cli.physics.half_space import rolling
 from twindisc_cli.physics.half_space.normal import solve_gap, solve_profile
 from twindisc_cli.physics.half_space.rolling import Creepage
 
-ELEMENTS = 120
-STRIPS = 100
-LINE_STRIPS = 21
+ELEMENTS = 120  # along the patch, half as many across: the border of the slip is drawn without steps
+STRIPS = 100  # of FASTSIM each way, drawn beside the exact fields
+LINE_STRIPS = 21  # an odd number: one lies in the middle
 _STANDING = 1e-15
 """A creepage that is none [1]."""
 

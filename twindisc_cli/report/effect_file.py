@@ -16,7 +16,7 @@ from twindisc_cli.report.sentences import range_of, transfer_text
 from twindisc_cli.report.words import channel_name, sentence
 from twindisc_cli.version import __version__
 
-WIDTH = 116
+WIDTH = 116  # of a line of a docstring in the house style
 TIMED = ("time", "cycles", "energy", "sliding_distance", "time_in_step", "greatest_creepage", "direction")
 
 

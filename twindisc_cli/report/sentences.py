@@ -35,7 +35,7 @@ from twindisc_cli.report.words import (
 )
 
 FoundTerm = FoundEffect | FoundLaw
-AT_FLOOR = 1.15
+AT_FLOOR = 1.15  # times the noise, of which only an estimate is known
 SAME = "in other words"
 """Why a law is not given that is an effect, or another law, by another name."""
 WORN = ("profile", "mass")

@@ -28,7 +28,7 @@ KIND: Mapping[str, str] = {
     "line": "a straight line under the profile",
     "stops": "another size at each recorded profile",
 }
-MOST_DIGITS = 10
+MOST_DIGITS = 10  # more than any instrument gives
 EXACT, BELOW = 6, 1e-5
 """Digits of a value whose standard error is below this share of it."""
 unit = for_reading

@@ -20,7 +20,7 @@ from twindisc_cli.version import __version__
 
 _RECORD = b"\nrecord "
 _MARK = b"\nsha256 "
-_SHOWN = 3
+_SHOWN = 3  # keys in a sentence
 
 
 @dataclass(frozen=True)

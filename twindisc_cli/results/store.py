@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import h5py
 
 CONVENTIONS = "CF-1.11"
-_COMPRESSED_FROM = 8192
+_COMPRESSED_FROM = 8192  # values: a smaller array gains less than the filter takes
 
 
 def images(
