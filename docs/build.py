@@ -83,23 +83,30 @@ class Workbench:
     def command(self, line: str) -> str:
         """What a command line says. Exit code 5 is a negative finding; others than 0 and it are errors."""
         said = io.StringIO()
-        program, *arguments = shlex.split(line)
-        if program == "twindisc" and "|" not in line:
-            code = self._twindisc(arguments, said)
+        first, *pipe = line.split(" | ", 1)
+        program, *arguments = shlex.split(first)
+        if program == "twindisc":
+            code = self._twindisc(arguments, said, io.StringIO() if pipe else said)
+            if pipe and code in (0, 5):
+                code, said = self._shell(pipe[0], said.getvalue())
         else:
-            path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-            settings = {**os.environ, "PATH": path}
-            done = subprocess.run(line, shell=True, cwd=self.folder, env=settings, capture_output=True, text=True)
-            code = done.returncode
-            said.write(done.stdout + done.stderr)
+            code, said = self._shell(line)
         if code not in (0, 5):
             raise DocumentationError(f"exit code {code} of `{line}`:\n{said.getvalue()}")
         return said.getvalue()
 
-    def _twindisc(self, arguments: list[str], said: io.StringIO) -> int:
+    def _shell(self, line: str, given: str = "") -> tuple[int, io.StringIO]:
+        path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+        settings = {**os.environ, "PATH": path}
+        done = subprocess.run(
+            line, shell=True, cwd=self.folder, env=settings, input=given, capture_output=True, text=True
+        )
+        return done.returncode, io.StringIO(done.stdout + done.stderr)
+
+    def _twindisc(self, arguments: list[str], said: io.StringIO, noted: io.StringIO) -> int:
         from twindisc_cli.cli import main
 
-        with chdir(self.folder), redirect_stdout(said), redirect_stderr(said):
+        with chdir(self.folder), redirect_stdout(said), redirect_stderr(noted):
             try:
                 main(arguments)
             except SystemExit as left:

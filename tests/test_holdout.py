@@ -17,7 +17,8 @@ from twindisc_cli.loop.problem import problem_of
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.model.experiment import Experiment, Measured, TemperatureSamples
 
-COURSE = history((0.01, 0.02, 0.015, 0.04, 0.03, 0.06, 0.05, 0.09, 0.07), 3)
+CREEPAGES = (0.01, 0.02, 0.015, 0.04, 0.03, 0.06, 0.05, 0.09, 0.07)
+COURSE = history(CREEPAGES, 3)
 FALLING = Plant(COURSE, mu=lambda time, creepage, cycles: 0.6 * (0.5 + 0.5 * np.exp(-30.0 * creepage)), lag=40.0)
 
 
@@ -229,7 +230,8 @@ def with_nonsense(test: Experiment, kind: str) -> Experiment:
 @cache
 def terms(kind: str | None) -> tuple[list[str], list[tuple[str, str]], str]:
     """Effects, laws and verdict of a test with falling friction, a lag and a step of the environment."""
-    test = Instruments(channels=("traction", "temperature"), each=4).record(FALLING, np.random.default_rng(3))
+    short = replace(FALLING, history=history(CREEPAGES, 1))
+    test = Instruments(channels=("traction", "temperature"), each=8).record(short, np.random.default_rng(3))
     found = diagnose([with_nonsense(test, kind) if kind else test], validate=None, progress=ignored)
     effects = [effect.name for effect in found.effects]
     return effects, [(law.law.quantity, law.law.covariate) for law in found.laws], found.verdict
