@@ -1,6 +1,6 @@
 """Make kalker.npz and exact.npz of twindisc_cli/physics: `python -m table_makers.rolling kalker exact`.
 
-kalker.npz   creepage coefficients by polynomials of degree 20 (half_space.adhesion), as Chebyshev coefficients of
+kalker.npz   creepage coefficients by polynomials of degree 20 (adhesion.py), as Chebyshev coefficients of
              log C over log(a/b) and nu. Error below 1e-4 for 0.1 <= a/b <= 10, below 4e-4 at 0.05 and 20: found by
              comparing degrees 16, 20 and 24, C23 with C32, and the interpolation with direct values between its nodes.
 exact.npz    T/(mu N) over normalised creepage by the rolling solver (half_space.rolling) on nine grids, carried to
@@ -18,9 +18,9 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
+from table_makers.adhesion import creepage_coefficients
 from twindisc_cli.physics import exact, kalker
 from twindisc_cli.physics.half_space import rolling
-from twindisc_cli.physics.half_space.adhesion import creepage_coefficients
 
 Floats = NDArray[np.float64]
 

@@ -3,7 +3,7 @@
 Every ratio a/b is a file in FOLDER, so that what was broken off goes on where it was. Each value is a quotient of two
 cases of the rolling solver on the same grid, with all creepages or with the longitudinal one alone, which takes most of
 the grid's error away; two grids carry what is left to the limit. For the ends, no creepage and full slip, linear theory
-(half_space.adhesion, by its table) and a sum over the patch stand in. Standard error, against grids three times as
+(adhesion.py, by its table) and a sum over the patch stand in. Standard error, against grids three times as
 fine: 0.07 % (Fx), 0.16 % (Fy), 0.2 % (moment) of what the longitudinal creepage alone would transmit.
 
 Where nearly all of the drive is sideways, forces turn over within less than two nodes. There the table is solved at

@@ -16,7 +16,7 @@ from twindisc_cli.physics.half_space import (
     ProfileError,
 )
 from twindisc_cli.physics.half_space.influence import rectangle_influence, strip_functions
-from twindisc_cli.physics.half_space.normal import combined_gap, solve_gap, solve_profile
+from twindisc_cli.physics.half_space.normal import solve_gap, solve_profile
 from twindisc_cli.physics.half_space.strips import solve_strips
 
 RIG = {"curvature_x": 2.0 / 30e-3, "normal_load": 72.0, "effective_modulus": 79.3e9 / (1.0 - 0.3)}
@@ -144,15 +144,6 @@ def test_two_bumps_are_two_hertz_contacts():
     assert contact.area == pytest.approx(2.0 * np.pi * semi_axis**2, rel=0.01)
     assert contact.approach == pytest.approx(semi_axis**2 / radius + 2.0 / (np.pi * modulus * 0.4e-3), rel=0.01)
     assert np.count_nonzero(np.diff(contact.patch.any(axis=1).astype(int)) == 1) == 2
-
-
-def test_combined_gap_takes_the_common_range_and_the_higher_places_touch_first():
-    left, right = np.linspace(-2.0, 1.0, 301), np.linspace(-1.0, 2.0, 201)
-    y, gap = combined_gap(y_1=left, z_1=-(left**2), y_2=right, z_2=0.5 * right, points=401)
-    assert (y[0], y[-1]) == (-1.0, 1.0)
-    assert y[gap.argmin()] == pytest.approx(0.25, abs=0.01)
-    with pytest.raises(NoContactError, match="no common range"):
-        combined_gap(y_1=left, z_1=left, y_2=right + 5.0, z_2=right, points=9)
 
 
 def test_errors_say_what_is_wrong():

@@ -9,7 +9,7 @@ import pytest
 from rigs import solve_rolling
 
 from table_makers import rolling as tabulated
-from twindisc_cli.physics.half_space.adhesion import creepage_coefficients
+from table_makers.adhesion import creepage_coefficients
 from twindisc_cli.physics.kalker import coefficients
 
 # nu, a/b, C11, C22, C23, C33

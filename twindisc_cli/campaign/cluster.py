@@ -93,7 +93,7 @@ class _Crew:
 
     def __init__(self, client: Client, address: str, say: Say) -> None:
         self.client, self.say = client, say
-        self.here = _versions()
+        self.here = _asker(LIBRARIES)()
         self.known: dict[str, bool] = {}
         self.threads: dict[str, int] = {}
         self.looked = 0.0
@@ -133,10 +133,6 @@ class _Crew:
                     self.say(_refusal(address, there, self.here))
         self.threads = {address: count for address, count in now.items() if self.known.get(address)}
         self.looked = time.monotonic()
-
-
-def _versions() -> dict[str, str]:
-    return _asker(LIBRARIES)()
 
 
 def _asker(libraries: Sequence[str]) -> Callable[[], dict[str, str]]:

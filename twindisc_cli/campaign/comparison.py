@@ -85,7 +85,9 @@ def read(paths: Sequence[Path]) -> list[Shown]:
         raise DefinitionError(problems)
     tests = [_shown(folder, of_commands) for folder, of_commands in results.items()]
     if len({test.name for test in tests}) < len(tests):
-        tests = [_renamed(test, folder) for test, folder in zip(tests, results, strict=True)]
+        tests = [
+            replace(test, name=f"{folder.parent.name}/{test.name}") for test, folder in zip(tests, results, strict=True)
+        ]
     return tests
 
 
@@ -119,11 +121,6 @@ def _shown(folder: Path, results: Mapping[str, Recorded]) -> Shown:
         provenance=provenance,
         turned=turned,
     )
-
-
-def _renamed(test: Shown, folder: Path) -> Shown:
-    """A test by its folder above too, where two results are of one name."""
-    return replace(test, name=f"{folder.parent.name}/{test.name}")
 
 
 # ---------------------------------------------------------------------------------------------- what differs

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -108,12 +108,10 @@ def _json(term: Shared, tests: Sequence[str]) -> dict[str, Any]:
         "probability": term.probability.tolist(),
         "share": {"value": term.share, "low": term.low, "high": term.high},
         "gain": term.gain,
-        "parameters": {key: _parameter(p) for key, p in term.parameters.items()},
+        "parameters": {
+            key: {**vars(p), "value": p.value.tolist(), "std": p.std.tolist()} for key, p in term.parameters.items()
+        },
         "p_one_set": term.p_one,
         "one_set": bool(term.p_one > SINGLE) if np.isfinite(term.p_one) else None,
         "alternatives": list(term.alternatives),
     }
-
-
-def _parameter(p: SharedParameter) -> Mapping[str, Any]:
-    return {**vars(p), "value": p.value.tolist(), "std": p.std.tolist()}

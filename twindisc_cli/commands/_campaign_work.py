@@ -69,7 +69,12 @@ class Work:
 
 def prepare(order: Order, job: Job) -> Task | Row:
     """Read a test: a task, or at once the row of one that is up to date or cannot be read."""
-    row = Row(test=job.name, file=job.path.as_posix(), exit_code=0, asked=_varied(job))
+    row = Row(
+        test=job.name,
+        file=job.path.as_posix(),
+        exit_code=0,
+        asked={header(key): value for key, value in job.varied.items()},
+    )
     try:
         effects.forget_folders()
         channels.forget_folders()
@@ -124,10 +129,6 @@ def failed(row: Row, error: Exception | SystemExit) -> Row:
     if os.environ.get("TWINDISC_DEBUG"):
         traceback.print_exception(error)
     return replace(row, exit_code=1, error=bug(error))
-
-
-def _varied(job: Job) -> dict[str, Value]:
-    return {header(key): value for key, value in job.varied.items()}
 
 
 def _operation(test: Test) -> dict[str, Value]:

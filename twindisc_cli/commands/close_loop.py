@@ -120,7 +120,8 @@ def summary(diagnosis: Diagnosis) -> list[str]:
     lines += [_error_line(channel_name(channel), error) for channel, error in diagnosis.errors.items()]
     lines += [_term_line(term) for terms in sentences.together(diagnosis).values() for term in terms]
     if diagnosis.unexplained and diagnosis.verdict != "unexplained":
-        lines.append(f"unexplained: {listed(sentences.open_questions(diagnosis))} ({_significance(diagnosis)})")
+        least = p_value(min(left.p_value for left in diagnosis.unexplained))
+        lines.append(f"unexplained: {listed(sentences.open_questions(diagnosis))} ({least})")
     base = [f"{name} = {with_error(e.value, e.std, e.unit)}" for name, e in diagnosis.base.items()]
     with_what = ", with what was added (use them with revised.toml)" if sentences.together(diagnosis) else ""
     lines += [f"base{with_what}: {', '.join(base)} (± one standard deviation)"] if base else []
@@ -148,10 +149,6 @@ def _predicted_line(predicted: PredictedErrors) -> str:
     ]
     known = f"; with its own level ({'; '.join(level)}): {', '.join(own)}" if level else ""
     return f"{predicted.test}: {', '.join(parts)}{known}"
-
-
-def _significance(diagnosis: Diagnosis) -> str:
-    return p_value(min(left.p_value for left in diagnosis.unexplained))
 
 
 def _before_after(error: ChannelError) -> str:

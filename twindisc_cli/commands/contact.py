@@ -163,7 +163,8 @@ def _operating_point(model: ForwardModel, *, step: int | None, creepage: float |
     slowest = np.where(share > PARTIAL, share + np.abs(at(state.creepage)), share)
     chosen = int(np.argmin(slowest)) if step is None else step - 1
     if mu is None and not known[chosen]:
-        raise DefinitionError(f"no friction, or no creepage, is known {_where(step)}: give --mu (and --creepage)")
+        where = "for any step" if step is None else f"in step {step}"
+        raise DefinitionError(f"no friction, or no creepage, is known {where}: give --mu (and --creepage)")
     own_creepage = float(at(state.creepage)[chosen])
     if creepage is None and own_creepage == 0.0:
         raise DefinitionError(f"step {chosen + 1} rolls without creepage: give --creepage, or another --step")
@@ -176,10 +177,6 @@ def _operating_point(model: ForwardModel, *, step: int | None, creepage: float |
         origin=_origin(chosen, source[chosen], share[chosen], creepage=creepage, mu=mu, asked=step is not None),
         illustrative=creepage is not None or mu is not None,
     )
-
-
-def _where(step: int | None) -> str:
-    return "for any step" if step is None else f"in step {step}"
 
 
 def _origin(step: int, source: str, share: float, *, creepage: float | None, mu: float | None, asked: bool) -> str:

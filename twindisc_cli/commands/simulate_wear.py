@@ -171,6 +171,9 @@ def _measured(test: Experiment) -> tuple[tuple[Axis, ...], tuple[Array, ...]]:
     return (place,), (Array("measured_height", ("measured_y",), profile.height[last], "m", what),)
 
 
+POWER_PER_LENGTH = "dissipated power per length P_l of Eq. 15, mean over the iteration"
+
+
 def _dataset(history: WearHistory, k: float, source: str, test: Experiment) -> Dataset:
     axes, arrays = _measured(test)
     rows = (
@@ -201,13 +204,7 @@ def _dataset(history: WearHistory, k: float, source: str, test: Experiment) -> D
             ),
             Array("height", ("iteration", "y"), history.height, "m", "height change of disc 2"),
             Array("disc1_height", ("iteration", "y"), history.disc1_height, "m", "height change of disc 1"),
-            Array(
-                "power_per_length",
-                ("iteration", "y"),
-                history.power_per_length,
-                "W m-1",
-                "dissipated power per length P_l of Eq. 15, mean over the iteration",
-            ),
+            Array("power_per_length", ("iteration", "y"), history.power_per_length, "W m-1", POWER_PER_LENGTH),
             *_new(test.measured.start, history.y),
             *arrays,
         ),

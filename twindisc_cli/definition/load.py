@@ -68,6 +68,7 @@ def load_text(text: str, path: Path) -> Test:
         raise ValidityError(str(error)).of(path) from error
     resolved = _resolved(definition, rig)
     _check_hold_out(definition, recorded.history, path)
+    held_out = definition.loop.hold_out_steps
     experiment = Experiment(
         name=definition.test.name,
         description=definition.test.description,
@@ -79,7 +80,7 @@ def load_text(text: str, path: Path) -> Test:
         laws={name: _law(table, recorded.measured.columns) for name, table in definition.laws.items()},
         tolerances=_tolerances(definition.rig, definition.material),
         measured=recorded.measured,
-        hold_out_steps=_from_zero(definition.loop.hold_out_steps),
+        hold_out_steps=None if held_out is None else tuple(step - 1 for step in held_out),
         reported=_reported(definition),
         own_parameters={key: v for table in resolved.get("channels", {}).values() for key, v in table.items()},
     )
@@ -107,11 +108,6 @@ def _other(source: measurement.Source, channel: Channel) -> measurement.Other:
     columns = [measurement.column(c.name, c.unit, required=c.required) for c in channel.file.columns]
     ranges = {c.name: (c.lower, c.upper) for c in channel.file.columns}
     return measurement.Other(source, columns, ranges, channel.file.samples, channel.file.fewest)
-
-
-def _from_zero(steps: Sequence[int] | None) -> tuple[int, ...] | None:
-    """Steps counted from 1 as counted from 0; None where the program chooses."""
-    return None if steps is None else tuple(step - 1 for step in steps)
 
 
 def _check_hold_out(definition: DefinitionBase, history: History, path: Path) -> None:

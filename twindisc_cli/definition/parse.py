@@ -67,7 +67,8 @@ def _parse(text: str, file: str) -> DefinitionBase:
         definition = model.model_validate(source.raw)
     except ValidationError as error:
         errors = error.errors(include_url=False)
-        meant = {key: guess for key in _unknown_keys(errors) if (guess := _guess(key, model))}
+        unknown = [tuple(error["loc"]) for error in errors if error["type"] == "extra_forbidden"]
+        meant = {key: guess for key in unknown if (guess := _guess(key, model))}
         problems.extend(_schema_problems(source, errors, meant, model))
     for key, what in broken(_corrected(source.raw, meant)):
         if key[-1] not in source.mended:
@@ -147,10 +148,6 @@ def _syntax_problem(error: tomllib.TOMLDecodeError, lines: Sequence[str], file: 
         return Problem(what, file, number, comma[2]), f"{comma[1]}.{comma[3]}{comma[4]}"
     problem = Problem(f"not TOML: {what[:1].lower()}{what[1:]}", file, number)
     return problem, "" if _PAIR.match(line) and at else None
-
-
-def _unknown_keys(errors: Sequence[ErrorDetails]) -> list[Key]:
-    return [tuple(error["loc"]) for error in errors if error["type"] == "extra_forbidden"]
 
 
 def _corrected(raw: Mapping[str, Any], meant: Mapping[Key, str]) -> Mapping[str, Any]:

@@ -37,7 +37,7 @@ def pages(
         matplotlib.rc_context({"pdf.fonttype": 42}),
         PdfPages(buffer, metadata={"CreationDate": None, "Producer": None, "Creator": None}) as book,
     ):
-        leading, others = _leading(parts), [part for part in parts if part.figure]
+        leading, others = next((part for part in parts if part.figure), None), [part for part in parts if part.figure]
         for figure in (
             _first(name, description, provenance, parts, numbers, leading),
             _second(name, [part for part in others if part is not leading]),
@@ -45,11 +45,6 @@ def pages(
             if figure is not None:
                 book.savefig(figure, dpi=DPI)
     return buffer.getvalue()
-
-
-def _leading(parts: Sequence[Part]) -> Part | None:
-    """The part whose figure stands on the first page."""
-    return next((part for part in parts if part.figure), None)
 
 
 def _first(

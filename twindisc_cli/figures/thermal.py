@@ -39,8 +39,7 @@ def temperatures(
     steps: times [s] and disc [degC] of Eq. 19 as the paper steps it, each (iteration,).
     """
     samples = test.measured.temperature
-    recorded = samples is not None or test.measured.traction is not None
-    provenance = test.measured.provenance if recorded else ""
+    provenance = test.measured.provenance if samples is not None or test.measured.traction is not None else ""
     figure, (first, second, third) = page(3, 1, height=6.6, title=f"{test.name}: temperature", provenance=provenance)
     said(figure, sentence)
     clock = time_axis(test)

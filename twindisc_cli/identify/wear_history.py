@@ -64,6 +64,7 @@ def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) ->
     patch = paths.patch(section, load)
     share = np.broadcast_to(state.disc1_share, wide)[0, at][:, None]
     height, disc1_height = -(1.0 - share) * depth, -share * depth
+    radius = test.rig.disc1.rolling_radius
     power = np.diff(state.energy[0, at], prepend=0.0) / test.history.duration
     return WearHistory(
         time=test.history.end_time,
@@ -74,7 +75,7 @@ def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) ->
         power_per_length=_power_per_length(y, depth, power),
         energy=state.energy[0, at],
         volume=worn_volume(y=y, depth=-height, rolling_radius=model.radius)
-        + worn_volume(y=y, depth=-disc1_height, rolling_radius=_turning(test.rig.disc1.rolling_radius, model.radius)),
+        + worn_volume(y=y, depth=-disc1_height, rolling_radius=radius if np.isfinite(radius) else model.radius),
         y=y,
         height=height,
         disc1_height=disc1_height,
@@ -128,11 +129,6 @@ def _power_per_length(y: Floats, depth: Floats, power: Floats) -> Floats:
     taken = np.diff(depth, axis=0, prepend=np.zeros((1, len(y))))
     total = np.trapezoid(taken, y, axis=1)
     return np.asarray(taken * np.divide(power, total, out=np.zeros_like(power), where=total > 0.0)[:, None])
-
-
-def _turning(radius: float, other: float) -> float:
-    """The radius of a disc [m], the other's of a flat one, on which the worn length is the same."""
-    return radius if np.isfinite(radius) else other
 
 
 def _radius(y: Floats, height: Floats, b: Floats, unworn: float, *, flat: bool) -> Floats:

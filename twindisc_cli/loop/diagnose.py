@@ -63,9 +63,7 @@ def diagnose(
     """Find what the model lacks in these tests.
 
     `validate` is not fitted, but how well an explanation predicts it counts in the choice; what is in `predict` is
-    predicted at the end and counts in nothing.
-
-    Raises ValueError where the tests cannot be diagnosed: nothing measured, or nothing that fixes the friction.
+    predicted at the end and counts in nothing. Raises ValueError where nothing is measured or fixes the friction.
     """
     started = monotonic()
     _refuse(tests)
@@ -76,7 +74,6 @@ def diagnose(
     weights = {name: weighed(outcome.compared, name) for name in outcome.answer.terms}
     effects, laws = _found(outcome, weights)
     progress("next experiment", 0.95)
-    validation = _prediction(outcome, validate) if validate is not None else None
     return Diagnosis(
         verdict=_verdict(outcome, effects, laws, [*left, *scattered]),
         effects=effects,
@@ -90,7 +87,7 @@ def diagnose(
         held_out_steps={test.name: steps_withheld(test) for test in tests},
         notes=_notes(outcome, effects, laws, weights, [*predict, *([validate] if validate else [])]),
         next_experiment=_next(outcome, weights, left),
-        validation=validation,
+        validation=None if validate is None else _prediction(outcome, validate),
         step_scatter=scattered,
         levels=levels_of([outcome.judged.after]),
         predictions=[_prediction(outcome, test) for test in predict],
@@ -130,8 +127,9 @@ def _left(outcome: Outcome, before: Mapping[str, Residual]) -> list[Unexplained]
     for channel in outcome.problem.channels:
         rest = unexplained_residual(fitted, channel) if fitted.terms else before[channel]
         level = ACCEPTANCE.unexplained_alone if not fitted.terms else ACCEPTANCE.unexplained_beside
-        explained = np.sqrt(max(_power(base, channel) - _power(fitted, channel), 0.0))
-        open_ = not fitted.terms or rest.length > ACCEPTANCE.formula_error * explained or _mean(fitted, channel) > 1.3
+        explained = np.sqrt(max(base.power(channel) - fitted.power(channel), 0.0))
+        mean = fitted.power(channel) / max(sum(part.stop - part.start for part in fitted.problem.slices[channel]), 1)
+        open_ = not fitted.terms or rest.length > ACCEPTANCE.formula_error * explained or mean > 1.3
         if rest.significant(level) and open_:
             left += _listed(rest)
     return left
@@ -140,21 +138,6 @@ def _left(outcome: Outcome, before: Mapping[str, Residual]) -> list[Unexplained]
 def _listed(rest: Residual) -> list[Unexplained]:
     scores = rest.covariates[: ACCEPTANCE.covariates_named] or list(rest.scores[:1])
     return [Unexplained(rest.channel, s.group.covariate, s.group.kind, s.share, s.p_value) for s in scores]
-
-
-def _power(fitted: Fit, channel: str) -> float:
-    """Squared length of a channel's white residual."""
-    return float(sum(float(np.sum(fitted.residual[part] ** 2)) for part in fitted.problem.slices[channel]))
-
-
-def _count(fitted: Fit, channel: str) -> int:
-    """White samples of a channel."""
-    return int(sum(part.stop - part.start for part in fitted.problem.slices[channel]))
-
-
-def _mean(fitted: Fit, channel: str) -> float:
-    """Mean square of a channel's white residual: one where only noise is left."""
-    return _power(fitted, channel) / max(_count(fitted, channel), 1)
 
 
 # ------------------------------------------------------------------------------------------------- what was found

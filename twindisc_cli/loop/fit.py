@@ -51,6 +51,10 @@ class Fit:
         """Squared length of the white residual."""
         return float(self.residual @ self.residual)
 
+    def power(self, channel: str) -> float:
+        """Squared length of the white residual of a channel."""
+        return float(sum(np.sum(self.residual[part] ** 2) for part in self.problem.slices[channel]))
+
     @property
     def excess(self) -> float:
         """Mean square of the white residual, one at least: by how much what a fit leaves widens its covariances."""

@@ -286,7 +286,7 @@ def _single(fitted: Fit, number: int) -> Fit:
 
 def _own_sets(bases: Sequence[Explanation], result: Search) -> _Structure:
     """Terms one after the other, each with parameters of its own in the tests that it acts in."""
-    laws = _laws(result)
+    laws = {name: trial.law(result.answer.fit.values(name)) for name, trial in result.answer.laws.items()}
     now, chosen, refused = list(bases), list[Shared](), dict[str, str]()
     rivals: tuple[tuple[str, str], Sequence[tuple[Fit, Fit]]] | None = None
     while len(chosen) < SEARCH.most_terms:
@@ -307,11 +307,6 @@ def _own_sets(bases: Sequence[Explanation], result: Search) -> _Structure:
     gain -= _paid(result) if any(term.name in laws for term in chosen) else 0.0
     acts = {term.name: term.acts for term in chosen}
     return _Structure(chosen, Learnt([e.fit for e in now], acts, laws), rivals, gain, refused)
-
-
-def _laws(result: Search) -> dict[str, Law]:
-    """The laws that all tests tell together."""
-    return {name: trial.law(result.answer.fit.values(name)) for name, trial in result.answer.laws.items()}
 
 
 def _paid(result: Search) -> float:

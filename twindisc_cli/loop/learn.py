@@ -127,7 +127,7 @@ class Pair:
             size = float(np.clip(along[best] / max(length[best], 1e-300), -self.most, self.most))
             start = {QUANTITIES[self.quantity].size_key: size, **self._keyed(starts[best])}
             trial = formula(self.quantity, self.covariate, shape, start, self.span, self.most)
-            price = choice + 0.5 * float(np.log(samples)) * _chosen(shape)
+            price = choice + 0.5 * float(np.log(samples)) * {"step": 1, "window": 2}.get(shape, 0)
             paid = price + 0.5 * np.log(samples) * len(trial.params)
             results.append((0.5 * float(gain[best]) - paid, trial, price))
         if self.most_knots < FEWEST_KNOTS:
@@ -176,11 +176,6 @@ class Pair:
         if self.quantity in MULTIPLIED.values():
             mix -= mix.mean(axis=0)
         return curve(self.quantity, self.covariate, places, mix)
-
-
-def _chosen(shape: str) -> int:
-    """Parameters of a formula that are chosen among the bins and not fitted."""
-    return {"step": 1, "window": 2}.get(shape, 0)
 
 
 def _matern(at: Floats, length: float) -> Floats:

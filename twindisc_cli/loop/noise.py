@@ -187,7 +187,7 @@ def estimate(
     values, trend, at, series = values[order], trends[-1][order], at[order], series[order]
     spacing = float(np.median(np.diff(at))) if len(at) > 1 else 1.0
     position = at / spacing if spacing > 0.0 else np.arange(len(at), dtype=float)
-    kept, back = np.ones(len(values), dtype=bool), _unsorted(order)
+    kept, back = np.ones(len(values), dtype=bool), np.argsort(order)
     free = len(values) - trend.shape[1]
     size = size or float(np.sqrt(np.mean(values**2))) or 1.0
     assumed = Noise(ASSUMED_SHARE * size, 0.0, kept, position[back], series[back], estimated=False)
@@ -313,11 +313,6 @@ def _calm(left: Floats, trend: Floats, kept: Mask) -> Mask:
     powers = np.array([np.sum(left[kept & (group == g)] ** 2) for g in numbers]) / np.maximum(sizes, 1)
     wild = numbers[powers > 2.5 * max(float(np.median(powers)), 1e-300)]
     return np.asarray(~np.isin(group, wild)) if len(wild) < len(numbers) // 2 else np.ones(len(left), dtype=bool)
-
-
-def _unsorted(order: Ints) -> Ints:
-    """Index that undoes a sorting."""
-    return np.asarray(np.argsort(order), dtype=np.int64)
 
 
 def _reml(record: _Record, trend: Floats) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -103,7 +103,7 @@ def unexplained_residual(fitted: Fit, channel: str, generator: np.random.Generat
         return Residual(channel, [], 1.0, 0.0)
     everything = np.linalg.qr(np.concatenate([basis.span for _, basis in bases], axis=1))[0]
     draws = generator.standard_normal((DRAWS, everything.shape[1]))
-    total = _channel_power(fitted, channel)
+    total = fitted.power(channel)
     scores, smallest = [], np.ones(DRAWS)
     for group, basis in bases:
         for tested in (_together, _spans) if group.spans else (_together,):
@@ -127,10 +127,6 @@ def _reached(fitted: Fit) -> Floats:
     lower, upper = fitted.problem.bounds
     left, size, _ = np.linalg.svd((fitted.jacobian * (upper - lower))[:, ~fitted.pressed], full_matrices=False)
     return np.asarray(left[:, size > 1.0])
-
-
-def _channel_power(fitted: Fit, channel: str) -> float:
-    return float(sum(np.sum(fitted.residual[part] ** 2) for part in fitted.problem.slices[channel]))
 
 
 @dataclass(frozen=True)

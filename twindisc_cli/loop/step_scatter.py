@@ -101,13 +101,8 @@ def _varied(test: Experiment, step: Ints, miss: Floats) -> dict[str, float]:
         if np.isin(distinct, column.step).all()
     }
     varied = {name: column for name, column in of_steps.items() if np.ptp(column) > 0.0}
-    shares = {name: _rank_correlation(column, mean) ** 2 for name, column in varied.items()}
+    shares = {name: float(np.corrcoef(_ranks(column), _ranks(mean))[0, 1]) ** 2 for name, column in varied.items()}
     return dict(sorted(shares.items(), key=lambda pair: -pair[1]))
-
-
-def _rank_correlation(one: Floats, two: Floats) -> float:
-    """Correlation of the ranks of two columns (row,), equal values at their mean rank."""
-    return float(np.corrcoef(_ranks(one), _ranks(two))[0, 1])
 
 
 def _ranks(column: Floats) -> Floats:

@@ -187,7 +187,7 @@ def _guess(reading: _Reading, part: str, file: str) -> Guess:
     own = {name: reading.columns[name] for name in needed(kind, reading.columns)}
     units = {cell.name: cell.unit for cell in reading.cells}
     speeds = (own[name] for name in ("speed 1", "rolling speed") if name in own)
-    turning = any(_knows(TURNING, named.unit or units.get(str(named.column)) or "") for named in speeds)
+    turning = any(TURNING.knows(named.unit or units.get(str(named.column)) or "") for named in speeds)
     others = what_else(reading.cells, (str(named.column) for named in own.values()))
     loads = others.get("normal load", [])
     if kind == "log" and "normal load" not in own and loads:
@@ -318,7 +318,7 @@ def _unit_in(text: str) -> tuple[str, str] | None:
     for count in (1, 2):
         stem, unit = " ".join(words[:-count]), "/".join(words[-count:])
         key = _KEYS.get(plain(stem)) or _KEYS.get(plain(words[0]))
-        if stem and key and _knows(_QUANTITY[key], unit):
+        if stem and key and _QUANTITY[key].knows(unit):
             return stem, unit
     return None
 
@@ -337,7 +337,7 @@ def _columns(cells: Sequence[Cell], declared: Naming, of_vendor: Naming) -> tupl
     rest = []
     for cell in (cell for cell in cells if not {plain(cell.name), plain(cell.text), f"#{cell.place}"} & taken):
         key = _KEYS.get(plain(cell.text)) or (_KEYS.get(plain(cell.text.split(" ")[0])) if cell.said else None)
-        if key and len(cell.text) == 1 and cell.unit and not _knows(_QUANTITY[key], cell.unit):
+        if key and len(cell.text) == 1 and cell.unit and not _QUANTITY[key].knows(cell.unit):
             key = None  # T [°C] is no time
         if key and key not in results:
             results[key] = Named(cell.name, cell.said)
@@ -345,13 +345,13 @@ def _columns(cells: Sequence[Cell], declared: Naming, of_vendor: Naming) -> tupl
             rest.append(cell)
     for cell in rest:
         key = _begun(plain(cell.text))
-        if key and key not in results and (not cell.unit or _knows(_QUANTITY[key], cell.unit)):
+        if key and key not in results and (not cell.unit or _QUANTITY[key].knows(cell.unit)):
             results[key] = Named(cell.name, cell.said)
     names = {named.column for named in results.values()}
     for cell in rest:
-        if cell.name in names or (_OTHER_PLACES.search(cell.text) and cell.unit and _knows(TEMPERATURE, cell.unit)):
+        if cell.name in names or (_OTHER_PLACES.search(cell.text) and cell.unit and TEMPERATURE.knows(cell.unit)):
             continue
-        kinds = (k for quantity, keys in _BY_UNIT if cell.unit and _knows(quantity, cell.unit) for k in keys)
+        kinds = (k for quantity, keys in _BY_UNIT if cell.unit and quantity.knows(cell.unit) for k in keys)
         kinds = (k for k in kinds if k != "mass loss" or looks_like(cell.text, None) == "mass loss")
         key = next((k for k in kinds if k not in results), None)
         if key and not (key == "traction force" and {"torque", "traction ratio"} & set(results)):
@@ -406,14 +406,6 @@ def _begun(name: str) -> str | None:
     known = (k for k in sorted(several, key=len, reverse=True) if name.startswith(f"{k} "))
     key = _KEYS.get(next(known, ""))
     return None if key == "temperature" and _OTHER_PLACES.search(name) else key
-
-
-def _knows(quantity: Quantity, unit: str) -> bool:
-    try:
-        quantity.conversion(unit)
-    except ValueError:
-        return False
-    return True
 
 
 def _is_number(text: str) -> bool:

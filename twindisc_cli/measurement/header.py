@@ -143,23 +143,15 @@ def _meaning(cell: str, index: int, names: Mapping[str, str], columns: Mapping[s
     for key in (f"#{index + 1}", plain(cell), plain(text)):
         if key in names:
             name = names[key]
-            known = key == plain(text) or (unit and name in columns and _knows(columns[name].quantity, unit))
+            known = key == plain(text) or (unit and name in columns and columns[name].quantity.knows(unit))
             return name, unit if known else None
     words = text.split("_")
     for count in (1, 2):
         stem, tail = plain(" ".join(words[:-count])), "/".join(words[-count:])
         name = names.get(stem, "")
-        if name in columns and _knows(columns[name].quantity, tail):
+        if name in columns and columns[name].quantity.knows(tail):
             return name, tail
     return "", None
-
-
-def _knows(quantity: Quantity, unit: str) -> bool:
-    try:
-        quantity.conversion(unit)
-    except ValueError:
-        return False
-    return True
 
 
 def parts(cell: str) -> tuple[str, str | None]:

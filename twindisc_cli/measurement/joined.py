@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from twindisc_cli.measurement.log import Log
-from twindisc_cli.measurement.sheet import Floats
 
 _DAY = 86400.0  # [s], by which a clock jumps back at midnight
 _ANEW = 5.0
@@ -52,7 +51,8 @@ def _shifts(logs: Sequence[Log]) -> list[float]:
         return _by_stamps(logs, stamps)
     shifts, end, anew = [0.0], float(logs[0].time[-1]), 0
     for before, log in pairwise(logs):
-        spacing, begins = _spacing(log.time), float(log.time[0])
+        spacing = float(np.median(np.diff(log.time))) if len(log.time) > 1 else 1.0
+        begins = float(log.time[0])
         if begins > end:
             shifts.append(0.0)
         elif abs(begins - float(logs[0].time[0])) <= _ANEW * spacing:
@@ -87,7 +87,3 @@ def _by_stamps(logs: Sequence[Log], stamps: Sequence[float]) -> list[float]:
         shifts.append(begins)
         end = begins + float(log.time[-1])
     return shifts
-
-
-def _spacing(time: Floats) -> float:
-    return float(np.median(np.diff(time))) if len(time) > 1 else 1.0

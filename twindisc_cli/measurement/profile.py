@@ -82,7 +82,7 @@ def placed(y: Floats, height: Floats) -> Placed | None:
     if _one_sided(y, flank):
         return None
     inside = (y >= zone[0]) & (y <= zone[1])
-    missing, weight = -left[inside], _widths(y)[inside]
+    missing, weight = -left[inside], np.gradient(y)[inside]
     area = float(np.sum(missing * weight))
     if not area > 0.0:
         return None
@@ -187,11 +187,6 @@ def _beyond_a_bend(y: Floats, height: Floats) -> Floats:
     return np.asarray(height - np.polyval(np.polyfit(at, height, 2), at))
 
 
-def _widths(y: Floats) -> Floats:
-    """The width of each point's strip [m]."""
-    return np.asarray(np.gradient(y))
-
-
 def _correlated(rough: Floats) -> float:
     """How many neighbours say the same, (1 + r) / (1 - r) by the correlation r of one point with the next."""
     size = float(np.sum(rough**2))
@@ -213,13 +208,8 @@ def read_profile(
     as_recorded: neither levelled nor centred; the worn zone must then lie under the contact. The new discs, and None
     where they were not recorded; None for the height change where nothing else was.
     """
-    wanted = (
-        Column("y", LENGTH),
-        Column("height", LENGTH),
-        Column("disc", COUNT, required=False),
-        Column("iteration", COUNT, required=False),
-        Column("trace", COUNT, required=False),
-    )
+    counts = (Column(name, COUNT, required=False) for name in ("disc", "iteration", "trace"))
+    wanted = (Column("y", LENGTH), Column("height", LENGTH), *counts)
     table = read_table(data, file, wanted, naming, gaps=True)
     columns = table.columns
     history = with_iterations(table, history)

@@ -118,7 +118,7 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
     unknown = np.full(int(kept.sum()), np.nan)
     samples = TractionSamples(time[kept], step[kept], creepage, ratio[kept], uncertainty=unknown)
     columns = {name: RecordedColumn(time[kept], step[kept], values[kept]) for name, values in mean.others.items()}
-    table.left_out |= _counts(reason)
+    table.left_out |= {REASONS[code]: int(np.sum(reason == code)) for code in np.unique(reason) if code}
     table.notes += (*_notes(log, zero, result, mean.time, placed.history), *_too_slippery(log, ratio))
     begin = float(mean.time[kept][0] - time[kept][0]) if np.any(kept) else 0.0
     return RigLog(samples, placed.history, begin, zero, table.count(int(np.sum(reason == 0))), columns)
@@ -276,10 +276,6 @@ def _left(step: Ints, kept: Bools) -> Codes:
     up, down = REASONS.index("running up"), REASONS.index("running down")
     reasons = np.select([kept, order < first, order > last, changing], [0, up, down, _CHANGING], _OTHER)
     return reasons.astype(np.int8)
-
-
-def _counts(reason: Codes) -> Mapping[str, int]:
-    return {REASONS[code]: int(np.sum(reason == code)) for code in np.unique(reason) if code}
 
 
 def _notes(log: Log, zero: TorqueZero | None, result: Zero | None, time: Floats, history: History) -> tuple[str, ...]:

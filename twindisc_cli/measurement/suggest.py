@@ -79,22 +79,14 @@ class Cell:
 
 def looks_like(text: str, unit: str | None) -> str | None:
     """What a column may be by the words in its name, which its unit must not gainsay, else by its unit alone."""
-    by_unit = [key for quantity, keys in _UNITS if unit and _knows(quantity, unit) for key in keys]
-    if unit in _TURNING or (unit and _knows(rim_speed(1.0), unit) and not by_unit):
+    by_unit = [key for quantity, keys in _UNITS if unit and quantity.knows(unit) for key in keys]
+    if unit in _TURNING or (unit and rim_speed(1.0).knows(unit) and not by_unit):
         by_unit = ["speed 1", "speed 2"]
     words = text.replace("_", " ").casefold()
     named = next((key for key, form in _WORDS.items() if re.search(form, words)), None)
     if named and (not by_unit or named in by_unit or (unit in ("", "1", "-", "%", None))):
         return named
     return by_unit[0] if by_unit and unit != "g" else None  # g alone may be an acceleration
-
-
-def _knows(quantity: Quantity, unit: str) -> bool:
-    try:
-        quantity.conversion(unit)
-    except ValueError:
-        return False
-    return True
 
 
 def what_else(cells: Iterable[Cell], used: Iterable[str]) -> Mapping[str, list[str]]:
@@ -143,7 +135,7 @@ def _may_be(cell: Cell, key: str) -> bool:
 def line(key: str, cell: Cell, others: str = "") -> str:
     """A line of [measured] that names a column; a unit that is not known is a proposal to be checked."""
     quantity = next((quantity for quantity, keys in _UNITS if key in keys and key not in _ROLLERS), None)
-    known = cell.unit and (quantity is None or _knows(quantity, cell.unit))
+    known = cell.unit and (quantity is None or quantity.knows(cell.unit))
     unit = cell.said or (None if known else _DEFAULT[key])
     named = json.dumps(cell.name, ensure_ascii=False)
     message = f", unit = {json.dumps(unit, ensure_ascii=False)}" if unit else ""

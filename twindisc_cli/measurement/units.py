@@ -44,6 +44,14 @@ class Quantity:
             raise ValueError(f"unknown unit [{unit}] for {self.name}; known: {known}{more}")
         return result
 
+    def knows(self, unit: str) -> bool:
+        """Whether it is measured in this unit."""
+        try:
+            self.conversion(unit)
+        except ValueError:
+            return False
+        return True
+
     def _looked_up(self, unit: str) -> tuple[float, float] | None:
         """Factor and offset of a unit that pint knows as one of this quantity."""
         for reference, factor in self.by_pint.items():

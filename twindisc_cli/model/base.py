@@ -31,10 +31,6 @@ def _unknown() -> Floats:
     return np.full(1, np.nan)
 
 
-def _nominal() -> Floats:
-    return np.ones(1)
-
-
 @dataclass(frozen=True)
 class BaseParameters:
     """Parameter sets, each (set,), or (set, iteration) where a value is given for each iteration; NaN: not known.
@@ -45,7 +41,7 @@ class BaseParameters:
     mu: Floats
     K: Floats = field(default_factory=_unknown)
     convection: Floats = field(default_factory=_unknown)
-    creepage_factor: Floats = field(default_factory=_nominal)
+    creepage_factor: Floats = field(default_factory=lambda: np.ones(1))
     own: Mapping[str, Floats] = field(default_factory=dict)
 
     @classmethod

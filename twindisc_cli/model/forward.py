@@ -207,15 +207,14 @@ class ForwardModel:
             for name, parameters in self.experiment.effects.items()
             if name not in effects
         }
-        return {name: _columns(parameters, sets) for name, parameters in {**declared, **effects}.items()}
+        return {
+            name: {key: column(value, sets) for key, value in parameters.items()}
+            for name, parameters in {**declared, **effects}.items()
+        }
 
 
 def _values(effects: Mapping[str, Parameters] | None) -> list[Floats]:
     return [value for parameters in (effects or {}).values() for value in parameters.values()]
-
-
-def _columns(parameters: Parameters, sets: int) -> dict[str, Floats]:
-    return {name: column(value, sets) for name, value in parameters.items()}
 
 
 def _standing(last: State, state: State, within: float) -> bool:

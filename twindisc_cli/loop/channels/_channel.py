@@ -54,6 +54,14 @@ class Base:
         return test.own_parameters.get(self.key, np.nan)
 
 
+def wear_coefficient(guess: Callable[[ForwardModel], float]) -> Base:
+    """K of the base model, for a channel that estimates it in its own way."""
+    return Base(
+        "K", "1", 1e-9, 1.0, guess, lambda test: test.options.wear_coefficient,
+        shared=True, meaning="wear coefficient of the base model", place=("model", "wear_coefficient"),
+    )  # fmt: skip
+
+
 @dataclass(frozen=True)
 class FileColumn:
     """A column of a channel's file: its name, a unit (all units of the same kind are understood), and its range [SI].

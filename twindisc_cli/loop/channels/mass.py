@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from twindisc_cli.identify.mass import weighed_volume, worn_mass
-from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, known
+from twindisc_cli.loop.channels._channel import Channel, Generic, Mask, known, wear_coefficient
 from twindisc_cli.loop.generic import smooth
 from twindisc_cli.loop.noise import Noise, estimate, given, polynomials
 from twindisc_cli.model.energy import measured_energy
@@ -26,10 +26,6 @@ def weighed_stops(test: Experiment) -> int:
 
 def _measured(test: Experiment) -> MassSamples:
     return known(test.measured.mass)
-
-
-def _given(test: Experiment) -> float:
-    return test.options.wear_coefficient
 
 
 def _guess(model: ForwardModel) -> float:
@@ -91,17 +87,6 @@ def _planned(test: Experiment, times: Floats, half_width: float) -> MassSamples 
     return MassSamples(stops, np.zeros(len(stops)), np.full(len(stops), 2, dtype=np.int64), unknown)
 
 
-BASE = Base(
-    "K",
-    "1",
-    1e-9,
-    1.0,
-    _guess,
-    _given,
-    shared=True,
-    meaning="wear coefficient of the base model",
-    place=("model", "wear_coefficient"),
-)
 CHANNEL = Channel(
     name="mass",
     label="mass lost",
@@ -116,7 +101,7 @@ CHANNEL = Channel(
     withheld=_withheld,
     covariates=_covariates,
     planned=_planned,
-    parameters=(BASE,),
+    parameters=(wear_coefficient(_guess),),
     look_at={"energy": "a wear coefficient that changed over the history, or another share of the discs in the wear"},
     stands_for=frozenset({"wear"}),
 )

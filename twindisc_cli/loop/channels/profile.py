@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, known
+from twindisc_cli.loop.channels._channel import Channel, Generic, Mask, known, wear_coefficient
 from twindisc_cli.loop.channels._held_out import held_out_bands
 from twindisc_cli.loop.generic import RIPPLES, levels, waves
 from twindisc_cli.loop.noise import FEWEST_FREE, Noise, estimate, in_a_run, polynomials, scatter
@@ -28,10 +28,6 @@ def recorded_stops(test: Experiment) -> set[tuple[int, int]]:
 
 def _measured(test: Experiment) -> ProfileSamples:
     return known(test.measured.profile)
-
-
-def _given(test: Experiment) -> float:
-    return test.options.wear_coefficient
 
 
 def _guess(model: ForwardModel) -> float:
@@ -140,17 +136,6 @@ def _planned(test: Experiment, times: Floats, half_width: float) -> ProfileSampl
     )
 
 
-BASE = Base(
-    "K",
-    "1",
-    1e-9,
-    1.0,
-    _guess,
-    _given,
-    shared=True,
-    meaning="wear coefficient of the base model",
-    place=("model", "wear_coefficient"),
-)
 CHANNEL = Channel(
     name="profile",
     label="worn profile",
@@ -165,7 +150,7 @@ CHANNEL = Channel(
     withheld=_withheld,
     covariates=_covariates,
     planned=_planned,
-    parameters=(BASE,),
+    parameters=(wear_coefficient(_guess),),
     look_at={
         "y": "how wear spreads across the track: patch shape, alignment, play, both discs, the profilometer",
         "time": "a wear coefficient that changed over the history",

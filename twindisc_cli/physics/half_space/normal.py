@@ -111,19 +111,6 @@ class NormalContact:
         return 0.5 * (last - first)
 
 
-def combined_gap(*, y_1: Array, z_1: Array, y_2: Array, z_2: Array, points: int) -> tuple[Array, Array]:
-    """Common uniform grid [m] and gap [m] of two profiles, each z(y) measured outward from its body.
-
-    The bodies face each other: a profile that stands out (larger z) makes the gap smaller.
-    """
-    first, last = max(y_1[0], y_2[0]), min(y_1[-1], y_2[-1])
-    if not first < last:
-        raise NoContactError("the two profiles have no common range across: they never touch")
-    y = np.linspace(first, last, points)
-    height = np.interp(y, y_1, z_1) + np.interp(y, y_2, z_2)
-    return y, height.max() - height
-
-
 def solve_profile(
     *,
     y: Array,
