@@ -26,8 +26,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from twindisc_cli import cli
-from twindisc_cli.commands import close_loop
+from twindisc_cli.commands import _runner, close_loop
 from twindisc_cli.commands._loop_data import dataset_of
+from twindisc_cli.commands._output import Output
 from twindisc_cli.commands.close_loop import result_of, revised, run, summary
 from twindisc_cli.definition import Test, load
 from twindisc_cli.effects import catalogue
@@ -885,7 +886,7 @@ def test_files_are_written_whole_and_the_same_each_time(
     faked: None, test: Test, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
-    assert called(str(test.path), "-o", str(out), "--json") == 0
+    assert called(str(test.path), "-o", str(out), "--json", "--dpi", "40") == 0
     folder = out / "small"
     files = {path.name: path.read_bytes() for path in folder.iterdir()}
     pages = {f"close-loop-{channel}.png" for channel in ("traction", "profile", "temperature")}
@@ -893,7 +894,7 @@ def test_files_are_written_whole_and_the_same_each_time(
     told_json = json.loads(capsys.readouterr().out)
     assert told_json["revised"] == str(folder / "revised.toml")
     assert load(folder / "revised.toml").experiment.measured.profile is not None
-    assert called(str(test.path), "-o", str(out), "--force") == 0
+    assert called(str(test.path), "-o", str(out), "--force", "--dpi", "40") == 0
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == files
 
 
@@ -902,7 +903,8 @@ def test_all_numbers_are_in_the_hdf5_file(
     monkeypatch: pytest.MonkeyPatch, test: Test, tmp_path: Path, kind: Any
 ) -> None:
     monkeypatch.setattr(close_loop, "diagnose", lambda tests, **_: kind(test))
-    assert called(str(test.path), "-o", str(tmp_path / "out"), "--dpi", "40") == 0
+    output = Output(tmp_path / "out", formats=(), quiet=True)
+    assert _runner.run_close_loop([test.path], {"validate": False, "fitted": 1}, output) == 0
     path = tmp_path / "out" / "small" / "close-loop.h5"
     diagnosis = kind(test)
     with xarray.open_dataset(path, engine="h5netcdf") as data:
