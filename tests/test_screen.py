@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.fit import Fit, fit, refit
 from twindisc_cli.loop.generic import levels, smooth, waves
 from twindisc_cli.loop.problem import Problem, case_of
-from twindisc_cli.loop.screen import groups, unexplained_residual
+from twindisc_cli.loop.screen import Residual, groups, unexplained_residual
 from twindisc_cli.model.experiment import Experiment, Measured
 from twindisc_cli.report.words import KIND
 
@@ -39,26 +40,24 @@ def unit(seed: int) -> Floats:
 # ------------------------------------------------------------------------------------------------ nothing missing
 
 
-@pytest.fixture(scope="module")
-def null_p_values() -> np.ndarray:
-    """Family-wise p of white noise about one constant mu, the noise known."""
-    fits = (base_fit(of_traction(0.6 + SIGMA * unit(seed)), "traction") for seed in range(DRAWS))
-    return np.array([unexplained_residual(found, "traction", np.random.default_rng(7)).p_value for found in fits])
+@cache
+def of_noise(seed: int) -> Residual:
+    """What is left of white noise about one constant mu, the noise known."""
+    found = base_fit(of_traction(0.6 + SIGMA * unit(seed)), "traction")
+    return unexplained_residual(found, "traction", np.random.default_rng(7))
 
 
 @pytest.mark.parametrize("level", [0.01, 0.05, 0.2, 0.5, 0.8])
-def test_family_wise_p_values_are_uniform_under_the_null(level: float, null_p_values: np.ndarray) -> None:
+def test_family_wise_p_values_are_uniform_under_the_null(level: float) -> None:
     """The share below a level is binomial about it, for all the groups searched."""
+    null_p_values = np.array([of_noise(seed).p_value for seed in range(DRAWS)])
     error = np.sqrt(level * (1.0 - level) / DRAWS)
     assert abs(np.mean(null_p_values <= level) - level) < 3.0 * error + 1.0 / DRAWS
 
 
 def test_unpaid_p_values_would_not_be() -> None:
     """The smallest p of all groups is below 5 % in most draws: that the search is paid for is what keeps it honest."""
-    least = []
-    for seed in range(60):
-        found = unexplained_residual(base_fit(of_traction(0.6 + SIGMA * unit(seed)), "traction"), "traction")
-        least.append(min(score.p_value for score in found.scores))
+    least = [min(score.p_value for score in of_noise(seed).scores) for seed in range(60)]
     assert np.mean(np.array(least) < 0.05) > 0.4
 
 
@@ -74,10 +73,7 @@ def test_correlated_noise_that_is_estimated_alarms_rarely() -> None:
 
 def test_a_score_is_chi_squared_of_its_own_count() -> None:
     """q of every group has mean k and variance 2 k over draws of the noise."""
-    draws = [
-        unexplained_residual(base_fit(of_traction(0.6 + SIGMA * unit(seed)), "traction"), "traction")
-        for seed in range(80)
-    ]
+    draws = [of_noise(seed) for seed in range(80)]
     squared: dict[tuple[str, str, int], list[float]] = {}
     for found in draws:
         for score in found.scores:
@@ -93,10 +89,7 @@ def test_a_score_is_chi_squared_of_its_own_count() -> None:
 
 def test_a_span_of_iterations_is_paid_for() -> None:
     """The p-value of the best sum of neighbouring iterations is no smaller than it says."""
-    found = [
-        unexplained_residual(base_fit(of_traction(0.6 + SIGMA * unit(seed)), "traction"), "traction")
-        for seed in range(100)
-    ]
+    found = [of_noise(seed) for seed in range(100)]
     least = [s.p_value for rest in found for s in rest.scores if s.group.kind == "iterations, a span"]
     assert len(least) == len(found)
     assert np.mean(np.array(least) < 0.1) < 0.1 + 2.0 * np.sqrt(0.1 * 0.9 / len(least))
