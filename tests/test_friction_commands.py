@@ -135,3 +135,14 @@ def test_without_traction_there_is_no_mu_but_there_is_a_chart(tmp_path):
     result = friction_chart.run(test)
     assert result.json["measured"] == []
     result.figure()
+
+
+def test_what_only_changes_wear_has_no_part_in_the_chart_of_the_unworn_discs(tmp_path):
+    terms = "[effects.wear_threshold]\nthreshold_N_mm2 = 2.0\n[effects.wear_partition]\ndisc1_share = 0.4\n"
+    terms += '[laws.k]\nquantity = "wear"\ncovariate = "time_s"\nat = [0.0, 100.0]\nfactor = [0.9, 1.1]\n'
+    mu, creepage = np.array([0.2, 0.6]), np.array([1e-3, 5e-3, 2e-2])
+    plain, wearing = (
+        chart(load(write(tmp_path, VALID + more)).experiment, mu=mu, creepage=creepage) for more in ("", terms)
+    )
+    for name in ("apparent", "light_line", "full_slip"):
+        np.testing.assert_array_equal(getattr(wearing, name), getattr(plain, name))

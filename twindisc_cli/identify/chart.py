@@ -10,9 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from twindisc_cli.effects import catalogue
 from twindisc_cli.identify.friction import LIGHT_LINE
 from twindisc_cli.identify.law import unworn_law
 from twindisc_cli.identify.roots import bracketed_root
+from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, Measured
 from twindisc_cli.model.forward import ForwardModel, Prediction
@@ -38,7 +40,10 @@ class Chart:
 
 
 def friction_chart(test: Experiment, *, mu: Floats, creepage: Floats) -> Chart:
-    """The chart of a test's unworn discs for mu (mu,) at creepages (creepage,) [1]."""
+    """The chart of a test's unworn discs for mu (mu,) at creepages (creepage,) [1], what only changes wear left out."""
+    effects = {name: own for name, own in test.effects.items() if catalogue()[name].stage != "wear"}
+    laws = {name: law for name, law in test.laws.items() if QUANTITIES[law.quantity].stage != "wear"}
+    test = replace(test, effects=effects, laws=laws)
     if not test.is_plain:
         return _with_effects(test, mu, creepage)
     law = unworn_law(test)
