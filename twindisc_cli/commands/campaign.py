@@ -60,7 +60,8 @@ def run(command: str, given: Sequence[str], means: Means, output: Output) -> int
     _runner.know(None, trusting=output.trust_effects)
     jobs = plan(given)
     rows = _rows(jobs, Order(command, output.folder, output.force, output.trust_effects), means)
-    name = f"{_stem(given, jobs)}-{command}"
+    single = len(given) == 1 and jobs[0].base is not None
+    name = f"{Path(given[0]).stem if single else 'campaign'}-{command}"
     origin = _origin(name, rows)
     stored = None if output.force else up_to_date(output.folder / f"{name}.h5", origin.run_key(name))
     if stored:
@@ -82,11 +83,6 @@ def _shared(jobs: Sequence[Job], rows: Sequence[Row]) -> list[Common]:
 
     with _runner.progress_bar() as progress:
         return common_of(jobs, rows, progress)
-
-
-def _stem(given: Sequence[str], jobs: Sequence[Job]) -> str:
-    """What the table is called: a single campaign file's name, else `campaign`."""
-    return Path(given[0]).stem if len(given) == 1 and jobs[0].base is not None else "campaign"
 
 
 def _rows(jobs: Sequence[Job], order: Order, means: Means) -> list[Row]:

@@ -200,10 +200,14 @@ def levels(y: ArrayLike, test: Ints, cell: Ints, s: ArrayLike = 1.0) -> Levels |
     )
 
 
-def cells_of(x: Floats, tolerance: float = 0.02) -> tuple[Ints, Floats]:
-    """The cell of each x and the mean of each cell: neighbours closer than the tolerance are one."""
+SAME = 0.02
+"""Neighbours that differ by less than this share are one nominal value, set twice."""
+
+
+def cells_of(x: Floats) -> tuple[Ints, Floats]:
+    """The cell of each x and the mean of each cell: neighbours closer than SAME are one."""
     order = np.argsort(x)
-    apart = np.diff(x[order]) > tolerance * np.abs(x[order][1:])
+    apart = np.diff(x[order]) > SAME * np.abs(x[order][1:])
     cell = np.empty(len(x), dtype=np.int64)
     cell[order] = np.concatenate([[0], np.cumsum(apart)])
     return cell, np.bincount(cell, weights=x) / np.bincount(cell)

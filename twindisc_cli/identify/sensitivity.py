@@ -77,7 +77,8 @@ def _k_of_depth(test: Experiment, fit: WearFit) -> float:
     model, profile = ForwardModel(test), test.measured.profile
     if profile is None:
         return np.nan
-    last, mu = last_profile(profile), friction_in_use(ForwardModel(_without_k(test)))[0]
+    unworn = replace(test, options=replace(test.options, wear_coefficient=np.nan))  # its friction depends on no K
+    last, mu = last_profile(profile), friction_in_use(ForwardModel(unworn))[0]
     known = np.where(np.isfinite(mu), mu, 1.0)
 
     def depth(k: float) -> float:
@@ -96,11 +97,6 @@ def _root(depth: Callable[[float], float], fit: WearFit, k: float) -> float:
         return np.array([0.0 if abs(off) < ENOUGH else off])
 
     return float(np.exp(bracketed_root(short, np.log([k / REACH]), np.log([k * REACH])))[0])
-
-
-def _without_k(test: Experiment) -> Experiment:
-    """The test by its unworn patch, from which friction does not depend on K."""
-    return replace(test, options=replace(test.options, wear_coefficient=np.nan))
 
 
 def _changed(test: Experiment) -> Iterator[tuple[str, Experiment]]:

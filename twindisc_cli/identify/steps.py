@@ -74,7 +74,8 @@ def identify_friction(model: ForwardModel) -> StepFriction:
     share = share_at(np.where(np.isfinite(mu) & (mu > 0.0), mu, 1.0))
     idle = model.experiment.history.step_creepage == 0.0
     mu, low, high, share = (np.where(idle, np.nan, values) for values in (mu, low, high, share))
-    state = [_idle(r) if no_slip else s for s, no_slip, r in zip(states(mu, share), idle, ratio, strict=True)]
+    unseen = [NO_CREEPAGE if np.isfinite(r) else None for r in ratio]
+    state = [none if no_slip else s for s, no_slip, none in zip(states(mu, share), idle, unseen, strict=True)]
     return StepFriction(creepage, ratio, half, mu, low, high, share, state, approximate=apart)
 
 
@@ -84,11 +85,6 @@ def zero_error(test: Experiment) -> Floats:
     if zero is None or not zero.taken_off:
         return np.zeros(len(test.history.step_creepage))
     return np.asarray(np.nan_to_num(zero.of_step))
-
-
-def _idle(ratio: float) -> str | None:
-    """The state of a step without creepage, of which no mu is seen; None where nothing was measured."""
-    return NO_CREEPAGE if np.isfinite(ratio) else None
 
 
 def softness(test: Experiment, friction: StepFriction) -> Floats:

@@ -53,16 +53,10 @@ class Compared:
 
     def remains(self, channel: str) -> float:
         """Share of a channel's misfit beyond the noise that the answer leaves, 0 to 1."""
-        before, after = (self._power(e, channel) for e in (self.base, self.answer))
+        before, after = (e.fit.power(channel) for e in (self.base, self.answer))
         count = sum(part.stop - part.start for part in self.answer.fit.problem.slices[channel])
         spread = count + 2.0 * np.sqrt(2.0 * count)
         return float(np.clip((after - spread) / max(before - count, 1.0), 0.0, 1.0))
-
-    @staticmethod
-    def _power(explanation: Explanation, channel: str) -> float:
-        """Squared length of a channel's white residual."""
-        fitted = explanation.fit
-        return sum(float(np.sum(fitted.residual[part] ** 2)) for part in fitted.problem.slices[channel])
 
     def similarity(self, name: str, one: Explanation, two: Explanation) -> float:
         """Share of what one member does in the place of a term that another does: squared cosine of the responses."""

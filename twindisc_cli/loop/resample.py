@@ -89,13 +89,13 @@ def _drawn_again(fitted: Fit, block: Ints, drawn: Floats) -> tuple[Floats, Float
     return np.asarray(drawn @ s - np.sum(pull * step, axis=1)), np.asarray(step)
 
 
-def scatter(fitted: Fit, draws: int = RESAMPLING.draws) -> tuple[Floats, Floats]:
+def scatter(fitted: Fit) -> tuple[Floats, Floats]:
     """Standard deviation of the parameters over the draws (parameter,), and its own relative error by chance.
 
     What a formula misses is correlated over a whole block, so that blocks scatter more than their samples do.
     """
     block = blocks(fitted)
-    drawn = _drawn(fitted, block, np.random.default_rng(SEED), draws)
+    drawn = _drawn(fitted, block, np.random.default_rng(SEED), RESAMPLING.draws)
     _, step = _drawn_again(fitted, block, drawn)
     leverage = np.add.reduceat(fitted.jacobian**2, np.searchsorted(block, np.arange(drawn.shape[1])), axis=0)
     seen = np.sum(leverage, axis=0) ** 2 / np.maximum(np.sum(leverage**2, axis=0), 1e-300)

@@ -22,6 +22,7 @@ from twindisc_cli.measurement.sheet import Floats, Sheet
 _ZIP, _OLE, _TDMS, _MAT = b"PK\x03\x04", b"\xd0\xcf\x11\xe0", b"TDSm", b"MATLAB 5.0 MAT-file"
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _LVM = b"LabVIEW Measurement"
+_TIME = re.compile(r"\s*(time|zeit|temps|tiempo|tempo|x_value)\b", re.IGNORECASE)
 
 
 def parts_of(content: Content, file: str) -> Sequence[Sheet] | None:
@@ -123,7 +124,7 @@ def _tdms(data: bytes) -> Iterator[Sheet]:
             channels = [channel for channel in group.channels() if len(channel)]
             columns = {_named(c.name, str(c.properties.get("unit_string", ""))): _plain(c[:]) for c in channels}
             lengths = {len(values) for values in columns.values()}
-            has_time = any(_is_time(name) for name in columns)
+            has_time = any(_TIME.match(name) for name in columns)
             if channels and not has_time and "wf_increment" in channels[0].properties:
                 step, start = (float(channels[0].properties.get(k, 0.0)) for k in ("wf_increment", "wf_start_offset"))
                 columns = {"time [s]": _steady(start, step, max(lengths)), **columns}
@@ -142,10 +143,6 @@ def _plain(values: Any) -> Floats:
 def _steady(start: float, step: float, count: int) -> Floats:
     """The times of samples of one rate [s]."""
     return np.asarray(start + step * np.arange(count), dtype=np.float64)
-
-
-def _is_time(name: str) -> bool:
-    return bool(re.match(r"\s*(time|zeit|temps|tiempo|tempo|x_value)\b", name, re.IGNORECASE))
 
 
 def _named(name: str, unit: str) -> str:

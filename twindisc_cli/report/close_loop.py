@@ -15,7 +15,7 @@ from twindisc_cli.effects import catalogue
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.channels._held_out import BANDS, EVERY
 from twindisc_cli.loop.diagnosis import Curve, Diagnosis, FoundEffect, NextExperiment
-from twindisc_cli.report import sentences, words
+from twindisc_cli.report import pages, sentences, words
 from twindisc_cli.version import __version__
 
 
@@ -28,15 +28,7 @@ def render(
     plots: Sequence[Mapping[str, Any]] = (),
 ) -> str:
     """The page as HTML, the figure (a PNG) and the numbers of plots to zoom inside."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("twindisc_cli", "report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = pages()
     environment.globals |= {"sentences": sentences, "words": words, "channels": channels(), "catalogue": catalogue()}
     environment.globals |= {"meaning": meaning, "measured": _measured, "held_out": held_out, "history": history_toml}
     environment.tests["effect"] = lambda term: isinstance(term, FoundEffect)

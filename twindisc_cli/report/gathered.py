@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from twindisc_cli.errors import DefinitionError, Problem
+from twindisc_cli.report import pages
 from twindisc_cli.results.recorded import Recorded, recorded
 from twindisc_cli.version import __version__
 
@@ -80,20 +81,15 @@ def key_numbers(parts: Sequence[Part]) -> list[tuple[str, str]]:
 
 def render(name: str, description: str, provenance: str, parts: Sequence[Part]) -> str:
     """The report as one HTML page that needs nothing beside it."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("twindisc_cli", "report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("gathered.html").render(
-        name=name,
-        description=description,
-        provenance=provenance,
-        parts=parts,
-        numbers=key_numbers(parts),
-        version=__version__,
+    return (
+        pages()
+        .get_template("gathered.html")
+        .render(
+            name=name,
+            description=description,
+            provenance=provenance,
+            parts=parts,
+            numbers=key_numbers(parts),
+            version=__version__,
+        )
     )
