@@ -255,7 +255,7 @@ def test_a_test_that_was_never_fitted_is_predicted() -> None:
 
 def test_validation_moves_no_parameter() -> None:
     test = recorded("falling", "traction")
-    alone, beside = run(test), run(test, validate=other_test(8))
+    alone, beside = of("falling", "traction"), run(test, validate=other_test(8))
     assert {key: e.value for key, e in alone.base.items()} == {key: e.value for key, e in beside.base.items()}
     parameters = [{e.name: e.parameters for e in found.effects} for found in (alone, beside)]
     assert parameters[0] == parameters[1]
