@@ -4,6 +4,7 @@ The paper is Chevalier, Cloupet, Quillien, Tribology International 39 (2006) 137
 """
 
 import json
+import re
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from definitions import outcome, shipped, with_wear_coefficient
 from test_results import assert_well_formed
 
 from twindisc_cli.commands import simulate_wear
-from twindisc_cli.definition import dump
+from twindisc_cli.definition import dump, load
 from twindisc_cli.results.origin import Origin
 from twindisc_cli.results.store import plain, write
 
@@ -163,3 +164,20 @@ def test_the_file_of_the_chart_holds_how_sure_the_points_are() -> None:
     np.testing.assert_allclose(data["measured_half_interval"], 1.6449 * 0.01, rtol=1e-3)
     assert np.all(data["identified_mu_low"] < data["identified_mu"])
     assert np.all(data["identified_mu"] < data["identified_mu_high"])
+
+
+@pytest.mark.parametrize(("name", "depth", "width"), [("ambient", 6.01, 1.76), ("cryogenic", 4.69, 1.56)])
+def test_both_tests_wear_by_one_k_and_share_as_the_page_says(
+    tmp_path: Path, name: str, depth: float, width: float
+) -> None:
+    """Printed in the paper: 6 um and 1.8 mm in air, 4.4 um and 1.51 mm in nitrogen."""
+    page = (Path(__file__).parents[1] / "docs" / "paper.md").read_text(encoding="utf-8")
+    k, share = re.search(r"K = (\S+) and (\S+) of the wear on disc 1", page).groups()
+    assert f"{depth} µm and {width} mm" in page
+    source = shipped(name).path
+    text = source.read_text(encoding="utf-8").replace("../data", str(source.parents[1] / "data"))
+    found = f"[model]\nwear_coefficient = {k}\n[effects.wear_partition]\ndisc1_share = {share}\n"
+    (tmp_path / "both.toml").write_text(f"{text}\n{found}[effects.half_space_contact]\nshare = 1.0\n", encoding="utf-8")
+    result = simulate_wear.run(load(tmp_path / "both.toml")).json
+    assert result["depth_um"] == pytest.approx(depth, abs=0.005)
+    assert result["width_mm"] == pytest.approx(width, abs=0.005)
