@@ -125,6 +125,17 @@ def test_traction_is_carters(suros: Test) -> None:
     assert [step["mu"] for step in identify_mu.run(suros).json["steps"]] == pytest.approx([MU] * 3, rel=0.01)
 
 
+@pytest.mark.parametrize("stiff", [1e-290, 1e297])
+def test_a_strip_of_any_modulus_is_similar(stiff: float) -> None:
+    """a ~ E*^(-1/2), p0 ~ E*^(1/2)."""
+    steel, other = (
+        line_contact.line_contact(curvature=85.0, normal_load=LOAD, width=WIDTH, effective_modulus=115e9 * times)
+        for times in (1.0, stiff)
+    )
+    assert float(other.a) == pytest.approx(float(steel.a) / np.sqrt(stiff), rel=1e-12)
+    assert float(other.p0) == pytest.approx(float(steel.p0) * np.sqrt(stiff), rel=1e-12)
+
+
 @pytest.mark.parametrize("revolutions", [40_000, 40_000_000])
 def test_discs_that_would_be_worn_through_are_refused(tmp_path: Path, revolutions: int) -> None:
     text = SUROS.replace("revolutions_per_iteration = 2000", f"revolutions_per_iteration = {revolutions}")

@@ -77,8 +77,8 @@ def line_contact(
 ) -> Strip:
     """The line contact of a width [m] under `normal_load` [N]; all broadcast."""
     sharp, load, width, modulus = together(curvature, normal_load, width, effective_modulus)
-    a = np.sqrt(4.0 * load / width / (np.pi * modulus * sharp))
-    return Strip(a=a, b=0.5 * width, p0=0.5 * modulus * sharp * a)
+    a = np.sqrt(4.0 * load / width / modulus / (np.pi * sharp))
+    return Strip(a=a, b=0.5 * width, p0=0.5 * modulus * (sharp * a))
 
 
 def coefficients(poisson: float) -> tuple[float, float]:
