@@ -57,11 +57,9 @@ _RESULTS = {
 def friction(table: Table, points: Points, groups: Sequence[Group], *, title: str, provenance: str) -> Figure:
     """mu over creepage of every test; of a group its mean, and the band in which 90 % of such tests lie."""
     figure, (axes,) = page(1, 1, height=3.9, title=title, provenance=provenance)
-    names = table.texts("group")
+    names = _names(table)
     pooled = {group.name: group for group in groups if group.curve is not None}
     tests = np.array(table.texts("test"))[points.row]
-    if not any(names) and table.rows <= len(COLOURS):
-        names = table.texts("test")
     group_of = np.array(names)[points.row]
     for place, name in enumerate(dict.fromkeys(names)):
         colour = COLOURS[place % len(COLOURS)] if name else GREY
@@ -89,6 +87,12 @@ def friction(table: Table, points: Points, groups: Sequence[Group], *, title: st
     return figure
 
 
+def _names(table: Table) -> list[str]:
+    """What points are named by: their group, or without groups the test, where there are colours enough."""
+    groups = table.texts("group")
+    return groups if any(groups) or table.rows > len(COLOURS) else table.texts("test")
+
+
 def _points(axes: Axes, points: Points, inside: np.ndarray, style: str, colour: str, label: str) -> None:
     if not np.any(inside):
         return
@@ -107,21 +111,22 @@ def wear(table: Table, k: Sequence[Regime], rate: Sequence[Regime], *, title: st
         (left, table.numbers(column), table.numbers("K std [1]"), k, "wear coefficient $K$ [1]"),
         (right, table.numbers("wear rate [um/km]"), np.full(table.rows, np.nan), rate, "wear rate [µm/km]"),
     )
-    groups = table.texts("group")
+    names = _names(table)
     for axes, y, std, result, label in panels:
-        for place, name in enumerate(dict.fromkeys(groups)):
-            inside = np.array([group == name for group in groups])
+        for place, name in enumerate(dict.fromkeys(names)):
+            inside = np.array([other == name for other in names])
             colour = COLOURS[place % len(COLOURS)] if name else GREY
             axes.errorbar(x[inside], y[inside], yerr=np.nan_to_num(std[inside]), linestyle="none", marker="o",
                           markersize=4.5, elinewidth=0.8, markerfacecolor="white", color=colour,
-                          label=name or "tests, ± one standard deviation")  # fmt: skip
+                          label=name or "tests of no group")  # fmt: skip
         shown = (x > 0.0) & (y > 0.0)
         regime_lines(axes, result, points=int(np.sum(shown)))
         if np.any(shown):
             logarithmic(axes.xaxis, *around(x[shown]))
             low = np.maximum(y - np.nan_to_num(std), 0.3 * y)
             logarithmic(axes.yaxis, *around(np.concatenate([low[shown], (y + np.nan_to_num(std))[shown]])))
-        name_axes(axes, ENERGY, label, regimes_said(result, points=int(np.sum(shown))))
+        bars = "; bars: ± σ" if np.any(std > 0.0) else ""
+        name_axes(axes, ENERGY, label, regimes_said(result, points=int(np.sum(shown))) + bars)
         legend(axes, 3)
     return figure
 
