@@ -129,8 +129,8 @@ def _left(outcome: Outcome, before: Mapping[str, Residual]) -> list[Unexplained]
         level = ACCEPTANCE.unexplained_alone if not fitted.terms else ACCEPTANCE.unexplained_beside
         explained = np.sqrt(max(base.power(channel) - fitted.power(channel), 0.0))
         mean = fitted.power(channel) / max(sum(part.stop - part.start for part in fitted.problem.slices[channel]), 1)
-        open_ = not fitted.terms or rest.length > ACCEPTANCE.formula_error * explained or mean > 1.3
-        if rest.significant(level) and open_:
+        large = rest.length > ACCEPTANCE.formula_error * explained or mean > ACCEPTANCE.mean_square_left
+        if rest.significant(level) and (large or not fitted.terms):
             left += _listed(rest)
     return left
 
