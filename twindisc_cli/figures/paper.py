@@ -351,7 +351,7 @@ def _table(axes: Axes, test: PaperTest, label: str) -> None:
     cells = [list(values) for values in zip(recorded, column(test.before), column(test.after), strict=True)]
     axes.axis("off")
     shown = axes.table(cells, rowLabels=rows, colLabels=[_kind(test), "paper's", "revised"], cellLoc="center",
-                       bbox=[0.36, 0.1, 0.64, 0.85])  # type: ignore[arg-type]  # fmt: skip
+                       colWidths=[0.42, 0.29, 0.29], bbox=[0.36, 0.1, 0.64, 0.85])  # type: ignore[arg-type]  # fmt: skip
     shown.auto_set_font_size(False)
     shown.set_fontsize(7.5)
     for cell in shown.get_celld().values():
