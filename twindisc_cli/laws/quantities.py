@@ -38,13 +38,40 @@ class Quantity:
         return {"1": "size", "%": "size_percent", "K": "size_K", "um": "size_um"}[self.unit]
 
 
-def _times(name: str) -> Apply:
-    """A quantity of the state times (1 + change)."""
-    return lambda s, change: s.replace(**{name: getattr(s, name) * (1.0 + change)})
+def _mu(s: State, change: Floats) -> State:
+    return s.replace(mu=s.mu * (1.0 + change))
 
 
-def _plus(name: str) -> Apply:
-    return lambda s, change: s.replace(**{name: getattr(s, name) + change})
+def _slope(s: State, change: Floats) -> State:
+    return s.replace(slope=s.slope * (1.0 + change))
+
+
+def _creepage(s: State, change: Floats) -> State:
+    return s.replace(creepage=s.creepage + change)
+
+
+def _traction_ratio(s: State, change: Floats) -> State:
+    return s.replace(traction_ratio=s.traction_ratio + change)
+
+
+def _wear(s: State, change: Floats) -> State:
+    return s.replace(wear_factor=s.wear_factor * (1.0 + change))
+
+
+def _heat(s: State, change: Floats) -> State:
+    return s.replace(heat=s.heat * (1.0 + change))
+
+
+def _convection(s: State, change: Floats) -> State:
+    return s.replace(convection=s.convection * (1.0 + change))
+
+
+def _environment(s: State, change: Floats) -> State:
+    return s.replace(environment=s.environment + change)
+
+
+def _temperature(s: State, change: Floats) -> State:
+    return s.replace(disc_temperature=s.disc_temperature + change)
 
 
 def _wear_across(s: State, change: Floats) -> State:
@@ -65,25 +92,25 @@ _LOADED = ("load", "pressure", "rolling_speed")
 _DRIVEN = ("creepage", "time", "energy", "temperature", "power", "wear_index")
 QUANTITIES: Mapping[str, Quantity] = {
     "mu": Quantity("friction", "traction", "factor", "the coefficient of friction",
-                   (*_FRICTION, *_LOADED, "order", "direction"), _times("mu")),
+                   (*_FRICTION, *_LOADED, "order", "direction"), _mu),
     "slope": Quantity("traction", "traction", "factor", "the initial slope of the traction",
-                      ("creepage", "time", "energy", "temperature", "greatest_creepage", "load"), _times("slope")),
+                      ("creepage", "time", "energy", "temperature", "greatest_creepage", "load"), _slope),
     "creepage": Quantity("operation", "traction", "shift", "the creepage",
-                         ("creepage", "time", "energy", "temperature", "rolling_speed"), _plus("creepage"), "%", 1e-2),
+                         ("creepage", "time", "energy", "temperature", "rolling_speed"), _creepage, "%", 1e-2),
     "traction_ratio": Quantity("sensor", "traction", "shift", "the recorded T/N",
                                ("creepage", "time", "temperature", "time_in_step", "load", "order"),
-                               _plus("traction_ratio")),
-    "wear": Quantity("wear", "profile", "factor", "the wear coefficient", (*_DRIVEN, *_LOADED), _times("wear_factor")),
+                               _traction_ratio),
+    "wear": Quantity("wear", "profile", "factor", "the wear coefficient", (*_DRIVEN, *_LOADED), _wear),
     "wear_across": Quantity("surface", "profile", "factor", "the wear across the track", ("y_over_edge",),
                             _wear_across),
     "heat": Quantity("heat", "temperature", "factor", "the heat into the disc", (*_DRIVEN[:-1], "time_in_step"),
-                     _times("heat")),
+                     _heat),
     "convection": Quantity("heat", "temperature", "factor", "the convection",
-                           ("creepage", "time", "temperature", "power", "rolling_speed"), _times("convection")),
+                           ("creepage", "time", "temperature", "power", "rolling_speed"), _convection),
     "environment": Quantity("heat", "temperature", "shift", "the temperature of the environment",
-                            ("time", "energy", "time_in_step"), _plus("environment"), "K"),
+                            ("time", "energy", "time_in_step"), _environment, "K"),
     "temperature": Quantity("sensor", "temperature", "shift", "the recorded temperature",
-                            ("creepage", "time", "temperature", "time_in_step"), _plus("disc_temperature"), "K"),
+                            ("creepage", "time", "temperature", "time_in_step"), _temperature, "K"),
     "profile": Quantity("sensor", "profile", "shift", "the recorded profile", ("y_over_edge",), _profile, "um", 1e-6),
 }  # fmt: skip
 MULTIPLIED: Mapping[str, str] = {"mu": "mu", "K": "wear", "convection_W_K": "convection"}
