@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from definitions import VALID, write
+from definitions import TRACTION, VALID, write
 
 from twindisc_cli.cli import main
 from twindisc_cli.commands import contact, fit_k, identify_mu, simulate_wear
@@ -103,6 +103,17 @@ def test_lateral_creepage_between_unlike_discs_is_said_to_be_approximate(
             main(["simulate-wear", str(write(tmp_path, text)), "-o", str(tmp_path / "out")])
         assert exit_.value.code == 0
         assert ("unlike elasticity under lateral creepage" in " ".join(capsys.readouterr().out.split())) is said
+
+
+def test_close_loop_says_that_lateral_creepage_between_unlike_discs_is_approximate(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = VALID.replace("[thermal]", ALUMINIUM + "\n[thermal]").replace(
+        "creepage_percent = 2.0 }", "creepage_percent = 2.0, yaw_mrad = 1.0 }"
+    )
+    with pytest.raises(SystemExit):
+        main(["close-loop", "--quick", str(write(tmp_path, text, traction=TRACTION)), "-o", str(tmp_path / "out")])
+    assert "unlike elasticity under lateral creepage" in " ".join(capsys.readouterr().out.split())
 
 
 def test_the_friction_behind_a_traction_is_found_again_between_unlike_discs(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.results import Array, Axis, Dataset, Result
 
-LIKE, OFF_UNDER_YAW = 1e-3, 0.2
+LIKE, OFF_UNDER_YAW = 1e-3, 0.22
 """Dundurs' second constant that is none, and what T/(mu N) was off at worst under lateral creepage between discs of
 unlike elasticity (`make bench`)."""
 UNLIKE_UNDER_YAW = (
@@ -69,7 +69,8 @@ def with_data(result: Result, tests: Sequence[Test]) -> Result:
     own = [] if result.command == "close-loop" else [test.experiment for test in tests]
     in_vain = [line for test in own for line in left_out(test)]
     beyond = [f"warning: {what}" for test in own for what in laws_beyond(test)]
-    beyond += [f"warning: {test.name}: {UNLIKE_UNDER_YAW}" for test in own if _is_approximate(test)]
+    yawed = [t.experiment for t in tests if _is_approximate(t.experiment)]
+    beyond += [f"warning: {test.name}: {UNLIKE_UNDER_YAW}" for test in yawed]
     return replace(
         result,
         summary=(*result.summary, *in_vain, *beyond, *(line for count in rows for line in count.lines)),
