@@ -69,8 +69,7 @@ def with_data(result: Result, tests: Sequence[Test]) -> Result:
     own = [] if result.command == "close-loop" else [test.experiment for test in tests]
     in_vain = [line for test in own for line in left_out(test)]
     beyond = [f"warning: {what}" for test in own for what in laws_beyond(test)]
-    yawed = [t.experiment for t in tests if _is_approximate(t.experiment)]
-    beyond += [f"warning: {test.name}: {UNLIKE_UNDER_YAW}" for test in yawed]
+    beyond += [f"warning: {t.experiment.name}: {UNLIKE_UNDER_YAW}" for t in tests if _is_approximate(t.experiment)]
     return replace(
         result,
         summary=(*result.summary, *in_vain, *beyond, *(line for count in rows for line in count.lines)),

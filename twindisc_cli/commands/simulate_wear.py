@@ -18,6 +18,7 @@ from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+POWER_PER_LENGTH = "dissipated power per length P_l of Eq. 15, mean over the iteration"
 WORTH_TELLING = 0.01
 """Share of the creepage that the radii may be off before it is told."""
 
@@ -169,9 +170,6 @@ def _measured(test: Experiment) -> tuple[tuple[Axis, ...], tuple[Array, ...]]:
     place = Axis("measured_y", profile.y[last], "m", "position across the track of the recorded profile")
     what = f"{test.measured.provenance} height change of disc {profile.disc[last][0]}"
     return (place,), (Array("measured_height", ("measured_y",), profile.height[last], "m", what),)
-
-
-POWER_PER_LENGTH = "dissipated power per length P_l of Eq. 15, mean over the iteration"
 
 
 def _dataset(history: WearHistory, k: float, source: str, test: Experiment) -> Dataset:

@@ -37,10 +37,10 @@ def pages(
         matplotlib.rc_context({"pdf.fonttype": 42}),
         PdfPages(buffer, metadata={"CreationDate": None, "Producer": None, "Creator": None}) as book,
     ):
-        leading, others = next((part for part in parts if part.figure), None), [part for part in parts if part.figure]
+        drawn = [part for part in parts if part.figure]
         for figure in (
-            _first(name, description, provenance, parts, numbers, leading),
-            _second(name, [part for part in others if part is not leading]),
+            _first(name, description, provenance, parts, numbers, drawn[0] if drawn else None),
+            _second(name, drawn[1:]),
         ):
             if figure is not None:
                 book.savefig(figure, dpi=DPI)

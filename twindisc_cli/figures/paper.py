@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 
 from twindisc_cli.figures.contact import Field, marked_zones
 from twindisc_cli.figures.style import (
@@ -351,7 +352,7 @@ def _table(axes: Axes, test: PaperTest, label: str) -> None:
     cells = [list(values) for values in zip(recorded, column(test.before), column(test.after), strict=True)]
     axes.axis("off")
     shown = axes.table(cells, rowLabels=rows, colLabels=[_kind(test), "paper's", "revised"], cellLoc="center",
-                       colWidths=[0.42, 0.29, 0.29], bbox=[0.36, 0.1, 0.64, 0.85])  # type: ignore[arg-type]  # fmt: skip
+                       colWidths=[0.42, 0.29, 0.29], bbox=Bbox.from_bounds(0.36, 0.1, 0.64, 0.85))  # fmt: skip
     shown.auto_set_font_size(False)
     shown.set_fontsize(7.5)
     for cell in shown.get_celld().values():

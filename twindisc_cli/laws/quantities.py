@@ -12,7 +12,6 @@ from twindisc_cli.effects._effect import Channel, Stage
 from twindisc_cli.effects._state import Floats, State
 
 Kind = Literal["factor", "shift"]
-Apply = Callable[[State, Floats], State]
 
 
 @dataclass(frozen=True)
@@ -28,7 +27,7 @@ class Quantity:
     kind: Kind
     label: str
     covariates: tuple[str, ...]
-    apply: Apply
+    apply: Callable[[State, Floats], State]
     unit: str = "1"
     scale: float = 1.0
 
@@ -58,6 +57,15 @@ def _wear(s: State, change: Floats) -> State:
     return s.replace(wear_factor=s.wear_factor * (1.0 + change))
 
 
+def _wear_across(s: State, change: Floats) -> State:
+    """K is the mean over what was worn; what differs from it across the track is held back by the pressure."""
+    if s.surface is None:
+        return s
+    height = s.surface.height
+    mean = np.sum(change * height, axis=-1, keepdims=True) / np.minimum(height.sum(axis=-1, keepdims=True), -1e-300)
+    return s.on_surface(height + s.surface.eased(height * (change - mean)))
+
+
 def _heat(s: State, change: Floats) -> State:
     return s.replace(heat=s.heat * (1.0 + change))
 
@@ -72,15 +80,6 @@ def _environment(s: State, change: Floats) -> State:
 
 def _temperature(s: State, change: Floats) -> State:
     return s.replace(disc_temperature=s.disc_temperature + change)
-
-
-def _wear_across(s: State, change: Floats) -> State:
-    """K is the mean over what was worn; what differs from it across the track is held back by the pressure."""
-    if s.surface is None:
-        return s
-    height = s.surface.height
-    mean = np.sum(change * height, axis=-1, keepdims=True) / np.minimum(height.sum(axis=-1, keepdims=True), -1e-300)
-    return s.on_surface(height + s.surface.eased(height * (change - mean)))
 
 
 def _profile(s: State, change: Floats) -> State:

@@ -54,7 +54,7 @@ class Compared:
     def remains(self, channel: str) -> float:
         """Share of a channel's misfit beyond the noise that the answer leaves, 0 to 1."""
         before, after = (e.fit.power(channel) for e in (self.base, self.answer))
-        count = sum(part.stop - part.start for part in self.answer.fit.problem.slices[channel])
+        count = self.answer.fit.problem.count(channel)
         spread = count + 2.0 * np.sqrt(2.0 * count)
         return float(np.clip((after - spread) / max(before - count, 1.0), 0.0, 1.0))
 

@@ -128,7 +128,7 @@ def _left(outcome: Outcome, before: Mapping[str, Residual]) -> list[Unexplained]
         rest = unexplained_residual(fitted, channel) if fitted.terms else before[channel]
         level = ACCEPTANCE.unexplained_alone if not fitted.terms else ACCEPTANCE.unexplained_beside
         explained = np.sqrt(max(base.power(channel) - fitted.power(channel), 0.0))
-        mean = fitted.power(channel) / max(sum(part.stop - part.start for part in fitted.problem.slices[channel]), 1)
+        mean = fitted.power(channel) / max(fitted.problem.count(channel), 1)
         large = rest.length > ACCEPTANCE.formula_error * explained or mean > ACCEPTANCE.mean_square_left
         if rest.significant(level) and (large or not fitted.terms):
             left += _listed(rest)

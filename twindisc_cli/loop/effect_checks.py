@@ -40,7 +40,7 @@ CREEPAGE = np.array([0.001, 0.02, 0.09, 0.002, 0.004, 0.01, 0.04])
 BASE = {"mu": 0.5, "K": 6e-5, "convection_W_K": 2.0}
 NOISE = {"traction": 0.003, "profile": 2e-7, "temperature": 0.2}
 """Standard deviations of what is measured: T/N [1], height [m], temperature [K]."""
-SEED = 1  # the same effect file passes or fails alike on every run
+SEED = 1  # the same effect file passes or fails in the same way on every run
 DRAWS = 24  # points within the limits, beside the corners
 SETTLED = 1e-6
 """What moves by less than this share of a channel's range has not changed: the passes of the model stop there."""

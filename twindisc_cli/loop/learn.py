@@ -41,6 +41,8 @@ LEVELS = np.array([0.1, 0.3, 1.0, 3.0])
 LENGTHS = np.array([0.08, 0.15, 0.3, 0.6, 1.2])
 UNTIMED = ("creepage", "y_over_edge", "load", "pressure", "rolling_speed", "order")
 """Covariates that samples recorded without time can show."""
+CHOSEN = {"step": 1, "window": 2}
+"""Parameters of a formula that are chosen among the bins and not fitted."""
 NOTHING = 1e-12  # rounding, relative to the longest response
 
 
@@ -127,7 +129,7 @@ class Pair:
             size = float(np.clip(along[best] / max(length[best], 1e-300), -self.most, self.most))
             start = {QUANTITIES[self.quantity].size_key: size, **self._keyed(starts[best])}
             trial = formula(self.quantity, self.covariate, shape, start, self.span, self.most)
-            price = choice + 0.5 * float(np.log(samples)) * {"step": 1, "window": 2}.get(shape, 0)
+            price = choice + 0.5 * float(np.log(samples)) * CHOSEN.get(shape, 0)
             paid = price + 0.5 * np.log(samples) * len(trial.params)
             results.append((0.5 * float(gain[best]) - paid, trial, price))
         if self.most_knots < FEWEST_KNOTS:
@@ -259,8 +261,7 @@ def pairs(fitted: Fit, known: Sequence[Response] | None = None) -> list[Pair]:
         edges = response.edges
         centres = 0.5 * (edges[1:] + edges[:-1])
         A, g = G.T @ G, G.T @ fitted.residual
-        own = problem.slices[QUANTITIES[response.quantity].channel]
-        samples = sum(part.stop - part.start for part in own)
+        samples = problem.count(QUANTITIES[response.quantity].channel)
         results.append(Pair(response.quantity, response.covariate, edges, centres, A, g, response.typical, samples))
     return results
 

@@ -348,6 +348,10 @@ class Problem:
             first += count
         return results
 
+    def count(self, channel: str) -> int:
+        """White samples of a channel over all tests."""
+        return sum(part.stop - part.start for part in self.slices[channel])
+
     def discount(self, rows: Floats) -> Floats:
         """Shrink white rows (..., sample) along the nuisances."""
         return rows if self.nuisance is None else self.nuisance.discounted(rows)
