@@ -38,6 +38,18 @@ def command(*arguments: object, capsys: pytest.CaptureFixture[str]) -> tuple[int
     return int(stop.value.code or 0), out, err
 
 
+def imported(file: Path, capsys: pytest.CaptureFixture[str], *, refused: bool = True) -> Path:
+    """The folder that a file is imported to; where it is refused at first, with the block that the refusal prints."""
+    folder, block = file.parent / "mine", file.parent / "block.toml"
+    code, _, err = command("import", file, "-o", folder, capsys=capsys)
+    assert (code == 3) == refused, err
+    if refused:
+        block.write_text(err[err.index("[measured]") :], encoding="utf-8")
+        code, _, err = command("import", file, block, "-o", folder, capsys=capsys)
+    assert code == 0, err
+    return folder
+
+
 def test_from_a_vendors_text_to_mu(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file, folder = tmp_path / "Versuch 17.txt", tmp_path / "mine"
     file.write_bytes(vendor().encode("cp1252"))
@@ -253,13 +265,8 @@ def test_a_temperature_of_a_foreign_unit_is_named_by_the_block(
     rows = [f'{n},"03/12/24 {9 + n // 60:02d}:{n % 60:02d}:00 AM",{22.0 + 0.03 * n:.2f}' for n in range(90)]
     header = '"#","Date Time, GMT+01:00","Temp, °C (LGR S/N: 10000)"'
     (tmp_path / "disc.csv").write_text("\n".join([header, *rows]) + "\n")
-    code, _, err = command("import", tmp_path / "disc.csv", "-o", tmp_path / "mine", capsys=capsys)
-    assert code == 3
-    (tmp_path / "block.toml").write_text(err[err.index("[measured]") :])
-    given = (tmp_path / "disc.csv", tmp_path / "block.toml")
-    code, _, err = command("import", *given, "-o", tmp_path / "mine", capsys=capsys)
-    assert code == 0, err
-    found = np.loadtxt(tmp_path / "mine" / "temperature.csv", delimiter=",", skiprows=1)
+    folder = imported(tmp_path / "disc.csv", capsys)
+    found = np.loadtxt(folder / "temperature.csv", delimiter=",", skiprows=1)
     np.testing.assert_allclose(found, np.column_stack([60.0 * np.arange(90), 22.0 + 0.03 * np.arange(90)]), atol=1e-6)
 
 
@@ -300,14 +307,8 @@ def test_weighings_alone(what: str, tmp_path: Path, capsys: pytest.CaptureFixtur
     """Understood, or refused with a block that makes the same call succeed."""
     text, written, needs_block = MASSES[what]
     (tmp_path / "weights.csv").write_text(text, encoding="utf-8")
-    code, _, err = command("import", tmp_path / "weights.csv", "-o", tmp_path / "mine", capsys=capsys)
-    assert (code == 3) == needs_block, err
-    if needs_block:
-        (tmp_path / "block.toml").write_text(err[err.index("[measured]") :], encoding="utf-8")
-        given = (tmp_path / "weights.csv", tmp_path / "block.toml")
-        code, _, err = command("import", *given, "-o", tmp_path / "mine", capsys=capsys)
-    assert code == 0, err
-    assert (tmp_path / "mine" / "mass.csv").read_text() == written
+    folder = imported(tmp_path / "weights.csv", capsys, refused=needs_block)
+    assert (folder / "mass.csv").read_text() == written
 
 
 def test_a_mean_speed_in_rpm_beside_a_slip(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -336,10 +337,5 @@ def test_a_load_in_kg_is_named_by_the_block(tmp_path: Path, capsys: pytest.Captu
     assert code == 3
     assert "columns.torque" not in err
     (tmp_path / "rig.csv").write_text("\n".join([head.format("N m"), *rows]) + "\n")
-    code, _, err = command("import", tmp_path / "rig.csv", "-o", tmp_path / "mine", capsys=capsys)
-    assert code == 3
-    (tmp_path / "block.toml").write_text(err[err.index("[measured]") :])
-    given = (tmp_path / "rig.csv", tmp_path / "block.toml")
-    code, _, err = command("import", *given, "-o", tmp_path / "mine", capsys=capsys)
-    assert code == 0, err
-    assert load(tmp_path / "mine" / "rig.toml").experiment.rig.normal_load == pytest.approx(72.0, rel=1e-3)
+    folder = imported(tmp_path / "rig.csv", capsys)
+    assert load(folder / "rig.toml").experiment.rig.normal_load == pytest.approx(72.0, rel=1e-3)
