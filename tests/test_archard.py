@@ -1,19 +1,17 @@
-"""Archard's law: the depth of Eq. 15 around the rim is the volume of Eq. 13."""
+"""Archard's law: the depth K P_l / (H V) of each revolution (Eq. 15), around the rim, is the volume of Eq. 13."""
 
 import numpy as np
 import pytest
+from closed_forms import traction_per_length
 
 from twindisc_cli.physics import archard
-from twindisc_cli.physics.reference.fastsim_strips import traction_per_length
 
 
 def test_depth_around_the_rim_is_the_volume_of_the_energy():
     y = np.linspace(-1e-3, 1e-3, 4001)
     traction = traction_per_length(y=y, b=0.3e-3, normal_load=72.0, mu=0.6, xi=50.0)
     power = 9.42 * 0.03 * traction
-    depth = 4200 * archard.depth_per_revolution(
-        power_per_length=power, wear_coefficient=6e-5, hardness=6.9e9, speed=9.42
-    )
+    depth = 4200 * 6e-5 * power / (6.9e9 * 9.42)
     time = 4200 * 2 * np.pi * 0.03 / 9.42
     energy = 9.42 * 0.03 * 0.6 * 72.0 * time
     volume = archard.worn_volume(y=y, depth=depth, rolling_radius=0.03)

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from closed_forms import traction_per_length
 from scipy.integrate import quad
 
 from twindisc_cli.physics import fastsim
 from twindisc_cli.physics.kalker import coefficients
-from twindisc_cli.physics.reference.fastsim_strips import traction_per_length
 
 SPEED = 9.42
 RIG = fastsim.Patch(

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from closed_forms import adhesion
 from rigs import solve_rolling
 
 from twindisc_cli.physics import exact, kalker, spin
-from twindisc_cli.physics.reference import linear
 
 A, B, G, NU, CAPACITY = 0.170591303e-3, 0.270524050e-3, 79.3e9, 0.3, 43.2
 
@@ -64,7 +64,7 @@ def test_small_creepages_follow_linear_theory(ratio, poisson) -> None:
     rng = np.random.default_rng(1)
     vx, vy, turn = 1e-8 * rng.normal(size=(3, 20))
     found = rolled(vx, vy, turn / 1e-3, a=a, b=b, poisson=poisson, capacity=1e3)
-    known = linear.forces(
+    known = adhesion(
         creepage_x=vx, creepage_y=vy, spin=turn / 1e-3, a=a, b=b, shear_modulus=G,
         coefficients=c,
     )  # fmt: skip

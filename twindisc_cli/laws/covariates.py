@@ -95,8 +95,6 @@ COVARIATES: Mapping[str, Covariate] = {
 }
 LOCAL = ("place", "passes")
 """Covariates of single strips, over which only K can change."""
-TWINS: Mapping[str, str] = {"sliding_speed": "creepage", "cycles": "time"}
-"""At one rolling speed the first is proportional to the second."""
 
 
 @cache

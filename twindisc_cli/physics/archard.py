@@ -19,14 +19,6 @@ from numpy.typing import ArrayLike
 from twindisc_cli.physics._arrays import Floats, arrays
 
 
-def depth_per_revolution(
-    *, power_per_length: ArrayLike, wear_coefficient: ArrayLike, hardness: ArrayLike, speed: ArrayLike
-) -> Floats:
-    """The depth [m] that one revolution takes off under P_l [W/m] (Eq. 15); all broadcast."""
-    k, power, hardness, speed = arrays(wear_coefficient, power_per_length, hardness, speed)
-    return k * power / (hardness * speed)
-
-
 def worn_volume(*, y: ArrayLike, depth: ArrayLike, rolling_radius: ArrayLike) -> Floats:
     """The volume [m^3] of a groove of `depth` [m] (..., y), positive downwards, around the rim of a disc; y [m]."""
     y, depth, radius = arrays(y, depth, rolling_radius)

@@ -1,1 +1,0 @@
-"""Closed forms that the tests hold the program against; no command needs them."""
