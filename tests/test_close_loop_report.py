@@ -846,6 +846,22 @@ def test_revised_definition_keeps_what_was_given(tmp_path: Path) -> None:
     assert set(document["effects"]) == {"torque_offset", "falling_friction", "lateral_wander"}
 
 
+def test_a_term_of_one_test_is_named_with_it_and_revises_that_one(tmp_path: Path) -> None:
+    first, second = made(tmp_path, "one"), made(tmp_path, "two")
+    own, law = replace(found(first).effects[0], test="two"), replace(learnt(first).laws[0], test="two")
+    diagnosis = replace(found(first), effects=[own, found(first).effects[1]], laws=[law])
+    result = result_of(diagnosis, [first, second], None)
+    documents = [tomllib.loads(str(result.extra_files[name])) for name in ("revised.toml", "revised-two.toml")]
+    assert [set(document["effects"]) for document in documents] == [
+        {"lateral_wander"},
+        {"lateral_wander", "falling_friction"},
+    ]
+    assert ["laws" in document for document in documents] == [False, True]
+    assert [effect.get("test") for effect in result.json["effects"]] == ["two", None]
+    assert result.json["laws"][0]["test"] == "two"
+    assert "falling friction in two" in sentences.sentences(diagnosis)[0]
+
+
 def test_revised_definition_takes_the_base_of_its_own_test(tmp_path: Path) -> None:
     first, second = made(tmp_path, "one"), made(tmp_path, "two")
     mu = {

@@ -104,6 +104,23 @@ def test_falling_friction_is_named_with_its_parameters() -> None:
     assert found.unexplained == []
 
 
+def test_of_two_tests_one_may_have_an_effect_of_its_own() -> None:
+    air, film = recorded("nothing", "traction", name="air"), recorded("film", "traction", seed=2, name="film")
+    found = run(air, film)
+    (effect,) = found.effects
+    assert (effect.name, effect.test, effect.key) == ("film_breakdown", "film", "film_breakdown in film")
+    value(effect, "film_ratio", 0.5)
+    value(effect, "critical_creepage_percent", 3.5)
+    assert found.unexplained == []
+    assert found.errors["traction"].after == pytest.approx(found.errors["traction"].noise, rel=0.3)
+
+
+def test_what_both_tests_lack_is_one_effect_of_both() -> None:
+    found = run(*(recorded("film", "traction", seed=seed, name=f"test {seed}") for seed in (1, 2)))
+    assert [(effect.name, effect.test) for effect in found.effects] == [("film_breakdown", "")]
+    assert found.laws == []
+
+
 def test_the_error_falls_to_the_noise_where_nothing_was_fitted() -> None:
     error = of("falling").errors["traction"]
     assert error.before > 8.0 * error.noise

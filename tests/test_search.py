@@ -27,6 +27,7 @@ from twindisc_cli.loop.search import (
     search,
     swap_and_drop,
     without_older_laws,
+    without_two_terms,
 )
 from twindisc_cli.loop.terms import EffectTerm, LawTerm, Term
 from twindisc_cli.loop.thresholds import ACCEPTANCE, SEARCH
@@ -335,6 +336,18 @@ def test_two_effects_take_the_place_of_a_curve_while_another_channel_lacks_more(
     kept, _ = swap_and_drop(two, base, single)
     assert two.labels <= kept.labels
     assert kept.fit.values("wear_partition")["disc1_share"] == pytest.approx(0.52, abs=0.02)
+
+
+def test_two_effects_take_the_place_of_two_terms_of_a_channel() -> None:
+    """The same profile, where a curve and a wander of the track have been found one by one."""
+    test = shipped("cryogenic").experiment
+    given = replace(test.options, friction_coefficient=0.3)
+    first = refit(problem_of([replace(test, options=given, measured=replace(test.measured, traction=None))]))
+    one = next(e for e in extended(Explanation(first, {}, first.chi2)) if e.labels == {EffectTerm("lateral_wander")})
+    both = next(e for e in extended(one) if LawTerm("wear_across", "y_over_edge") in e.labels)
+    kept, _ = without_two_terms(both, {})
+    assert kept.labels == {EffectTerm("half_space_contact"), EffectTerm("wear_partition")}
+    assert kept.evidence > both.evidence
 
 
 # ------------------------------------------------------------------------------------------------ which temperature

@@ -33,7 +33,7 @@ from twindisc_cli.loop.terms import Alternative, EffectTerm
 from twindisc_cli.report import sentences
 from twindisc_cli.report.close_loop import render
 from twindisc_cli.report.levels import WANDERS, level_json, level_text
-from twindisc_cli.report.words import channel_name, listed, number, p_value, plain_name, unit, with_error
+from twindisc_cli.report.words import channel_name, listed, number, p_value, unit, with_error
 from twindisc_cli.results import Result, or_null
 from twindisc_cli.version import __version__
 
@@ -89,6 +89,7 @@ def result_of(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None
                 diagnosis, tests, validate, figure=png(drawn), plots=plots_of(diagnosis, experiments)
             ),
             "revised.toml": revised(diagnosis, tests[0]),
+            **{f"revised-{test.experiment.name}.toml": revised(diagnosis, test) for test in tests[1:]},
         },
     )
 
@@ -165,10 +166,10 @@ def _term_line(term: sentences.FoundTerm) -> str:
     """An effect with its parameters, or a law with its formula; how sure, how much, and what else it may be."""
     if isinstance(term, FoundEffect):
         values = [f"{key} = {with_error(e.value, e.std, e.unit)}" for key, e in term.parameters.items()]
-        parts = [f"{term.name} ({', '.join(values)}): {sentences.sureness(term)}"]
+        parts = [f"{term.key} ({', '.join(values)}): {sentences.sureness(term)}"]
     else:
         parts = [
-            f"{term.name}: {sentences.law_text(term)}: {sentences.sureness(term)}",
+            f"{term.key}: {sentences.law_text(term)}: {sentences.sureness(term)}",
             sentences.transfer_text(term.law),
         ]
         parts += [f"resembles {sentences.resembles_text(term)}"] if term.resembles else []
@@ -210,6 +211,7 @@ def _json(diagnosis: Diagnosis) -> dict[str, Any]:
 def _effect(effect: FoundEffect) -> dict[str, Any]:
     return {
         "effect": effect.name,
+        **_test(effect.test),
         "channel": effect.channel,
         "parameters": {key: _estimate(e) for key, e in effect.parameters.items()},
         "alternatives": [str(alternative.term) for alternative in effect.alternatives],
@@ -221,6 +223,7 @@ def _law(result: FoundLaw) -> dict[str, Any]:
     law, curve = result.law, result.curve
     return {
         "law": result.name,
+        **_test(result.test),
         "channel": result.channel,
         "quantity": law.quantity,
         "covariate": law.covariate,
@@ -239,8 +242,14 @@ def _law(result: FoundLaw) -> dict[str, Any]:
 def _alternative(alternative: Alternative) -> dict[str, Any]:
     """What cannot be told from a law: an effect, or a quantity and a covariate, with its probability."""
     term = alternative.term
-    what = {"effect": term.name} if isinstance(term, EffectTerm) else vars(term)
-    return {**what, **_probability(alternative.probability)}
+    law = {} if isinstance(term, EffectTerm) else {"quantity": term.quantity, "covariate": term.covariate}
+    what = {"effect": term.name} if isinstance(term, EffectTerm) else law
+    return {**what, **_test(term.test), **_probability(alternative.probability)}
+
+
+def _test(name: str) -> dict[str, str]:
+    """The only test that a term acts in; absent where it acts in all."""
+    return {"test": name} if name else {}
 
 
 def _sure(term: sentences.FoundTerm) -> dict[str, Any]:
@@ -316,18 +325,20 @@ def revised(diagnosis: Diagnosis, test: Test) -> str:
             for table in tables:
                 within = within.setdefault(table, {})
             within.setdefault(place, _rounded(estimate.value))
-    params = {effect.name: {p.name: p for p in catalogue()[effect.name].params} for effect in diagnosis.effects}
+    own = ("", test.experiment.name)
+    found = [effect for effect in diagnosis.effects if effect.test in own]
+    params = {effect.name: {p.name: p for p in catalogue()[effect.name].params} for effect in found}
     effects = {
         effect.name: {key: _inside(params[effect.name][key], e.value) for key, e in effect.parameters.items()}
-        for effect in diagnosis.effects
+        for effect in found
     }
-    laws = {result.name: law_table(result.law, digits=DIGITS) for result in diagnosis.laws}
-    return f"{_heading(diagnosis, test)}\n{dump(document, effects, laws)}"
+    learnt = [result for result in diagnosis.laws if result.test in own]
+    laws = {result.name: law_table(result.law, digits=DIGITS) for result in learnt}
+    return f"{_heading(diagnosis, test, [*found, *learnt])}\n{dump(document, effects, laws)}"
 
 
-def _heading(diagnosis: Diagnosis, test: Test) -> str:
-    names = [plain_name(effect.name) for effect in diagnosis.effects]
-    result = listed([*names, *(sentences.name_of(law) for law in diagnosis.laws)])
+def _heading(diagnosis: Diagnosis, test: Test, terms: Sequence[sentences.FoundTerm]) -> str:
+    result = listed([sentences.name_of(term) for term in terms])
     what = f"with {result} added" if result else "with no effect added"
     return f"# {test.experiment.name}, {what} by twindisc close-loop {__version__} ({diagnosis.verdict})"
 

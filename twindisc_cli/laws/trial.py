@@ -43,7 +43,7 @@ class Trial(Effect):
         assert self.shape is not None
         extra = tuple(Param(key, "1", value, -np.inf, np.inf, key) for key, value in self.fixed.items())
         act = partial(_act, self.quantity, self.covariate, self.shape, {})
-        return Effect(self.stage, (*self.params, *extra), act, self.source, self.channel, self.seen_in)
+        return Effect(self.stage, (*self.params, *extra), act, self.source, self.channel, self.seen_in, test=self.test)
 
     def fixed_at(self, values: Mapping[str, float]) -> Trial:
         """The same formula with other values of what is not fitted."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.quantities import QUANTITIES
+from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm, Term
 from twindisc_cli.loop.thresholds import RESAMPLING, SEARCH
@@ -160,7 +161,7 @@ def _in_other_words(compared: Compared, name: str, term: Term, places: Mapping[T
         other
         for other in places
         if isinstance(other, LawTerm)
-        and other.quantity == term.quantity
+        and (other.quantity, other.test) == (term.quantity, term.test)
         and _effect_of(compared, name, other, places) is None
     ]
     near = [
@@ -178,6 +179,7 @@ def _effect_of(compared: Compared, name: str, law: LawTerm, places: Mapping[Term
         for other, member in places.items()
         if isinstance(other, EffectTerm)
         and not member.fit.at_bound
+        and other.test == law.test
         and catalogue()[other.name].stage == QUANTITIES[law.quantity].stage
         and catalogue()[other.name].over in ("", law.covariate)
         and compared.similarity(name, places[law], member) > RESAMPLING.same_response
@@ -193,8 +195,8 @@ def _fits_as_well(answer: Explanation, member: Explanation) -> bool:
 
 def _is_form(compared: Compared, name: str, term: Term, places: Mapping[Term, Explanation]) -> bool:
     """Whether a term is the law of an effect's stage over its covariate, and does about what the effect does."""
-    if isinstance(term, EffectTerm) or term not in places or name not in catalogue():
+    effect = compared.answer.effect(name)
+    if isinstance(term, EffectTerm) or term not in places or isinstance(effect, Trial) or effect.test != term.test:
         return False
-    effect = catalogue()[name]
     own = effect.over == term.covariate and effect.stage == QUANTITIES[term.quantity].stage
     return own and compared.similarity(name, places[term], compared.answer) > RESAMPLING.resembles

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.learn import Pair, Response, is_timed, pairs, typical_change
 from twindisc_cli.loop.problem import Problem, known_sensors, parameters_of
 from twindisc_cli.loop.span import span_of
+from twindisc_cli.loop.terms import in_test
 from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.model.experiment import Floats
 
@@ -52,18 +53,24 @@ def proposals(fitted: Fit, known: Sequence[Response] | None = None) -> list[Prop
 
 def effects(fitted: Fit) -> list[Proposal]:
     """The effects of the catalogue that these tests can show and that are not in the model yet."""
-    problem = fitted.problem
-    samples, target = np.log(len(fitted.residual)), _target(fitted)
-    results = []
-    for name in searched(problem):
+    target, results = _target(fitted), []
+    for name in searched(fitted.problem):
         sets, moved = _responses_of(fitted, target, name)
-        along = (moved @ fitted.residual) / np.sqrt(np.sum(moved**2, axis=1) + 1e-12)
-        score = np.maximum(along, 0.0) ** 2
-        order = np.argsort(-score)[:2]
-        promise = 0.5 * float(score[order[0]]) - 0.5 * samples * sets.shape[1]
-        starts = [sets[i] for i in order if score[i] >= 0.5 * score[order[0]]]
-        results.append(Proposal(name, catalogue()[name], starts, promise))
+        results.append(_effect(fitted, name, sets, _beyond(moved, target)))
+        for test, own in fitted.problem.own_samples(moved, catalogue()[name].channel):
+            results.append(_effect(fitted, name, sets, _beyond(np.where(own, moved, 0.0), target), test))
     return sorted(results, key=lambda p: -p.promise)
+
+
+def _effect(fitted: Fit, name: str, sets: Floats, moved: Floats, test: str = "") -> Proposal:
+    """An effect from what its parameters (set, parameter) do to white samples (set, sample), in one test or in all."""
+    along = (moved @ fitted.residual) / np.sqrt(np.sum(moved**2, axis=1) + 1e-12)
+    score = np.maximum(along, 0.0) ** 2
+    order = np.argsort(-score)[:2]
+    price = fitted.problem.price_of_one if test else 0.0
+    promise = 0.5 * float(score[order[0]]) - 0.5 * np.log(len(fitted.residual)) * sets.shape[1] - price
+    starts = [sets[i] for i in order if score[i] >= 0.5 * score[order[0]]]
+    return Proposal(in_test(name, test), replace(catalogue()[name], test=test), starts, promise, price)
 
 
 def laws(fitted: Fit, known: Sequence[Response] | None = None) -> list[Proposal]:
@@ -71,11 +78,12 @@ def laws(fitted: Fit, known: Sequence[Response] | None = None) -> list[Proposal]
     results = []
     for pair in pairs(fitted, known):
         name = pair.name
-        if name in fitted.terms or pair.log_evidence < 0.0:
+        if _is_in(fitted.problem, law_key(pair.quantity, pair.covariate)) or pair.log_evidence < 0.0:
             continue
+        own = fitted.problem.price_of_one if pair.test else 0.0
         for promise, trial, price in pair.proposals(len(fitted.residual))[: SEARCH.forms_fitted]:
             start = np.array([p.inner(p.start) for p in parameters_of(name, trial)])
-            results.append(Proposal(name, trial, [start], promise, price, pair))
+            results.append(Proposal(name, trial, [start], promise - own, price + own, pair))
     return results
 
 
@@ -113,7 +121,7 @@ def searched(problem: Problem) -> list[str]:
         name
         for name, effect in catalogue().items()
         if problem.shown_in(effect)
-        and name not in problem.terms
+        and not _is_in(problem, name)
         and name not in declared
         and (stops > 1 or not effect.needs_stops)
         and (timed or not effect.needs_time)
@@ -121,19 +129,25 @@ def searched(problem: Problem) -> list[str]:
     ]
 
 
-def _responses_of(fitted: Fit, target: tuple[Floats, Floats], name: str) -> tuple[Floats, Floats]:
-    """Inner parameters of an effect on a grid (set, parameter), and what each does to the white samples (set, sample).
+def _is_in(problem: Problem, name: str) -> bool:
+    """Whether an effect or a law is a term already, in all tests or in one."""
+    return any(in_test(name, test) in problem.terms for test in ("", *problem.tests))
 
-    Without what the fitted parameters can absorb.
-    """
+
+def _responses_of(fitted: Fit, target: tuple[Floats, Floats], name: str) -> tuple[Floats, Floats]:
+    """Inner parameters of an effect on a grid (set, parameter), and what each does to white samples (set, sample)."""
     problem = fitted.problem.with_terms(*fitted.terms, name)
-    plain, span = target
     sets = _grid(problem, name)
     theta = np.concatenate([np.tile(fitted.theta, (len(sets), 1)), sets], axis=1)
     lower, upper = problem.bounds
     rows = problem.discount(problem.white(problem.predict(np.clip(theta, lower, upper), integrated="none")))
-    moved = np.nan_to_num(rows - plain)
-    return sets, np.asarray(moved - (moved @ span) @ span.T)
+    return sets, np.nan_to_num(rows - target[0])
+
+
+def _beyond(moved: Floats, target: tuple[Floats, Floats]) -> Floats:
+    """Responses (set, sample) without what the fitted parameters can absorb."""
+    span = target[1]
+    return np.asarray(moved - (moved @ span) @ span.T)
 
 
 def _target(fitted: Fit) -> tuple[Floats, Floats]:

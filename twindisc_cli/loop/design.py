@@ -163,7 +163,7 @@ def _rows(model: ForwardModel, case: Case, fitted: Fit) -> tuple[dict[str, Float
     theta = np.tile(fitted.theta, (sets, 1))
     for place, i in enumerate(shaped, start=1 + len(start)):
         theta[place, i] += SLIGHTLY if theta[place, i] + SLIGHTLY <= problem.bounds[1][i] else -SLIGHTLY
-    predicted = model.predict(base, problem.terms_of(theta), problem.trial)
+    predicted = model.predict(base, problem.acting(0, problem.terms_of(theta), {}), problem.trial)
     rows, slopes = {}, {}
     for channel in channels():
         noise = case.noise[channel].std if channel in case.noise else channels()[channel].assumed_noise

@@ -9,7 +9,7 @@ from time import monotonic
 import numpy as np
 
 from twindisc_cli.effects import catalogue
-from twindisc_cli.laws.law import Law, formula_text, warnings
+from twindisc_cli.laws.law import Law, formula_text, law_key, warnings
 from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.alternatives import Weighed, weighed
 from twindisc_cli.loop.channels import channels, measured_channels
@@ -158,7 +158,11 @@ def _found(outcome: Outcome, weights: Mapping[str, Weighed]) -> tuple[list[Found
         else:
             parameters = term_parameters(outcome.sure, name)
             strength = "possible" if unfixed(effect, parameters) else strength
-            effects.append(FoundEffect(name, channel, parameters, tuple(rivals), probability, strength, remains))
+            term = outcome.answer.term(name)
+            assert isinstance(term, EffectTerm)
+            effects.append(
+                FoundEffect(term.name, channel, parameters, tuple(rivals), probability, strength, remains, term.test)
+            )
     return effects, laws
 
 
@@ -185,7 +189,7 @@ def _law(
     strength: Strength,
     remains: float,
 ) -> FoundLaw:
-    law = _with_range(outcome, trial.law(outcome.judged.estimated.values(name)), rivals)
+    law = _with_range(outcome, trial.law(outcome.judged.estimated.values(name)), rivals, trial.test)
     resembles = [
         (term.name, share)
         for term, member in outcome.compared.in_place_of(name).items()
@@ -193,7 +197,7 @@ def _law(
         and (share := outcome.compared.similarity(name, member, outcome.answer)) > RESAMPLING.resembles
     ]
     return FoundLaw(
-        name=name,
+        name=law_key(trial.quantity, trial.covariate),
         channel=trial.channel,
         law=law,
         formula=formula_text(law),
@@ -204,16 +208,18 @@ def _law(
         probability=probability,
         strength=strength,
         remains=remains,
+        test=trial.test,
     )
 
 
-def _with_range(outcome: Outcome, law: Law, rivals: Sequence[Alternative]) -> Law:
-    """The law with the range of its covariate, and whether it can be carried over to another history."""
+def _with_range(outcome: Outcome, law: Law, rivals: Sequence[Alternative], test: str) -> Law:
+    """The law with the range of its covariate in a test, or in all, and whether it holds on another history."""
     if law.covariate == "y_over_edge":
         return replace(law, valid=(-law.over.reach, law.over.reach))
     values = [
         np.broadcast_to(law.over.of(prediction.state), prediction.section.shape)[0]
-        for prediction in outcome.judged.prediction("after")
+        for case, prediction in zip(outcome.problem.cases, outcome.judged.prediction("after"), strict=True)
+        if test in ("", case.test.name)
     ]
     every = np.concatenate(values)
     laws = [rival.term for rival in rivals if isinstance(rival.term, LawTerm)]
@@ -397,7 +403,8 @@ def _notes(
     notes += few_profiles(outcome.answer, max((len(recorded_stops(case.test)) for case in cases), default=0))
     if len({replace(case.test.rig, normal_load=0.0, rolling_speed=0.0) for case in cases}) > 1:
         notes.append(
-            "the tests are of different rigs or materials; K, effects and laws are shared between them all the same"
+            "the tests are of different rigs or materials; K is shared between them all the same, and so are effects "
+            "and laws that are not said to act in one of them"
         )
     return notes
 
@@ -508,4 +515,4 @@ def _predicted_errors(first: PredictedTest, last: Sequence[PredictedTest], mixtu
 def _warned(outcome: Outcome, laws: Sequence[FoundLaw], test: Experiment) -> list[str]:
     """Where a test goes beyond what a law was learnt on."""
     state = predict_test(test, outcome.judged.after).prediction.state
-    return warnings({law.name: law.law for law in laws}, state, test.name)
+    return warnings({law.name: law.law for law in laws if law.test in ("", test.name)}, state, test.name)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from twindisc_cli.laws.law import Law
 from twindisc_cli.loop.levels import Levels
 from twindisc_cli.loop.step_scatter import StepScatter
-from twindisc_cli.loop.terms import Alternative, Term
+from twindisc_cli.loop.terms import Alternative, Term, in_test
 from twindisc_cli.model.experiment import Floats, Ints
 
 Verdict = Literal["effects_found", "law_learned", "no_missing_effect", "unexplained"]
@@ -48,9 +48,9 @@ class BaseEstimate(Estimate):
 class FoundEffect:
     """An effect that was added: parameters by key, what it cannot be told from, and how sure it is.
 
-    alternatives: what these data cannot tell from it. probability: share of resamples of the data in
-    which it is chosen, weighed by evidence; NaN where it was not computed. remains: what is left of the misfit it takes
-    away, 0 to 1.
+    test: the only one of several that it acts in. alternatives: what these data cannot tell from it. probability: share
+    of resamples of the data in which it is chosen, weighed by evidence; NaN where it was not computed. remains: what is
+    left of the misfit it takes away, 0 to 1.
     """
 
     name: str
@@ -60,6 +60,12 @@ class FoundEffect:
     probability: float
     strength: Strength
     remains: float = 0.0
+    test: str = ""
+
+    @property
+    def key(self) -> str:
+        """The name by which results hold it."""
+        return in_test(self.name, self.test)
 
 
 @dataclass(frozen=True)
@@ -76,8 +82,8 @@ class LawCurve:
 class FoundLaw:
     """A law that was learnt and added: the law, its formula, parameters by key (none of a curve), and its curve.
 
-    resembles: effects of the catalogue that do nearly the same to all channels, with the share of it that they do.
-    alternatives: what these data cannot tell from it.
+    test: the only one of several that it acts in. resembles: effects of the catalogue that do nearly the same to all
+    channels, with the share of it that they do. alternatives: what these data cannot tell from it.
     """
 
     name: str
@@ -91,6 +97,12 @@ class FoundLaw:
     probability: float
     strength: Strength
     remains: float = 0.0
+    test: str = ""
+
+    @property
+    def key(self) -> str:
+        """The name by which results hold it."""
+        return in_test(self.name, self.test)
 
 
 @dataclass(frozen=True)

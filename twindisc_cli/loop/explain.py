@@ -81,7 +81,7 @@ def explain(tests: Sequence[Experiment], *, validate: Experiment | None, quick: 
     masks = [withheld(test) for test in tests]
     seen = problem_of([without(test, mask) for test, mask in zip(tests, masks, strict=True)])
     seen_before = plain_fit(seen)
-    seen = replace(seen, cases=remembered(seen.cases, seen_before))
+    seen = replace(seen, cases=remembered(seen.cases, seen_before), unlike=True)
     unseen = case_of(validate) if validate is not None else None
     other = elsewhere(unseen, seen_before) if unseen is not None else None
     result = search(seen, _by_stage(progress), other)

@@ -9,12 +9,14 @@ from typing import Literal
 
 import numpy as np
 
+from twindisc_cli.laws.law import law_key
 from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.fit import Fit, carried, plain_fit, refit
 from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case
 from twindisc_cli.loop.search import Explanation
+from twindisc_cli.loop.terms import EffectTerm, term_of
 from twindisc_cli.loop.thresholds import ACCEPTANCE
 from twindisc_cli.loop.validate import rms
 from twindisc_cli.model.experiment import Floats
@@ -121,10 +123,13 @@ def revised_case(case: Case, fitted: Fit) -> Case:
     effects, laws = dict(case.test.effects), dict(case.test.laws)
     for name in fitted.terms:
         effect = fitted.problem.effect(name)
+        term = term_of(name, effect)
+        if effect.test not in ("", case.test.name):
+            continue
         if isinstance(effect, Trial):
-            laws[name] = effect.law(fitted.values(name))
-        else:
-            effects[name] = fitted.values(name)
+            laws[law_key(effect.quantity, effect.covariate)] = effect.law(fitted.values(name))
+        elif isinstance(term, EffectTerm):
+            effects[term.name] = fitted.values(name)
     return replace(case, model=replace(case.model, experiment=replace(case.test, effects=effects, laws=laws)))
 
 

@@ -13,7 +13,7 @@ Source: C. E. Rasmussen, C. K. I. Williams, Gaussian Processes for Machine Learn
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -27,6 +27,7 @@ from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case, Problem
 from twindisc_cli.loop.span import span_of
+from twindisc_cli.loop.terms import in_test
 from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import Prediction
@@ -51,7 +52,7 @@ class Pair:
     """A quantity over a covariate, as the present fit sees it.
 
     edges (bin + 1,) and places (bin,) in the covariate's unit; A (bin, bin), g (bin,); typical: size of a change;
-    samples: of the channel that the quantity shows in.
+    samples: of the channel that the quantity shows in. test: the only one in which the law would act.
     """
 
     quantity: str
@@ -62,11 +63,12 @@ class Pair:
     g: Floats
     typical: float
     samples: int
+    test: str = ""
 
     @property
     def name(self) -> str:
         """What a law of this pair is called."""
-        return law_key(self.quantity, self.covariate)
+        return in_test(law_key(self.quantity, self.covariate), self.test)
 
     @property
     def span(self) -> tuple[float, float]:
@@ -128,7 +130,7 @@ class Pair:
             best = int(np.argmax(gain))
             size = float(np.clip(along[best] / max(length[best], 1e-300), -self.most, self.most))
             start = {QUANTITIES[self.quantity].size_key: size, **self._keyed(starts[best])}
-            trial = formula(self.quantity, self.covariate, shape, start, self.span, self.most)
+            trial = replace(formula(self.quantity, self.covariate, shape, start, self.span, self.most), test=self.test)
             price = choice + 0.5 * float(np.log(samples)) * CHOSEN.get(shape, 0)
             paid = price + 0.5 * np.log(samples) * len(trial.params)
             results.append((0.5 * float(gain[best]) - paid, trial, price))
@@ -177,7 +179,7 @@ class Pair:
             mix[[0, -1]] = 0.0
         if self.quantity in MULTIPLIED.values():
             mix -= mix.mean(axis=0)
-        return curve(self.quantity, self.covariate, places, mix)
+        return replace(curve(self.quantity, self.covariate, places, mix), test=self.test)
 
 
 def _matern(at: Floats, length: float) -> Floats:
@@ -253,17 +255,26 @@ def pairs(fitted: Fit, known: Sequence[Response] | None = None) -> list[Pair]:
     span = span_of(fitted.jacobian)
     results = []
     for response in responses(fitted) if known is None else known:
-        G = problem.discount(response.slopes.T).T
-        G = G - span @ (span.T @ G)
-        seen = np.linalg.norm(G, axis=0) * response.typical > 0.03
-        if seen.sum() < 2:
-            continue
-        edges = response.edges
-        centres = 0.5 * (edges[1:] + edges[:-1])
-        A, g = G.T @ G, G.T @ fitted.residual
         samples = problem.count(QUANTITIES[response.quantity].channel)
-        results.append(Pair(response.quantity, response.covariate, edges, centres, A, g, response.typical, samples))
-    return results
+        results.append(_pair(fitted, span, response, samples))
+        for test, own in problem.own_samples(response.slopes.T, QUANTITIES[response.quantity].channel):
+            one = replace(response, slopes=np.where(own[:, None], response.slopes, 0.0))
+            samples = problem.count(QUANTITIES[response.quantity].channel, test)
+            results.append(_pair(fitted, span, one, samples, test))
+    return [pair for pair in results if pair is not None]
+
+
+def _pair(fitted: Fit, span: Floats, response: Response, samples: int, test: str = "") -> Pair | None:
+    """A law from the response of the samples, beyond what the fitted parameters span; None where it shows nowhere."""
+    G = fitted.problem.discount(response.slopes.T).T
+    G = G - span @ (span.T @ G)
+    seen = np.linalg.norm(G, axis=0) * response.typical > 0.03
+    if seen.sum() < 2:
+        return None
+    edges = response.edges
+    centres = 0.5 * (edges[1:] + edges[:-1])
+    A, g = G.T @ G, G.T @ fitted.residual
+    return Pair(response.quantity, response.covariate, edges, centres, A, g, response.typical, samples, test)
 
 
 def responses(fitted: Fit) -> list[Response]:

@@ -6,7 +6,7 @@
     D   what the inputs' tolerances could change (nuisances), one column each
 
 K belongs to the material and is shared by all tests, mu and the convection belong to each test, effects and laws to
-the rig and so to all tests. Parameters that span decades are fitted as logarithms.
+the rig and so to all tests, or to one of them alone. Parameters that span decades are fitted as logarithms.
 """
 
 from __future__ import annotations
@@ -24,13 +24,15 @@ from twindisc_cli.errors import DefinitionError
 from twindisc_cli.errors import Problem as Mistake
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.channels._channel import Base
-from twindisc_cli.loop.noise import Noise
+from twindisc_cli.loop.noise import Mask, Noise
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import TOLERANCES
 from twindisc_cli.model.base import MODEL_KEYS
 from twindisc_cli.model.experiment import Experiment, Floats, Ints, Rig
 from twindisc_cli.model.forward import ForwardModel, IntegratedSets, Prediction
 from twindisc_cli.model.patch import Paths
+
+_Values = Mapping[str, Floats]
 
 DECLARED = {"third_body_layer": "initial_slope"}
 """Quantities of the rig whose tolerance in a definition takes the place of that of an effect."""
@@ -187,7 +189,7 @@ class Problem:
     """Tests and channels to be explained together, by base parameters and terms: effects by name, and trial laws.
 
     tracks: for each test how its track is found where K differs from strip to strip; by an integration where none are
-    given.
+    given. unlike: whether a term may act in one of the tests alone; repeats of a test share all terms.
     """
 
     cases: Sequence[Case]
@@ -196,6 +198,7 @@ class Problem:
     trial: Mapping[str, Effect] = field(default_factory=dict)
     nuisance: Nuisances | None = field(default=None, repr=False)
     tracks: Sequence[IntegratedSets | Paths] | None = field(default=None, repr=False)
+    unlike: bool = False
 
     def with_terms(self, *names: str, trial: Mapping[str, Effect] | None = None) -> Problem:
         """The same problem with other terms."""
@@ -205,6 +208,21 @@ class Problem:
     def effect(self, name: str) -> Effect:
         """A term as it acts: a law on trial, or an effect of the catalogue."""
         return self.trial[name] if name in self.trial else catalogue()[name]
+
+    def acting(self, number: int, terms: Mapping[str, _Values], trial: Mapping[str, Effect]) -> dict[str, _Values]:
+        """Those of the terms that act in a test; trial: terms on trial beside those of the problem."""
+        every = {**self.trial, **trial}
+        return {n: of for n, of in terms.items() if n not in every or every[n].test in ("", self.tests[number])}
+
+    @property
+    def tests(self) -> list[str]:
+        """Names of the tests (test,)."""
+        return [case.test.name for case in self.cases]
+
+    @property
+    def own_terms(self) -> list[str]:
+        """The tests in which a term may act alone, by name."""
+        return self.tests if self.unlike and len(set(self.tests)) == len(self.tests) > 1 else []
 
     @property
     def is_local(self) -> bool:
@@ -270,7 +288,7 @@ class Problem:
         return [
             case.model.predict(
                 {**self.base_of(i, theta), **((base or {}) if number in (None, i) else {})},
-                {**self.terms_of(theta), **(extra or {})},
+                self.acting(i, {**self.terms_of(theta), **(extra or {})}, trial or {}),
                 {**self.trial, **(trial or {})},
                 integrated=integrated or self._tracks[i],
             )
@@ -348,9 +366,28 @@ class Problem:
             first += count
         return results
 
-    def count(self, channel: str) -> int:
-        """White samples of a channel over all tests."""
-        return sum(part.stop - part.start for part in self.slices[channel])
+    def count(self, channel: str, test: str = "") -> int:
+        """White samples of a channel over all tests, or in one."""
+        own = [i for i, case in enumerate(self.cases) if channel in case.noise]
+        parts = zip(own, self.slices[channel], strict=True)
+        return sum(part.stop - part.start for i, part in parts if test in ("", self.tests[i]))
+
+    def own_samples(self, rows: Floats, channel: str) -> list[tuple[str, Mask]]:
+        """Tests in which alone a term of a channel may act that moves white rows (..., sample), with their samples.
+
+        None where the tests share the base parameters of the channel, as K, or where no more than one of them moves:
+        the term acts in that one alone anyhow.
+        """
+        if all(base.shared for base in channels()[channel].parameters):
+            return []
+        parts = [(name, self.owner == number) for number, name in enumerate(self.own_terms)]
+        moved = [(name, own) for name, own in parts if np.any(rows[..., own] != 0.0)]
+        return moved if len(moved) > 1 else []
+
+    @property
+    def price_of_one(self) -> float:
+        """What the choice of a test costs a term that acts in it alone [nats]."""
+        return float(np.log(max(len(self.own_terms), 1)))
 
     def discount(self, rows: Floats) -> Floats:
         """Shrink white rows (..., sample) along the nuisances."""
@@ -419,7 +456,8 @@ class Problem:
             state = prediction.state
             square = prediction.paths.patch(prediction.section, state.normal_load / state.nominal_load).square
             terms = {**self.terms_of(theta), "worn track": {"slope_ratio": 1.0 - TOLERANCES.worn_slope * square}}
-            results.append(case.model.predict(self.base_of(i, theta[None]), terms, trial, integrated=self._tracks[i]))
+            own = self.acting(i, terms, trial)
+            results.append(case.model.predict(self.base_of(i, theta[None]), own, trial, integrated=self._tracks[i]))
         return np.asarray(self.white(results)[0])
 
     def _with_slight(self, theta: Floats, name: str, key: str, size: float) -> Floats:
@@ -427,7 +465,7 @@ class Problem:
         predictions = [
             case.model.predict(
                 self.base_of(i, theta[None]),
-                {**self.terms_of(theta), name: _slightly(case.test, name, key, size)},
+                self.acting(i, {**self.terms_of(theta), name: _slightly(case.test, name, key, size)}, {}),
                 self.trial,
                 integrated=self._tracks[i],
             )

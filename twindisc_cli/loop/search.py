@@ -25,7 +25,7 @@ from twindisc_cli.loop.fit import MOST_STEPS, Fit, carried, fit, refit
 from twindisc_cli.loop.learn import Pair, Response, responses
 from twindisc_cli.loop.problem import Problem
 from twindisc_cli.loop.screen import unexplained_residual
-from twindisc_cli.loop.terms import EffectTerm, LawTerm, Term
+from twindisc_cli.loop.terms import Term, term_of
 from twindisc_cli.loop.thresholds import ACCEPTANCE, RESAMPLING, SEARCH
 from twindisc_cli.loop.validate import Elsewhere
 from twindisc_cli.model.experiment import Floats
@@ -77,8 +77,7 @@ class Explanation:
 
     def term(self, name: str) -> Term:
         """What a term is, whatever its form."""
-        effect = self.effect(name)
-        return LawTerm(effect.quantity, effect.covariate) if isinstance(effect, Trial) else EffectTerm(name)
+        return term_of(name, self.effect(name))
 
     @property
     def labels(self) -> frozenset[Term]:
@@ -140,6 +139,7 @@ def search(
         better, *apart = catalogued(better, best, tried)
         best, rivals = without_older_laws(*swap_and_drop(refitted(better), best, tried), best)
         others = judged_alike(best, apart)
+    best, rivals = without_two_terms(best, rivals)
     return Search(base, best, rivals, others)
 
 
@@ -273,7 +273,7 @@ def middle_of_least(places: Floats, chi2: Floats) -> float:
 
 
 def _trial(proposal: Proposal) -> dict[str, Effect]:
-    return {proposal.name: proposal.effect} if proposal.is_law else {}
+    return {proposal.name: proposal.effect} if proposal.is_law or proposal.effect.test else {}
 
 
 def chosen(before: Explanation, tried: Sequence[Explanation]) -> Explanation | None:
@@ -351,16 +351,23 @@ def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explana
     if len(better.laws) == len(before.laws):
         return [better]
     (law,) = (effect for name, effect in better.laws.items() if name not in before.terms)
-    both = ranked(
+    both = _two_effects(better, before, tried, law.channel)
+    close = [e for e in both if (better.evidence - e.evidence) / better.temperature < SEARCH.equivalent]
+    return [*close, better, *(e for e in both if e not in close)][: SEARCH.most_rivals]
+
+
+def _two_effects(
+    better: Explanation, before: Explanation, tried: Sequence[Explanation], channel: str
+) -> list[Explanation]:
+    """An explanation with two effects of a channel beside it, in the place of what a better one has more."""
+    return ranked(
         [
             e
-            for half in _halves(better, before, tried, law.channel)
-            for e in _most_promising(half, [p for p in effects(half.fit) if p.effect.channel == law.channel])
+            for half in _halves(better, before, tried, channel)
+            for e in _most_promising(half, [p for p in effects(half.fit) if p.effect.channel == channel])
             if not e.fit.at_bound and not _courses_over_time(*(e.effect(name) for name in e.terms[-2:]))
         ]
     )
-    close = [e for e in both if (better.evidence - e.evidence) / better.temperature < SEARCH.equivalent]
-    return [*close, better, *(e for e in both if e not in close)][: SEARCH.most_rivals]
 
 
 def _courses_over_time(one: Effect, other: Effect) -> bool:
@@ -391,6 +398,25 @@ def without_older_laws(
             continue
         shorter = without(explanation, name)
         two = catalogued(explanation, shorter, rivals[name])[0]
+        if two is not explanation:
+            return swap_and_drop(refitted(two), shorter, [])
+    return explanation, rivals
+
+
+def without_two_terms(
+    explanation: Explanation, rivals: Mapping[str, Sequence[Explanation]]
+) -> tuple[Explanation, Mapping[str, Sequence[Explanation]]]:
+    """The same with two effects in the place of two terms of a channel, one of them a law, where they say more.
+
+    One by one they were exchanged for laws while another channel was not explained yet.
+    """
+    for channel in explanation.fit.problem.channels:
+        own = [name for name in explanation.terms if explanation.effect(name).channel == channel]
+        if len(own) != 2 or not any(name in explanation.laws for name in own):
+            continue
+        shorter = without(without(explanation, own[0]), own[1])
+        tried = _most_promising(shorter, effects(shorter.fit))
+        two = preferred([explanation, *_two_effects(explanation, shorter, tried, channel)])
         if two is not explanation:
             return swap_and_drop(refitted(two), shorter, [])
     return explanation, rivals

@@ -57,7 +57,7 @@ def rms(misses: Floats) -> float:
 
 
 def predict_test(test: Experiment | Case, fitted: Fit) -> PredictedTest:
-    """Predict a test, or one whose noise is known, by a fit of others, with the effects and laws these declare.
+    """Predict a test, or one whose noise is known, by a fit of others, with the effects and laws all of these declare.
 
     Base parameters are as fitted, those of single tests as these have them in the middle; else as either test says.
     A mu that the test gives for single steps stays its own.
@@ -83,9 +83,11 @@ def _predicted(case: Case) -> PredictedTest:
 
 def _unfitted(test: Experiment | Case, fitted: Fit) -> Case:
     """A test with the effects, laws and base parameters of a fit of others."""
-    first = fitted.problem.cases[0].test
+    first, *others = [case.test for case in fitted.problem.cases]
     case = test if isinstance(test, Case) else case_of(test)
-    own = replace(case.test, effects=dict(first.effects), laws=dict(first.laws))
+    effects = {name: of for name, of in first.effects.items() if all(name in test.effects for test in others)}
+    laws = {name: law for name, law in first.laws.items() if all(name in test.laws for test in others)}
+    own = replace(case.test, effects=effects, laws=laws)
     known = stated(first) | stated(case.test) | typical_base(fitted)
     return replace(case, model=replace(case.model, experiment=own), known=known)
 

@@ -18,7 +18,7 @@ from twindisc_cli.loop.diagnosis import (
     FoundEffect,
     FoundLaw,
 )
-from twindisc_cli.loop.terms import Term
+from twindisc_cli.loop.terms import Term, in_test
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.report.words import (
     apart,
@@ -60,7 +60,8 @@ def together(diagnosis: Diagnosis) -> dict[str, list[FoundTerm]]:
 
 def name_of(term: FoundTerm) -> str:
     """What an effect or a law is called."""
-    return plain_name(term.name) if isinstance(term, FoundEffect) else law_name(term.law.quantity, term.law.covariate)
+    name = plain_name(term.name) if isinstance(term, FoundEffect) else law_name(term.law.quantity, term.law.covariate)
+    return in_test(name, term.test)
 
 
 def rivals(term: FoundTerm) -> list[str]:
@@ -77,7 +78,7 @@ def weighed(term: FoundTerm) -> list[tuple[Term, str]]:
 def probability(diagnosis: Diagnosis, tried: CandidateResult) -> float:
     """The probability of what was tried: of a term of the answer, the one that the answer gives it."""
     every: list[FoundTerm] = [*diagnosis.effects, *diagnosis.laws]
-    given = [term.probability for term in every if tried.chosen and tried.replaces == term.name]
+    given = [term.probability for term in every if tried.chosen and tried.replaces == term.key]
     return given[0] if given else tried.probability
 
 
@@ -123,7 +124,7 @@ def _what_else(diagnosis: Diagnosis, term: FoundTerm) -> str:
     less = [
         f"{term_name(tried.term)} ({share(diagnosis, tried)})"
         for tried in diagnosis.tried
-        if tried.replaces == term.name and not tried.chosen and not tried.refused
+        if tried.replaces == term.key and not tried.chosen and not tried.refused
     ]
     if less:
         return f"In the place of {name_of(term)}, as good a fit but less probable: {listed(less, 'or')}."
@@ -324,7 +325,7 @@ def outcome(diagnosis: Diagnosis, tried: CandidateResult) -> str:
     if tried.chosen:
         return "added to the model"
     every: list[FoundTerm] = [*diagnosis.effects, *diagnosis.laws]
-    named_beside = {other.term for term in every if term.name == tried.replaces for other in term.alternatives}
+    named_beside = {other.term for term in every if term.key == tried.replaces for other in term.alternatives}
     return "cannot be separated from what was added" if tried.term in named_beside else "fits as well, less probable"
 
 
@@ -335,7 +336,7 @@ def length(gain: float) -> float:
 
 def ranked(diagnosis: Diagnosis, channel: str) -> list[CandidateResult]:
     """What was tried for a channel, in the place of one term after the other: what holds first, then by its gain."""
-    place = {term.name: c for c, terms in together(diagnosis).items() for term in terms}
+    place = {term.key: c for c, terms in together(diagnosis).items() for term in terms}
     here = [t for t in diagnosis.tried if place.get(t.replaces, t.channel) == channel]
     return sorted(
         here, key=lambda t: (t.replaces, not t.chosen, bool(t.refused), -np.nan_to_num(t.probability), -t.gain)

@@ -10,7 +10,7 @@ from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.covariates import covariate_of
 from twindisc_cli.laws.quantities import QUANTITIES as CHANGED
 from twindisc_cli.loop.channels import channels
-from twindisc_cli.loop.terms import EffectTerm, Term
+from twindisc_cli.loop.terms import EffectTerm, Term, in_test
 from twindisc_cli.quantities import for_reading
 
 KIND: Mapping[str, str] = {
@@ -46,7 +46,8 @@ def covariate_name(covariate: str) -> str:
 
 def term_name(term: Term) -> str:
     """What an effect or a law is called."""
-    return plain_name(term.name) if isinstance(term, EffectTerm) else law_name(term.quantity, term.covariate)
+    name = plain_name(term.name) if isinstance(term, EffectTerm) else law_name(term.quantity, term.covariate)
+    return in_test(name, term.test)
 
 
 def plain_name(label: str) -> str:
