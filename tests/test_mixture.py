@@ -97,7 +97,9 @@ def mixed(problem: Problem, evidence: Mapping[str, float]) -> tuple[list[float],
 
 
 def test_where_all_are_as_evident_the_base_model_outweighs_each_by_their_number() -> None:
-    found, _ = mixed(problem_of(0.0), {"torque_offset": 3.0, "": 3.0, "sensor_drift": 3.0, "running_in_friction": 3.0})
+    found, _ = mixed(
+        problem_of(0.0), {"falling_friction": 3.0, "": 3.0, "film_breakdown": 3.0, "running_in_friction": 3.0}
+    )
     first, base, *others = found
     assert [first, *others] == pytest.approx([base / 4.0] * 3)
 
@@ -105,7 +107,7 @@ def test_where_all_are_as_evident_the_base_model_outweighs_each_by_their_number(
 @pytest.mark.parametrize("missed", [0.0, 0.01, 0.02])
 def test_where_the_best_leaves_more_than_the_noise_the_odds_shrink_by_that(missed: float) -> None:
     """The odds of QAIC: differences of the evidence over the variance that the best leaves."""
-    found, fits = mixed(problem_of(missed), {"torque_offset": 2.0, "sensor_drift": 0.5})
+    found, fits = mixed(problem_of(missed), {"running_in_friction": 2.0, "falling_friction": 0.5})
     left = min(f.chi2 / (len(f.residual) - len(f.theta)) for f in fits)
     assert (left > 1.5) is (missed > 0.0)
     assert np.log(found[0] / found[1]) == pytest.approx(1.5 / max(left, 1.0))

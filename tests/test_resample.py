@@ -48,6 +48,15 @@ def test_twins_share() -> None:
     assert np.mean(found[:, 0]) == pytest.approx(0.5, abs=0.05)
 
 
+@pytest.mark.parametrize(("offset", "weight"), [(0.02, -1.0 / 18.0), (-0.06, -0.5), (-0.18, -4.5)])
+def test_a_zero_far_above_the_typical_one_is_implausible_whatever_it_explains(offset: float, weight: float) -> None:
+    """Prior of the size: normal, three typical offsets of 0.02 wide, relative to no offset."""
+    problem = problem_of(offset + 0.0 * TIME)
+    zero, plain = explanation(problem, "torque_offset"), explanation(problem)
+    assert zero.plausibility == pytest.approx(weight, rel=0.1)
+    assert plain.plausibility == explanation(problem, "falling_friction").plausibility == 0.0
+
+
 def test_a_clear_effect_comes_back_and_nothing_stays_nothing() -> None:
     clear, nothing = (
         np.mean(weights([explanation(p), explanation(p, "sensor_drift")]), axis=0)

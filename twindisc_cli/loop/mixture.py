@@ -137,7 +137,7 @@ def _weights(every: Sequence[Explanation], compared: Compared) -> Floats:
     evidence = np.array([m.evidence for m in every])
     best = every[int(np.argmax(evidence))]
     left = min(m.fit.chi2 / max(len(m.fit.residual) - len(m.fit.theta), 1) for m in every)
-    price = np.array([np.log(len(every)) if m.terms else 0.0 for m in every])
+    price = np.array([np.log(len(every)) - m.plausibility if m.terms else 0.0 for m in every])
     relative = np.exp((evidence - best.evidence) / (best.temperature * max(left, 1.0)) - price)
     return np.asarray(relative / relative.sum())
 

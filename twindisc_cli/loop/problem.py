@@ -156,6 +156,12 @@ class Parameter:
         """The value in the unit of the test definition."""
         return np.exp(inner) if self.log else inner * self.scale
 
+    def size(self, value: float) -> float:
+        """Size of an effect in its typical ones: where it is off, 0."""
+        assert self.off is not None
+        off = self.inner(self.off)
+        return (self.inner(value) - off) / (self.inner(self.start) - off)
+
     @property
     def scale(self) -> float:
         """Size of a unit step of a parameter that is not fitted as a logarithm."""

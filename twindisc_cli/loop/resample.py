@@ -40,7 +40,8 @@ def weights(explanations: Sequence[Explanation], draws: int = RESAMPLING.draws) 
     generator = np.random.default_rng(SEED)
     drawn = _drawn(explanations[0].fit, block, generator, draws)
     evidence = np.array([_evidence(e, block, drawn) for e in explanations]).T
-    return softened(evidence, explanations)
+    weight = softened(evidence, explanations) * np.exp([e.plausibility for e in explanations])
+    return np.asarray(weight / weight.sum(axis=1, keepdims=True))
 
 
 def softened(evidence: Floats, explanations: Sequence[Explanation]) -> Floats:

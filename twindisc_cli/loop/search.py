@@ -66,6 +66,18 @@ class Explanation:
     def _elsewhere(self) -> tuple[float, float]:
         return (0.0, 0.0) if self.elsewhere is None else self.elsewhere.density(self.fit)
 
+    @cached_property
+    def plausibility(self) -> float:
+        """Logarithm of the prior of its errors of the set-up, relative to none of them.
+
+        A rig's load, creepage, yaw and torque are seldom off by many times what is typical, whatever a formula misses:
+        it is not tempered. Where few samples are on the rise of a creep curve, a zero of a fifth of it fits as well.
+        """
+        problem = self.fit.problem
+        errors = {name for name in self.terms if name not in self.laws and is_error(self.effect(name))}
+        sizes = [p.size(self.fit.value(p)[0]) for p in problem.parameters if p.term in errors and p.off is not None]
+        return -0.5 * float(np.sum((np.array(sizes) / SEARCH.typical_sizes) ** 2))
+
     @property
     def temperature(self) -> float:
         """What differences of evidence are divided by: formulas err more, the more they explain."""
@@ -195,6 +207,11 @@ def _asks_too_much(problem: Problem, proposal: Proposal) -> bool:
     terms = {name for name in more.terms if more.shown_in(more.effect(name)) == channel}
     asked = sum(p.key in base if p.term is None else p.term in terms for p in more.parameters)
     return asked * SEARCH.samples_each > sum(int(noise.kept.sum()) for noise in noises)
+
+
+def is_error(effect: Effect) -> bool:
+    """Whether an effect is an error of what a rig sets or records of the traction."""
+    return effect.channel == "traction" and effect.stage in ("operation", "sensor")
 
 
 def evidence_of(explanation: Explanation) -> float:

@@ -65,6 +65,8 @@ class Search:
     fitted_at_least, least_promise
                             effects that are fitted in any case if they promise no less than this [nats]: a formula
                             often does better than it promises to first order.
+    typical_sizes           typical sizes that are one standard deviation of the prior of an error of the set-up: chosen
+                            with the blocks of the measured records in view, no seed was used.
     most_terms              terms of an answer at most: four fixed all pairs of the seeds, more are not asked of one
                             test.
     samples_each            samples for every parameter of a channel whose noise had to be assumed: with eight points
@@ -81,6 +83,7 @@ class Search:
     equivalent: float = 3.0
     sensor_law_cost: float = 1.0
     tempering: float = 0.02
+    typical_sizes: float = 3.0
     curve_families: int = 9
     odd_signal_cost: float = 2.0
     forms_fitted: int = 2
