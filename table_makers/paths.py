@@ -37,6 +37,8 @@ FINER = {"hertz": (4, 0.02), "half_space": (4, 0.03)}
 """How many times the strips of `grid`, at least, and the growth of the section in a step."""
 WIDEST = 0.025
 """Width of a strip over half of the width of the patch where an integration takes over, at most."""
+LARGEST = 32767
+"""Numbers are kept as integers of at most this size."""
 LOADS = 20
 """Principal components of the loads."""
 PLACES = {"hertz": 4, "half_space": 12}
@@ -155,7 +157,7 @@ def make(contact: Contact) -> None:
     flat = (spread - mean).reshape(*spread.shape[:3], -1)
     spreads, places = _components(flat, PLACES[contact])
     values = np.concatenate([numbers, loads, spreads], axis=-1)
-    step = np.maximum(np.abs(values).max(axis=(0, 1, 2)), 1e-30) / path_table.LARGEST
+    step = np.maximum(np.abs(values).max(axis=(0, 1, 2)), 1e-30) / LARGEST
     np.savez_compressed(
         Path(path_table.__file__).with_name(f"paths_{contact}.npz"),
         codes=np.round(values / step).astype(np.int16),

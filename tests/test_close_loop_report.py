@@ -213,11 +213,11 @@ def learnt(test: Test) -> Diagnosis:
         verdict="law_learned",
         effects=[],
         laws=[
-            FoundLaw("mu_over_time_in_step", "traction", formula, formula_text(formula),
-                     {"size": size, "scale_s": scale}, banded(formula), (("running_in_friction", 0.93),), (), 0.95,
-                     "established"),
-            FoundLaw("wear_over_energy", "profile", curve, formula_text(curve), {}, banded(curve), (),
-                     others, math.nan, "possible", remains=0.4),
+            FoundLaw("mu_over_time_in_step", "traction", {"size": size, "scale_s": scale}, (), 0.95, "established",
+                     law=formula, formula=formula_text(formula), curve=banded(formula),
+                     resembles=(("running_in_friction", 0.93),)),
+            FoundLaw("wear_over_energy", "profile", {}, others, math.nan, "possible", 0.4, law=curve,
+                     formula=formula_text(curve), curve=banded(curve), resembles=()),
         ],
         tried=[
             tried("traction", "mu over time_in_step", 900.0, of="mu_over_time_in_step", chosen=True, probability=0.95),
@@ -953,7 +953,8 @@ def test_a_hump_across_the_track_can_be_written(test: Test) -> None:
     values = {"size_um": 0.4, "at": 0.3, "width": 0.1}
     law = Law("profile", "y_over_edge", "bump", values, valid=(-1.5, 1.5))
     estimates = {key: Estimate(value, 0.01, value - 0.02, value + 0.02, "1") for key, value in values.items()}
-    hump = FoundLaw(law.name, "profile", law, formula_text(law), estimates, banded(law), (), (), 0.9, "probable")
+    hump = FoundLaw(law.name, "profile", estimates, (), 0.9, "probable",
+                    law=law, formula=formula_text(law), curve=banded(law), resembles=())  # fmt: skip
     names = [array.name for array in dataset_of(replace(learnt(test), laws=[hump])).arrays]
     assert {f"{law.name}_at", f"{law.name}_value"} <= set(names)
 

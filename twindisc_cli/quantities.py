@@ -198,11 +198,7 @@ class Quantity:
         return f"{self.label}{self.note}"
 
 
-def _all(*quantities: Quantity) -> Mapping[str, Quantity]:
-    return {quantity.key: quantity for quantity in quantities}
-
-
-QUANTITIES = _all(
+QUANTITIES: Mapping[str, Quantity] = {quantity.key: quantity for quantity in (
     Quantity("creepage", "v", "creepage", "%"),
     Quantity("sliding_speed", "w", "sliding speed", "m s-1"),
     Quantity("sliding_distance", "s", "sliding distance", "m"),
@@ -227,5 +223,5 @@ QUANTITIES = _all(
     Quantity("y_over_edge", "y/b", "place across the track over its half-width", "1"),
     Quantity("disc", "", "disc", "1", note=" that was recorded"),
     Quantity("iteration", "", "iteration", "1", note=": how many were completed when it was recorded"),
-)  # fmt: skip
+)}  # fmt: skip
 """What covariates, samples and axes show, by key."""

@@ -100,11 +100,9 @@ class _Crew:
         deadline = time.monotonic() + PATIENCE
         while not self.slots:
             if self.known and not any(self.known.values()):
-                what = f"no worker of {address} can be used; give them the versions that are here"
-                raise DefinitionError(Problem(what, key="--scheduler"))
+                raise _refused(f"no worker of {address} can be used; give them the versions that are here")
             if time.monotonic() > deadline:
-                what = f"the scheduler {address} has no worker; start some with `dask worker {address}`"
-                raise DefinitionError(Problem(what, key="--scheduler"))
+                raise _refused(f"the scheduler {address} has no worker; start some with `dask worker {address}`")
             time.sleep(_LOOK)
 
     @property
@@ -178,17 +176,16 @@ def _connected(address: str) -> Iterator[Client]:
     try:
         from distributed import Client
     except ImportError:
-        what = "Dask is not installed: pip install 'twindisc[cluster]'"
-        raise DefinitionError(Problem(what, key="--scheduler")) from None
+        raise _refused("Dask is not installed: pip install 'twindisc[cluster]'") from None
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters is said in a sentence
     try:
         client = Client(address, timeout=PATIENCE)
     except (OSError, ValueError) as error:
-        what = f"no scheduler answers at {address} ({str(error).splitlines()[0] if str(error) else 'timed out'})"
-        raise DefinitionError(Problem(what, key="--scheduler")) from error
+        why = str(error).splitlines()[0] if str(error) else "timed out"
+        raise _refused(f"no scheduler answers at {address} ({why})") from error
     except TypeError as error:  # what Dask raises where tls:// is asked for and no certificates are
         what = f"{address} asks for TLS, and Dask's settings name no certificates: distributed.comm.tls.client.cert"
-        raise DefinitionError(Problem(what, key="--scheduler")) from error
+        raise _refused(what) from error
     try:
         yield client
     except (OSError, CancelledError) as error:
@@ -210,7 +207,10 @@ def _finished(client: Client, running: dict[Future, Any], address: str) -> list[
 
 
 def _gone(address: str) -> DefinitionError:
-    what = f"the scheduler {address} is gone; what was computed is there, the same call goes on with the rest"
+    return _refused(f"the scheduler {address} is gone; what was computed is there, the same call goes on with the rest")
+
+
+def _refused(what: str) -> DefinitionError:
     return DefinitionError(Problem(what, key="--scheduler"))
 
 

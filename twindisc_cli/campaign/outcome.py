@@ -9,9 +9,9 @@ import numpy as np
 
 from twindisc_cli.campaign.groups import Effect, Group, effects_of, groups_of
 from twindisc_cli.campaign.table import Table
-from twindisc_cli.identify.regimes import Regime, regimes
+from twindisc_cli.identify.regimes import Regime, regimes_of_logarithms
+from twindisc_cli.report.words import regimes_text
 
-SEED = 1  # of the search for regimes: the same table gives the same lines
 ENERGY, RATE = "T gamma / A [N/mm2]", "wear rate [um/km]"
 _MOST_EFFECTS = 8  # of one cell, which a reader takes in at once
 
@@ -31,7 +31,11 @@ class Outcome:
         result = sorted(self.effects, key=lambda effect: -len(effect.tests) / effect.of)
         return (
             *(group.summary for group in self.groups),
-            *(_told(name, breaks) for name, breaks in (("K", self.k), ("wear rate", self.rate)) if len(breaks) > 1),
+            *(
+                f"{name} has {regimes_text(breaks)}"
+                for name, breaks in (("K", self.k), ("wear rate", self.rate))
+                if len(breaks) > 1
+            ),
             *(effect.summary for effect in result[:_MOST_EFFECTS]),
         )
 
@@ -47,27 +51,13 @@ class Outcome:
 
 def outcome_of(table: Table) -> Outcome:
     """Pool, split and count what a table holds."""
-    k, declared = table.numbers("K [1]"), table.numbers("wear coefficient [1]")
+    k, declared, energy = (table.numbers(key) for key in ("K [1]", "wear coefficient [1]", ENERGY))
     return Outcome(
         groups=tuple(groups_of(table)),
-        k=_regimes(table, np.where(np.isfinite(k), k, declared)),
-        rate=_regimes(table, table.numbers(RATE)),
+        k=tuple(regimes_of_logarithms(energy, np.where(np.isfinite(k), k, declared))),
+        rate=tuple(regimes_of_logarithms(energy, table.numbers(RATE))),
         effects=tuple(effects_of(table)),
     )
-
-
-def _regimes(table: Table, values: np.ndarray[Any, np.dtype[np.float64]]) -> tuple[Regime, ...]:
-    """The regimes of a positive quantity over T gamma / A, both as logarithms."""
-    energy = table.numbers(ENERGY)
-    known = (energy > 0.0) & (values > 0.0)
-    if not np.any(known):
-        return ()
-    return tuple(regimes(np.log(energy[known]), np.log(values[known]), np.random.default_rng(SEED)))
-
-
-def _told(name: str, result: tuple[Regime, ...]) -> str:
-    breaks = ", ".join(f"{np.exp(r.low):.3g} N/mm² (p = {r.p_value:.2g})" for r in result[1:])
-    return f"{name} has {len(result)} regimes over T gamma / A, from {breaks}"
 
 
 def _json(regime: Regime) -> dict[str, Any]:

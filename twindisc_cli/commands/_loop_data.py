@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from twindisc_cli.loop.channels import channels
-from twindisc_cli.loop.diagnosis import CandidateResult, ChannelError, Curve, Diagnosis, Estimate, FoundEffect, FoundLaw
+from twindisc_cli.loop.diagnosis import CandidateResult, ChannelError, Curve, Diagnosis, Estimate, FoundLaw
 from twindisc_cli.quantities import unit_named
 from twindisc_cli.results import Array, Axis, Dataset
 
@@ -28,8 +28,7 @@ def dataset_of(diagnosis: Diagnosis) -> Dataset:
     if diagnosis.validation is not None:
         arrays += [_error(channel, "validation_", e) for channel, e in diagnosis.validation.errors.items()]
     arrays += [_estimate(f"base_{name}", e, f"base parameter {name}") for name, e in diagnosis.base.items()]
-    terms: list[FoundEffect | FoundLaw] = [*diagnosis.effects, *diagnosis.laws]
-    for term in terms:
+    for term in diagnosis.terms:
         for key, estimate in term.parameters.items():
             arrays.append(_estimate(f"{term.name}_{key}", estimate, f"parameter {key} of {term.name}"))
     for result in diagnosis.laws:

@@ -37,10 +37,7 @@ READ = 0.05
 
 def run_command(command: str, path: Path, output: Output, **options: float) -> int:
     """Run a command on one test, with the command's own options. The exit code."""
-    with progress_bar(quiet=output.quiet) as progress:
-        progress(f"{command}: reading", 0.0)
-        know(output.effects, trusting=output.trust_effects)
-        tests = load_all([path])
+    with _read(command, [path], output) as (tests, progress):
         progress(command, READ)
         return _deliver(command, tests, options, output, lambda: _module(command).run(tests[0], **options))
 
@@ -60,10 +57,7 @@ def single_origin(command: str, test: Test) -> Origin:
 
 def run_close_loop(paths: Sequence[Path], options: Mapping[str, Any], output: Output) -> int:
     """Run close-loop on several tests: those `fitted`, the one to `validate` with if any, those to predict."""
-    with progress_bar(quiet=output.quiet) as progress:
-        progress("close-loop: reading", 0.0)
-        know(output.effects, trusting=output.trust_effects)
-        tests = load_all(paths)
+    with _read("close-loop", paths, output) as (tests, progress):
         fitted, only = tests[: options["fitted"]], tests[options["fitted"] :]
         validate = only[0] if options["validate"] else None
         predict = only[1:] if validate else only
@@ -79,16 +73,22 @@ def run_close_loop(paths: Sequence[Path], options: Mapping[str, Any], output: Ou
 
 def run_paper(paths: Sequence[Path], output: Output) -> int:
     """Draw the figures of the paper from its two tests, and a revised one where a third is given. The exit code."""
-    with progress_bar(quiet=output.quiet) as progress:
-        progress("paper: reading", 0.0)
-        know(output.effects, trusting=output.trust_effects)
-        tests = load_all(paths)
+    with _read("paper", paths, output) as (tests, progress):
 
         def compute() -> Result:
             result: Result = _module("paper").run(tests[0], tests[1], *tests[2:], progress=progress)
             return result
 
         return _deliver("paper", tests, {"revised": len(tests) > 2}, output, compute, name="paper")
+
+
+@contextmanager
+def _read(command: str, paths: Sequence[Path], output: Output) -> Iterator[tuple[list[Test], Progress]]:
+    """The tests of a command, and the bar that shows how far it is."""
+    with progress_bar(quiet=output.quiet) as progress:
+        progress(f"{command}: reading", 0.0)
+        know(output.effects, trusting=output.trust_effects)
+        yield load_all(paths), progress
 
 
 def know(folder: Path | None, *, trusting: bool) -> None:

@@ -26,6 +26,7 @@ from twindisc_cli.loop.diagnosis import (
     Estimate,
     FoundEffect,
     FoundLaw,
+    FoundTerm,
     NextExperiment,
     PredictedErrors,
 )
@@ -162,7 +163,7 @@ def _error_line(channel: str, error: ChannelError) -> str:
     return f"{channel}: {fitted}, held out {_before_after(error)}, {noise}"
 
 
-def _term_line(term: sentences.FoundTerm) -> str:
+def _term_line(term: FoundTerm) -> str:
     """An effect with its parameters, or a law with its formula; how sure, how much, and what else it may be."""
     if isinstance(term, FoundEffect):
         values = [f"{key} = {with_error(e.value, e.std, e.unit)}" for key, e in term.parameters.items()]
@@ -252,7 +253,7 @@ def _test(name: str) -> dict[str, str]:
     return {"test": name} if name else {}
 
 
-def _sure(term: sentences.FoundTerm) -> dict[str, Any]:
+def _sure(term: FoundTerm) -> dict[str, Any]:
     """How sure, and what is left of the misfit it takes away."""
     return {**_probability(term.probability), "strength": term.strength, "remains": term.remains}
 
@@ -337,7 +338,7 @@ def revised(diagnosis: Diagnosis, test: Test) -> str:
     return f"{_heading(diagnosis, test, [*found, *learnt])}\n{dump(document, effects, laws)}"
 
 
-def _heading(diagnosis: Diagnosis, test: Test, terms: Sequence[sentences.FoundTerm]) -> str:
+def _heading(diagnosis: Diagnosis, test: Test, terms: Sequence[FoundTerm]) -> str:
     result = listed([sentences.name_of(term) for term in terms])
     what = f"with {result} added" if result else "with no effect added"
     return f"# {test.experiment.name}, {what} by twindisc close-loop {__version__} ({diagnosis.verdict})"

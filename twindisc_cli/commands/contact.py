@@ -153,7 +153,7 @@ def _operating_point(model: ForwardModel, *, step: int | None, creepage: float |
     result, source = friction_in_use(model)
     known = np.isfinite(result) & (test.history.step_creepage != 0.0)
     state = model.predict(BaseParameters.declared(test, np.where(known, result, 1.0)[None])).state
-    first = model.points.of_iteration[np.unique(test.history.step, return_index=True)[1]]
+    first = model.points.of_iteration[test.history.step_begin]
     shape = (1, len(model.points.time))
 
     def at(values: Floats) -> Floats:

@@ -19,12 +19,12 @@ from twindisc_cli.errors import ValidityError
 from twindisc_cli.identify.known_k import KnownK, known_from_mass, known_from_profile
 from twindisc_cli.identify.least_squares import NINETY
 from twindisc_cli.identify.mass import MassFit, identify_from_mass
-from twindisc_cli.identify.regimes import Regime, regimes
+from twindisc_cli.identify.regimes import Regime, regimes_of_logarithms
 from twindisc_cli.identify.sensitivity import Variation, sensitivity
 from twindisc_cli.identify.wear import WearFit, identify_wear
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.model.forward import ForwardModel
-from twindisc_cli.report.words import listed, with_error
+from twindisc_cli.report.words import listed, regimes_text, with_error
 from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 APART = 1.5
 """The volumes of profile and mass contradict each other beyond this factor and three standard errors."""
-SEED, MOST_TOLD = 1, 4
+MOST_TOLD = 4
 IMPOSSIBLE = 3.0
 """A stated K this many times off what W H / E allows is called impossible."""
 
@@ -67,7 +67,6 @@ def run(test: Test) -> Result:
             **_json(fit, stated, mass),
             **_known_json(known),
             **_of_discs(experiment, fit, known[0]),
-            **_archard_json(known[0], fit),
             "sensitivity": [{"changed": v.what, "K": v.wear_coefficient, "change": v.change} for v in varied],
         },
         dataset=_dataset(fit, varied),
@@ -77,20 +76,17 @@ def run(test: Test) -> Result:
 
 
 def _of_discs(test: Experiment, fit: WearFit, use: KnownK) -> dict[str, Any]:
-    """K of each disc that wears, with its 90 % interval, where the declared effects share the wear out."""
+    """Archard's own coefficient, and K of each disc where the declared effects share the wear out; 90 % intervals."""
+    ends = (("", use.value), ("_low", use.low), ("_high", use.high))
+    archard = {f"archard_k{end}": or_null(k * fit.archard) for end, k in ends}
     if fit.part == 1.0:
-        return {}
+        return archard
     one, two = test.rig.disc1, test.rig.disc2
     second = fit.part if fit.disc == 2 else 1.0 - fit.part
     resists = one.hardness * one.rolling_radius / (two.hardness * two.rolling_radius)
     parts = {"1": (1.0 - second) * resists, "2": second}
-    ends = (("", use.value), ("_low", use.low), ("_high", use.high))
-    return {f"K_of_discs{end}": or_null({disc: k * part for disc, part in parts.items()}) for end, k in ends}
-
-
-def _archard_json(use: KnownK, fit: WearFit) -> dict[str, Any]:
-    ends = (("", use.value), ("_low", use.low), ("_high", use.high))
-    return {f"archard_k{end}": or_null(k * fit.archard) for end, k in ends}
+    discs = {f"K_of_discs{end}": or_null({disc: k * part for disc, part in parts.items()}) for end, k in ends}
+    return discs | archard
 
 
 def _archard_line(use: KnownK, fit: WearFit) -> tuple[str, ...]:
@@ -149,11 +145,8 @@ def _weighed_figure(test: Experiment, mass: MassFit) -> Figure:
 def _regimes(mass: MassFit) -> list[Regime]:
     """The regimes of the wear rate [ug/m/mm2] over T gamma / A [N/mm2], as logarithms; of disc 2 if weighed."""
     rates = mass.rates
-    shown = (rates.disc == rates.disc.max(initial=0)) & (rates.rate > 0.0)
-    if not np.any(shown):
-        return []
-    x, y = np.log(rates.index[shown] * 1e-6), np.log(rates.rate[shown] * 1e3)
-    return regimes(x, y, np.random.default_rng(SEED))
+    shown = rates.disc == rates.disc.max(initial=0)
+    return regimes_of_logarithms(rates.index[shown] * 1e-6, rates.rate[shown] * 1e3)
 
 
 def _mass_json(mass: MassFit) -> dict[str, Any]:
@@ -182,8 +175,7 @@ def _mass_lines(mass: MassFit | None) -> tuple[str, ...]:
     lines = [f"by weight {mass.volume[-1] * 1e9:.3g} mm³ were worn off"]
     result = _regimes(mass)
     if len(result) > 1:
-        breaks = ", ".join(f"{np.exp(r.low):.3g} N/mm² (p = {r.p_value:.2g})" for r in result[1:])
-        lines.append(f"the wear rate has {len(result)} regimes over T gamma / A, from {breaks}")
+        lines.append(f"the wear rate has {regimes_text(result)}")
     return tuple(lines)
 
 

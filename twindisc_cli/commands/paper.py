@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from twindisc_cli.commands.friction_chart import FAMILY
 from twindisc_cli.definition import Test
 from twindisc_cli.identify.chart import Chart, friction_chart
 from twindisc_cli.identify.friction import SATURATED
@@ -28,9 +29,7 @@ if TYPE_CHECKING:
 
 MU, CREEPAGE = 0.6, 0.002
 """The case of Figs. 4 and 5 (2.2)."""
-FAMILY = np.round(np.arange(0.05, 0.701, 0.05), 2)
 CREEPAGES = 300
-"""Hardness of 1 HV [Pa], and 0 degC [K]."""
 Numbers = Mapping[str, Mapping[str, float]]
 
 

@@ -96,7 +96,7 @@ def _jump(model: ForwardModel, heat: Heat, thermal: Thermal) -> Jump | None:
     history = model.experiment.history
     if model.experiment.measured.traction is None or not history.driven.all():
         return None
-    first = np.unique(history.step, return_index=True)[1]
+    first = history.step_begin
     last = np.append(first[1:], len(history.step)) - 1
     at_end = heat.temperature[heat.of_iteration[last]]
     flash = np.array([heat.flash.maximum[model.points.iteration == i].max() for i in last])

@@ -5,7 +5,7 @@ The [effects] tables are built from the catalogue, so that an effect is known he
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from typing import Annotated, Any, Literal
 
@@ -63,20 +63,26 @@ def _written(value: float) -> Any:
     return {"value": float(value), "std": value.std} if isinstance(value, Uncertain) else value
 
 
-class _OrTable:
-    """Tells the JSON schema that a number may be a table { value, std }."""
+class _Or:
+    """Tells the JSON schema what else a value may be, by the schema of the value."""
+
+    def __init__(self, other: Callable[[dict[str, Any]], dict[str, Any]]) -> None:
+        self.other = other
 
     def __get_pydantic_json_schema__(
         self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        """A number, or a number with its standard deviation."""
-        number = handler(schema)
-        table = {"value": number, "std": {"type": "number", "exclusiveMinimum": 0}}
-        object_ = {"type": "object", "properties": table, "required": ["value", "std"], "additionalProperties": False}
-        return {"anyOf": [number, object_]}
+        """The value's own schema, or the other."""
+        return {"anyOf": [handler(schema), self.other(handler(schema))]}
 
 
-_UNCERTAIN = (WrapValidator(_maybe_uncertain), PlainSerializer(_written), _OrTable())
+def _object(required: Sequence[str], properties: dict[str, Any]) -> dict[str, Any]:
+    return {"type": "object", "properties": properties, "required": required, "additionalProperties": False}
+
+
+_STD = {"type": "number", "exclusiveMinimum": 0}
+_OR_TABLE = _Or(lambda number: _object(["value", "std"], {"value": number, "std": _STD}))
+_UNCERTAIN = (WrapValidator(_maybe_uncertain), PlainSerializer(_written), _OR_TABLE)
 Positive = Annotated[float, Field(gt=0.0)]
 Temperature = Annotated[float, Field(ge=-273.15, le=3000.0)]
 Friction = Annotated[float, Field(gt=0.0, le=5.0, description="coefficient of friction")]
@@ -331,17 +337,10 @@ class FileTable(Table):
     ignore: Cells | None = Field(default=None, description="columns that are not looked at")
 
 
-class _OrFile:
-    """Tells the JSON schema that a file may be a table."""
-
-    def __get_pydantic_json_schema__(
-        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
-    ) -> dict[str, Any]:
-        """A name, or a table with it."""
-        texts = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
-        properties = {"file": handler(schema), "sheet": {"type": "string"}, "skip": texts, "ignore": texts}
-        table = {"type": "object", "properties": properties, "required": ["file"], "additionalProperties": False}
-        return {"anyOf": [handler(schema), table]}
+_TEXTS = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
+_OR_FILE = _Or(
+    lambda name: _object(["file"], {"file": name, "sheet": {"type": "string"}, "skip": _TEXTS, "ignore": _TEXTS})
+)
 
 
 def _file_written(value: Any) -> Any:
@@ -351,7 +350,7 @@ def _file_written(value: Any) -> Any:
     return value.model_dump(exclude_none=True) if isinstance(value, FileTable) else value
 
 
-MeasuredFile = Annotated[FileName, WrapValidator(_or_file), PlainSerializer(_file_written), _OrFile()]
+MeasuredFile = Annotated[FileName, WrapValidator(_or_file), PlainSerializer(_file_written), _OR_FILE]
 
 
 def _or_files(given: Any, handler: Callable[[Any], Any]) -> Any:
@@ -359,18 +358,10 @@ def _or_files(given: Any, handler: Callable[[Any], Any]) -> Any:
     return FILES.validate_python(given) if isinstance(given, list) else handler(given)
 
 
-class _OrFiles:
-    """Tells the JSON schema that a file may be a list of files."""
-
-    def __get_pydantic_json_schema__(
-        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
-    ) -> dict[str, Any]:
-        """A file, or an array of files."""
-        return {"anyOf": [handler(schema), {"type": "array", "items": handler(schema), "minItems": 1}]}
-
-
 FILES = TypeAdapter(Annotated[list[MeasuredFile], Field(min_length=1)])
-MeasuredFiles = Annotated[MeasuredFile, WrapValidator(_or_files), _OrFiles()]
+MeasuredFiles = Annotated[
+    MeasuredFile, WrapValidator(_or_files), _Or(lambda file: {"type": "array", "items": file, "minItems": 1})
+]
 """A file, or several in order."""
 
 

@@ -5,7 +5,7 @@ L. Chevalier, S. Cloupet, M. Quillien, Tribology International 39 (2006) 1376-13
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -73,6 +73,11 @@ def _tests(paper: Paper) -> Mapping[str, PaperTest]:
     return {"air": paper.air, "nitrogen": paper.nitrogen}
 
 
+def _styled(paper: Paper) -> Iterator[tuple[PaperTest, str, str, str]]:
+    """Each test with its colour, marker and label."""
+    return ((_tests(paper)[name], *style) for name, *style in TESTS)
+
+
 def _kind(test: PaperTest) -> str:
     return test.experiment.measured.provenance
 
@@ -89,8 +94,7 @@ def _rebuilt(figure: Figure, paper: Paper, sentence: str) -> None:
 
 def _points(axes: Axes, paper: Paper, *, bars: bool = True) -> None:
     """T/N of the steps of both tests."""
-    for name, colour, marker, label in TESTS:
-        test = _tests(paper)[name]
+    for test, colour, marker, label in _styled(paper):
         result = test.friction
         half = np.nan_to_num(result.half) if bars else None
         axes.errorbar(result.creepage * 100.0, result.ratio, yerr=half, linestyle="none", marker=marker, markersize=4.5,
@@ -263,8 +267,7 @@ def _bisection(paper: Paper) -> Figure:
 
 def _depth(paper: Paper) -> Figure:
     figure, (axes,) = _page(paper, "Fig. 12: depth of the track over time, with the K from air in both tests")
-    for name, colour, marker, label in TESTS:
-        test = _tests(paper)[name]
+    for test, colour, marker, label in _styled(paper):
         history = test.before.history
         axes.plot(np.insert(history.time, 0, 0.0), np.insert([t.depth * 1e6 for t in history.track], 0, 0.0),
                   color=colour, label=f"simulated {label}")  # fmt: skip
@@ -284,8 +287,7 @@ def _depth(paper: Paper) -> Figure:
 
 def _warming(paper: Paper) -> Figure:
     figure, (axes,) = _page(paper, "Fig. 13: warming of the disc above the environment")
-    for name, colour, _, label in TESTS:
-        test = _tests(paper)[name]
+    for test, colour, _, label in _styled(paper):
         axes.plot(test.time, test.warming, color=colour, label=f"{label}, Eq. 18")
     axes.axhline(WARMING, color=GREY, linewidth=0.9, linestyle="--", label="paper: about 10 K")
     axes.axvline(FALL, color=GREY, linewidth=0.8, linestyle=":", label="paper: fall near 4500 s in nitrogen")
@@ -320,8 +322,7 @@ def before_and_after(paper: Paper, *, what: str) -> Figure:
     kinds = dict.fromkeys(_kind(test) for test in _tests(paper).values())
     title = "The paper's model and the revised one"
     figure, panels = page(2, 2, height=6.2, title=title, provenance=" and ".join(kinds))
-    for axes, (name, _, _, label) in zip(panels[:2], TESTS, strict=True):
-        test = _tests(paper)[name]
+    for axes, (test, _, _, label) in zip(panels[:2], _styled(paper), strict=True):
         axes.plot(test.y * 1e3, test.height * 1e6, color=BLACK, linewidth=2.2, alpha=0.45, label=_kind(test))
         for worn, colour, which in ((test.before, ORANGE, "paper's model"), (test.after, BLUE, "revised model")):
             if worn is not None:
@@ -329,8 +330,8 @@ def before_and_after(paper: Paper, *, what: str) -> Figure:
         _across(axes, paper)
         axes.set_title(f"{axes.get_title(loc='left')}  {label}", loc="left")
         legend(axes, 3)
-    for axes, (name, _, _, label) in zip(panels[2:], TESTS, strict=True):
-        _table(axes, _tests(paper)[name], label)
+    for axes, (test, _, _, label) in zip(panels[2:], _styled(paper), strict=True):
+        _table(axes, test, label)
     added = f"Added: {what}, by the closed loop on the test in air. K is fitted there; in nitrogen all is predicted."
     reading = "The recorded profiles are parabolas of the stated depth and of widths read as 1.8 and 1.51 mm, on which "
     said(figure, f"{added} {reading}the revised model rests." if _is_rebuilt(paper) else added)

@@ -22,6 +22,7 @@ SHOWN = 0.01
 FEWEST = 4
 """Points of a regime at least: two more than its line has parameters."""
 PERMUTATIONS = 999  # the least p-value is 0.001
+SEED = 1  # the same data give the same lines
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,12 @@ class Regime:
     intercept: float
     slope: float
     p_value: float
+
+
+def regimes_of_logarithms(x: Floats, y: Floats) -> list[Regime]:
+    """The regimes of ln y over ln x, each (point,), where both are positive; none where no point is."""
+    known = (x > 0.0) & (y > 0.0)
+    return regimes(np.log(x[known]), np.log(y[known]), np.random.default_rng(SEED)) if np.any(known) else []
 
 
 def regimes(x: Floats, y: Floats, rng: np.random.Generator) -> list[Regime]:

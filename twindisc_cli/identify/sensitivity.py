@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -27,9 +28,11 @@ from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.physics.best_circle import fit_curvature
 from twindisc_cli.physics.hertz import contact_ellipse
 
-FRICTION, HARDNESS, CROWN, MODULUS, LOAD = 0.01, 0.05, 0.02, 0.05, 0.02
-"""Changes of mu [1], and of hardness, crown radius, Young's modulus and load, as shares: usual tolerances. A steel is
-about 5 % stiffer in liquid nitrogen than in air."""
+FRICTION, LOAD = 0.01, 0.02
+"""Changes of mu [1], and of the load as a share: usual tolerances."""
+DISC = (("hardness", "hardness", 0.05), ("Young's modulus", "youngs_modulus", 0.05),
+        ("crown radius", "transverse_radius", 0.02))  # fmt: skip
+"""Quantities of both discs and their changes, as shares; a steel is some 5 % stiffer in liquid nitrogen than in air."""
 FURTHER = 2
 """Iterations by which the last two steps are made longer."""
 REACH, ENOUGH = 8.0, 1e-4
@@ -103,18 +106,8 @@ def _changed(test: Experiment) -> Iterator[tuple[str, Experiment]]:
     """The test with one assumption changed, and what it is."""
     rig, history = test.rig, test.history
     for share in (-1.0, 1.0):
-        yield (
-            f"hardness {100.0 * share * HARDNESS:+.0f} %",
-            replace(test, rig=_discs(rig, hardness=1.0 + share * HARDNESS)),
-        )
-        yield (
-            f"Young's modulus {100.0 * share * MODULUS:+.0f} %",
-            replace(test, rig=_discs(rig, youngs_modulus=1.0 + share * MODULUS)),
-        )
-        yield (
-            f"crown radius {100.0 * share * CROWN:+.0f} %",
-            replace(test, rig=_discs(rig, transverse_radius=1.0 + share * CROWN)),
-        )
+        for what, name, size in DISC:
+            yield f"{what} {100.0 * share * size:+.0f} %", replace(test, rig=_discs(rig, name, 1.0 + share * size))
         pressed = replace(rig, normal_load=rig.normal_load * (1.0 + share * LOAD))
         yield f"load {100.0 * share * LOAD:+.0f} %", replace(test, rig=pressed)
         traction = test.measured.traction
@@ -123,24 +116,17 @@ def _changed(test: Experiment) -> Iterator[tuple[str, Experiment]]:
             yield f"T/N {share * FRICTION:+.2f}", replace(test, measured=replace(test.measured, traction=shifted))
     late = history.step >= history.step[-1] - 1
     longer = np.where(late, 1.0 + FURTHER / np.bincount(history.step)[history.step], 1.0)
-    yield (
-        f"last two steps {FURTHER} iterations longer",
-        replace(
-            test, history=replace(history, duration=history.duration * longer, revolutions=history.revolutions * longer)
-        ),
-    )
+    further = replace(history, duration=history.duration * longer, revolutions=history.revolutions * longer)
+    yield f"last two steps {FURTHER} iterations longer", replace(test, history=further)
     if "wear_partition" not in test.effects and np.isnan(test.options.disc1_wear_coefficient):
         yield "both discs wear equally", replace(test, effects={**test.effects, "wear_partition": {"disc1_share": 0.5}})
     if test.options.contact == "hertz" and "half_space_contact" not in test.effects:
         yield "half-space contact", replace(test, options=replace(test.options, contact="half_space"))
 
 
-def _discs(rig: Rig, **factors: float) -> Rig:
-    """A rig of which both discs have quantities changed by factors."""
-    one, two = (
-        replace(disc, **{name: getattr(disc, name) * factor for name, factor in factors.items()})
-        for disc in (rig.disc1, rig.disc2)
-    )
+def _discs(rig: Rig, name: str, factor: float) -> Rig:
+    """A rig of which both discs have a quantity changed by a factor."""
+    one, two = (replace(disc, **{name: getattr(disc, name) * factor}) for disc in (rig.disc1, rig.disc2))
     return replace(rig, disc1=one, disc2=two)
 
 
@@ -174,20 +160,19 @@ def _by_rule(model: ForwardModel, fit: WearFit, k: float) -> dict[str, float]:
     mu = friction_in_use(model)[0]
     energy = model.predict(BaseParameters.declared(model.experiment, mu[None])).state.energy[0]
     of_iteration = np.diff(energy[model.points.of_iteration], prepend=0.0)
+    return {
+        what: _root(partial(_depth_by_circle, model, of_iteration, rule, every), fit, k) / k
+        for what, (rule, every) in RULES.items()
+    }
 
-    def k_by(rule: Rule, every: str) -> float:
-        return _root(lambda k: _depth_by_circle(model, of_iteration * k, rule, every=every), fit, k)
 
-    return {what: k_by(*rule) / k for what, rule in RULES.items()}
-
-
-def _depth_by_circle(model: ForwardModel, worn: Floats, rule: Rule, *, every: str) -> float:
-    """Greatest depth [m] after iterations that wear off K times their energy, `worn` (iteration,) [J]."""
+def _depth_by_circle(model: ForwardModel, energy: Floats, rule: Rule, every: str, k: float) -> float:
+    """Greatest depth [m] after iterations of these energies (iteration,) [J], with K = k."""
     rig, step = model.experiment.rig, model.experiment.history.step
     log_b, b = _half_width(rig)
     y = np.linspace(-ACROSS, ACROSS, STRIPS) * b
     depth, flattest = np.zeros_like(y), rig.curvature_y / ACROSS**3
-    for number, section in enumerate(worn / model.circumference_hardness):
+    for number, section in enumerate(energy * k / model.circumference_hardness):
         ended = number + 1 == len(step) or step[number + 1] != step[number]
         for part in range(PARTS):
             depth = depth + section / PARTS * 0.75 / b * np.maximum(1.0 - (y / b) ** 2, 0.0)

@@ -107,7 +107,7 @@ def softness(test: Experiment, friction: StepFriction) -> Floats:
 def friction_in_use(model: ForwardModel) -> tuple[Floats, list[str]]:
     """The mu of each step (step,), and where it is from: given, identified, constant, or unknown (NaN)."""
     test = model.experiment
-    first = np.unique(test.history.step, return_index=True)[1]
+    first = test.history.step_begin
     given, constant = test.history.given_mu[first], test.options.friction_coefficient
     result = identify_friction(model).mu if test.measured.traction is not None else np.full(len(first), np.nan)
     choices = [("given", given), ("identified", np.where(result > 0.0, result, np.nan)), ("constant", constant)]

@@ -45,12 +45,11 @@ class BaseEstimate(Estimate):
 
 
 @dataclass(frozen=True)
-class FoundEffect:
-    """An effect that was added: parameters by key, what it cannot be told from, and how sure it is.
+class _Found:
+    """A term that was added: parameters by key, what these data cannot tell from it, and how sure it is.
 
-    test: the only one of several that it acts in. alternatives: what these data cannot tell from it. probability: share
-    of resamples of the data in which it is chosen, weighed by evidence; NaN where it was not computed. remains: what is
-    left of the misfit it takes away, 0 to 1.
+    probability: share of resamples of the data in which it is chosen, weighed by evidence; NaN where it was not
+    computed. remains: what is left of the misfit it takes away, 0 to 1. test: the only one of several that it acts in.
     """
 
     name: str
@@ -66,6 +65,10 @@ class FoundEffect:
     def key(self) -> str:
         """The name by which results hold it."""
         return in_test(self.name, self.test)
+
+
+class FoundEffect(_Found):
+    """An effect that was added."""
 
 
 @dataclass(frozen=True)
@@ -78,31 +81,20 @@ class LawCurve:
     high: Floats
 
 
-@dataclass(frozen=True)
-class FoundLaw:
-    """A law that was learnt and added: the law, its formula, parameters by key (none of a curve), and its curve.
+@dataclass(frozen=True, kw_only=True)
+class FoundLaw(_Found):
+    """A law that was learnt and added, with its formula and its curve; a curve has no parameters.
 
-    test: the only one of several that it acts in. resembles: effects of the catalogue that do nearly the same to all
-    channels, with the share of it that they do. alternatives: what these data cannot tell from it.
+    resembles: effects of the catalogue that do nearly the same to all channels, with the share of it that they do.
     """
 
-    name: str
-    channel: str
     law: Law
     formula: str
-    parameters: Mapping[str, Estimate]
     curve: LawCurve
     resembles: tuple[tuple[str, float], ...]
-    alternatives: tuple[Alternative, ...]
-    probability: float
-    strength: Strength
-    remains: float = 0.0
-    test: str = ""
 
-    @property
-    def key(self) -> str:
-        """The name by which results hold it."""
-        return in_test(self.name, self.test)
+
+FoundTerm = FoundEffect | FoundLaw
 
 
 @dataclass(frozen=True)
@@ -246,3 +238,8 @@ class Diagnosis:
     seconds: float
     difference: str = ""
     levels: Mapping[str, Levels] = field(default_factory=dict)
+
+    @property
+    def terms(self) -> list[FoundTerm]:
+        """What was added: effects, then laws."""
+        return [*self.effects, *self.laws]

@@ -255,11 +255,10 @@ def _levels(creepage: Floats) -> Iterator[float]:
 
 def told(history: History, rig: Rig) -> str:
     """The history as the table of a definition."""
-    first = np.unique(history.step, return_index=True)[1]
     counts = np.bincount(history.step)
     driven = history.revolutions[history.driven]
     lines = ["[history]", f"revolutions_per_iteration = {np.median(driven):.6g}", "steps = ["]
-    for at, count in zip(first, counts, strict=True):
+    for at, count in zip(history.step_begin, counts, strict=True):
         if not history.driven[at]:
             lines.append(f"  {{ pause_s = {history.duration[at] * count:.6g} }},")
             continue

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from twindisc_cli.measurement.channels import RATIOS, SLIP
+from twindisc_cli.measurement.channels import LARGEST_RATIO, RATIOS, SLIP
 from twindisc_cli.measurement.content import Content
 from twindisc_cli.measurement.header import Column, Naming, declared
 from twindisc_cli.measurement.sheet import Bools, Floats, Ints
@@ -36,7 +36,6 @@ CLOCK = (
 """The columns that tell when a row was written."""
 UNLOADED = 0.1
 """Share of the least nominal load below which the discs are not pressed together."""
-LARGEST_RATIO = 3.0  # no dry contact transmits thrice its load: the units are wrong
 LARGEST_CREEPAGE = 2.001  # 2 where one disc stands still, and its rounding
 _STANDING = 0.02  # of the rolling speed: a motor at rest still counts pulses
 _FEWEST_ANEW = 5  # rows after which a clock may begin again

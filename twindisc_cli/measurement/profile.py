@@ -258,8 +258,8 @@ def _fresh(table: Table, rows: Ints, rig: Rig) -> tuple[Floats, Floats]:
     traces = _traces(table, rows)
     if not all(_check_trace(table, trace, rig) for trace in traces):
         return y[rows], height[rows]
-    order = [trace[np.argsort(y[trace])] for trace in traces]
-    place, mean = _mean_of(table, [(y[own], height[own]) for own in order])
+    traces = [trace[np.argsort(y[trace])] for trace in traces]
+    place, mean = _mean_of(table, [(y[trace], height[trace]) for trace in traces])
     bent = 2.0 * float(np.polyfit(place - np.mean(place), mean, 2)[0])
     if abs(bent) > _STILL_CROWNED * abs(rig.curvature_y):
         what = (
@@ -321,8 +321,8 @@ def _record(
     if not all(_check_trace(table, trace, rig) for trace in traces):
         return y[rows], height[rows], []
     result: list[Placed] = []
-    for trace in [] if as_recorded else traces:
-        order = trace[np.argsort(y[trace])]
+    traces = [trace[np.argsort(y[trace])] for trace in traces]
+    for order in [] if as_recorded else traces:
         one = placed(y[order], height[order])
         if one is None or (one.clear < _CLEAR and worn):
             one = hardly_worn(y[order], height[order], worn, float(rig.patch.b))
@@ -337,11 +337,9 @@ def _record(
         result = []
     else:
         for one, trace in zip(result, traces, strict=True):
-            _check_depth(table, trace[np.argsort(y[trace])], one.height, rig)
+            _check_depth(table, trace, one.height, rig)
         table.notes.append(_told(result))
-    curves = [(p.y, p.height) for p in result] or [
-        (y[t[np.argsort(y[t])]], height[t[np.argsort(y[t])]]) for t in traces
-    ]
+    curves = [(p.y, p.height) for p in result] or [(y[trace], height[trace]) for trace in traces]
     if len(curves) == 1 and not result:
         return y[rows], height[rows], []
     return (*_mean_of(table, curves), result)

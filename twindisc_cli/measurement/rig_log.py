@@ -198,7 +198,7 @@ class _OfSteps:
     @property
     def load_factor(self) -> Floats:
         """Load of each step over the rig's (step,)."""
-        return self.history.load_factor[np.unique(self.history.step, return_index=True)[1]]
+        return self.history.load_factor[self.history.step_begin]
 
     def mean(self, values: Floats) -> Floats:
         """The mean of values (average,) in each step (step,); NaN where nothing was measured."""
@@ -310,7 +310,7 @@ def _check_rig(log: Log, rig: Rig, history: History, mean: _Averages, step: Ints
     table, planned = log.table, history.step_creepage[history.step_driven]
     where = [("", slice(None), 1.0, 1.0)]
     if not history.is_constant:
-        first = np.unique(history.step, return_index=True)[1]
+        first = history.step_begin
         where = [
             (f" in step {k + 1}", step == k, history.load_factor[first[k]], history.speed_factor[first[k]])
             for k in np.unique(step)
@@ -353,7 +353,7 @@ def _align(mean: _Averages, history: History, rig: Rig) -> Ints:
 
 def _misfit(mean: _Averages, history: History, rig: Rig, driven: Ints) -> Floats:
     """By how much each average is off each step, in tolerances, squared: (average, driven step)."""
-    first = np.unique(history.step, return_index=True)[1][driven]
+    first = history.step_begin[driven]
     off = np.abs(mean.creepage[:, None] - history.creepage[first]) / tolerance(history)[driven]
     cost = np.minimum(off, 3.0) ** 2
     if not history.is_constant:

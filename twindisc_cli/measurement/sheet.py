@@ -167,7 +167,9 @@ def open_sheet(content: Content, file: str, expected: str, is_header: Callable[[
             continue
         if is_header(sheet):
             if result:
-                raise MeasurementError(Problem(_which(result.part, sheet.part), file))
+                fits = f"has several parts that fit, {result.part} and {sheet.part}"
+                what = f'{fits}; choose one: {{ file = "...", sheet = "{result.part}" }}'
+                raise MeasurementError(Problem(what, file))
             result = sheet
             if not sheet.part:
                 break
@@ -175,10 +177,6 @@ def open_sheet(content: Content, file: str, expected: str, is_header: Callable[[
     if opened is None:
         raise MeasurementError(Problem(f"is empty; it needs a header such as {expected}", file))
     return opened
-
-
-def _which(one: str, other: str) -> str:
-    return f'has several parts that fit, {one} and {other}; choose one: {{ file = "...", sheet = "{one}" }}'
 
 
 def sheets(content: Content, file: str) -> Iterator[Sheet]:

@@ -243,15 +243,19 @@ class History:
         return np.asarray((self.end_time - self.duration)[first])
 
     @property
+    def step_begin(self) -> Ints:
+        """The entry, from 0, with which each step begins, (step,)."""
+        return np.asarray(np.unique(self.step, return_index=True)[1], dtype=np.int64)
+
+    @property
     def step_creepage(self) -> Floats:
         """Creepage of each step [1], (step,)."""
-        first = np.unique(self.step, return_index=True)[1]
-        return self.creepage[first]
+        return self.creepage[self.step_begin]
 
     @property
     def step_driven(self) -> NDArray[np.bool_]:
         """Whether each step drives the discs, (step,): not a pause."""
-        return self.driven[np.unique(self.step, return_index=True)[1]]
+        return self.driven[self.step_begin]
 
 
 @dataclass(frozen=True)

@@ -42,8 +42,6 @@ ETA = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, 257))
 """Places over the half-width, denser towards the edge, at which the M_k are known."""
 ERRORS: dict[Contact, float] = {"hertz": 1e-4, "half_space": 4e-4}
 """Of the greatest depth, relative."""
-LARGEST = 32767
-"""Numbers are kept as integers of at most this size."""
 CLOSE = 1e-6
 """Difference of wanders over b that is none."""
 

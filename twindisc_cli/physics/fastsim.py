@@ -172,14 +172,6 @@ def _gains(rates: Rates, y: Floats, half_length: Floats, nx: int) -> Iterator[tu
         yield gain_x, gain_y
 
 
-def _size(tx: Floats, ty: Floats, size: Floats, squared: Floats) -> None:
-    """Write the size of (tx, ty) to `size`; `squared` is scratch."""
-    np.multiply(tx, tx, out=size)
-    np.multiply(ty, ty, out=squared)
-    size += squared
-    np.sqrt(size, out=size)
-
-
 def solve(
     patch: Patch,
     *,

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from textwrap import fill
+from typing import Any
 
 from twindisc_cli.effects._effect import FIRST_SEEN, Param
 from twindisc_cli.laws.covariates import Column
@@ -37,7 +38,7 @@ def effect_file(name: str, law: Law, test: Experiment) -> str:
             "\n",
             _apply(law, params, fixed),
             "\n",
-            *(_function(part) + "\n\n" for part in _parts(law)),
+            *(inspect.getsource(part).strip() + "\n\n" for part in _parts(law)),
             "EFFECT = Effect(",
             f'    stage="{law.stage}",',
             *([f'    channel="{law.of.channel}",'] if law.of.channel != FIRST_SEEN.get(law.stage) else []),
@@ -105,13 +106,9 @@ def _apply(law: Law, params: list[Param], fixed: Mapping[str, object]) -> str:
     return "\n".join([*lines, f"    return {law.of.apply.__name__}(s, np.where({known}, change{scale}, 0.0))"])
 
 
-def _parts(law: Law) -> list[object]:
+def _parts(law: Law) -> list[Callable[..., Any]]:
     """The functions of the program that the effect is made of."""
     return [*([SHAPES[law.shape].value] if law.shape else []), law.of.apply]
-
-
-def _function(part: object) -> str:
-    return inspect.getsource(part).strip()  # type: ignore[arg-type]
 
 
 def _param(p: Param) -> str:

@@ -17,6 +17,7 @@ from twindisc_cli.loop.diagnosis import (
     Estimate,
     FoundEffect,
     FoundLaw,
+    FoundTerm,
 )
 from twindisc_cli.loop.terms import Term, in_test
 from twindisc_cli.model.experiment import Experiment
@@ -34,7 +35,6 @@ from twindisc_cli.report.words import (
     unit,
 )
 
-FoundTerm = FoundEffect | FoundLaw
 AT_FLOOR = 1.15  # times the noise, of which only an estimate is known
 SAME = "in other words"
 """Why a law is not given that is an effect, or another law, by another name."""
@@ -54,8 +54,7 @@ def provenance(kinds: Sequence[str]) -> str:
 
 def together(diagnosis: Diagnosis) -> dict[str, list[FoundTerm]]:
     """The effects and laws that were added, by the channel they were added for."""
-    every: list[FoundTerm] = [*diagnosis.effects, *diagnosis.laws]
-    return {c: results for c in channels() if (results := [term for term in every if term.channel == c])}
+    return {c: results for c in channels() if (results := [term for term in diagnosis.terms if term.channel == c])}
 
 
 def name_of(term: FoundTerm) -> str:
@@ -77,8 +76,7 @@ def weighed(term: FoundTerm) -> list[tuple[Term, str]]:
 
 def probability(diagnosis: Diagnosis, tried: CandidateResult) -> float:
     """The probability of what was tried: of a term of the answer, the one that the answer gives it."""
-    every: list[FoundTerm] = [*diagnosis.effects, *diagnosis.laws]
-    given = [term.probability for term in every if tried.chosen and tried.replaces == term.key]
+    given = [term.probability for term in diagnosis.terms if tried.chosen and tried.replaces == term.key]
     return given[0] if given else tried.probability
 
 
@@ -135,10 +133,9 @@ def next_step(diagnosis: Diagnosis) -> str:
     """What to measure next, with the explanations in words."""
     if diagnosis.next_experiment is None:
         return ""
-    every: list[FoundTerm] = [*diagnosis.effects, *diagnosis.laws]
-    terms = {tried.term for tried in diagnosis.tried} | {other.term for term in every for other in term.alternatives}
+    others = {other.term for term in diagnosis.terms for other in term.alternatives}
     text = diagnosis.next_experiment.why
-    for term in sorted(terms, key=lambda term: -len(str(term))):
+    for term in sorted({tried.term for tried in diagnosis.tried} | others, key=lambda term: -len(str(term))):
         text = text.replace(str(term), term_name(term))
     return text.replace(" + ", " and ")
 
@@ -206,7 +203,8 @@ def sentences(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.verdict == "unexplained":
         return _what_is_unexplained(diagnosis)
     groups = together(diagnosis)
-    said = [_what_was_found(diagnosis, groups), *difference(diagnosis), *_laws(diagnosis.laws)]
+    said = [_what_was_found(diagnosis, groups), *difference(diagnosis)]
+    said += [f"Learnt from the data: {law_text(law)}; {transfer_text(law.law)}." for law in diagnosis.laws]
     doubtful = [channel_name(c) for c, terms in groups.items() if any(rivals(term) for term in terms)]
     if doubtful:
         said.append(f"These data cannot separate the ones named for the {listed(doubtful)} from each other.")
@@ -227,10 +225,6 @@ def _what_was_found(diagnosis: Diagnosis, groups: Mapping[str, Sequence[FoundTer
     if len(parts) == 1:
         return f"The model lacks {listed(list(parts.values()))}{rest}."
     return f"The model lacks {'; '.join(f'in the {channel_name(c)} {text}' for c, text in parts.items())}{rest}."
-
-
-def _laws(laws: Sequence[FoundLaw]) -> list[str]:
-    return [f"Learnt from the data: {law_text(result)}; {transfer_text(result.law)}." for result in laws]
 
 
 def _what_is_unexplained(diagnosis: Diagnosis) -> list[str]:
@@ -324,9 +318,8 @@ def outcome(diagnosis: Diagnosis, tried: CandidateResult) -> str:
         return "the same in other words, counted there" if tried.refused == SAME else f"refused: {tried.refused}"
     if tried.chosen:
         return "added to the model"
-    every: list[FoundTerm] = [*diagnosis.effects, *diagnosis.laws]
-    named_beside = {other.term for term in every if term.key == tried.replaces for other in term.alternatives}
-    return "cannot be separated from what was added" if tried.term in named_beside else "fits as well, less probable"
+    beside = {other.term for term in diagnosis.terms if term.key == tried.replaces for other in term.alternatives}
+    return "cannot be separated from what was added" if tried.term in beside else "fits as well, less probable"
 
 
 def length(gain: float) -> float:

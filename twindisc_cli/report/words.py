@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from twindisc_cli.effects import catalogue
+from twindisc_cli.identify.regimes import Regime
 from twindisc_cli.laws.covariates import covariate_of
 from twindisc_cli.laws.quantities import QUANTITIES as CHANGED
 from twindisc_cli.loop.channels import channels
@@ -120,6 +121,12 @@ def percent(share: float) -> str:
 def p_value(value: float) -> str:
     """`p = 0.03`, or `p < 0.001`."""
     return "p < 0.001" if value < 1e-3 else f"p = {value:.2g}"
+
+
+def regimes_text(regimes: Sequence[Regime]) -> str:
+    """Several regimes of what stands over T gamma / A [N/mm2], as logarithms, with their breaks."""
+    breaks = ", ".join(f"{math.exp(r.low):.3g} N/mm² (p = {r.p_value:.2g})" for r in regimes[1:])
+    return f"{len(regimes)} regimes over T gamma / A, from {breaks}"
 
 
 def sentence(text: str) -> str:

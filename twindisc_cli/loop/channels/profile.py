@@ -57,9 +57,7 @@ def noise(test: Experiment) -> Noise:
     order = np.lexsort((profile.y, record))
     spacing = float(np.median(np.diff(profile.y[order])[np.diff(record[order]) == 0]))
     kept = np.ones(len(profile.y), dtype=bool)
-    for number in np.unique(record):
-        here = np.flatnonzero(record == number)
-        here = here[np.argsort(profile.y[here])]
+    for here in _each(profile, record):
         rough = profile.height[here] - _smoothed(profile.height[here])
         far = np.abs(rough) > SPIKE * max(result.std, scatter(rough))
         kept[here] = ~far | in_a_run(far)
@@ -78,13 +76,18 @@ def _records(profile: ProfileSamples) -> Ints:
     return np.asarray(stops.ravel(), dtype=np.int64)
 
 
+def _each(profile: ProfileSamples, record: Ints) -> Iterator[Ints]:
+    """The samples of each recorded profile, in order across the track."""
+    for number in np.unique(record):
+        here = np.flatnonzero(record == number)
+        yield here[np.argsort(profile.y[here])]
+
+
 def _flanks(profile: ProfileSamples, record: Ints) -> Mask:
     """Samples well outside the worn zone, where the smoothed height leaves the line through the outer parts."""
     outer = np.abs(profile.y).max()
     edge = 0.0
-    for number in np.unique(record):
-        here = np.flatnonzero(record == number)
-        here = here[np.argsort(profile.y[here])]
+    for here in _each(profile, record):
         y, far = profile.y[here], np.abs(profile.y[here]) > 0.85 * outer
         if far.sum() < 3:
             continue

@@ -92,8 +92,8 @@ def noise(test: Experiment) -> Noise:
 
 def _conditions(history: History) -> Ints:
     """Number of the creepage, load, speed and yaw that each step has (step,)."""
-    first = np.unique(history.step, return_index=True)[1]
-    rows = np.stack([history.creepage, history.load_factor, history.speed_factor, history.yaw], axis=1)[first]
+    conditions = history.creepage, history.load_factor, history.speed_factor, history.yaw
+    rows = np.stack(conditions, axis=1)[history.step_begin]
     return np.asarray(np.unique(rows, axis=0, return_inverse=True)[1].ravel(), dtype=np.int64)
 
 
