@@ -52,7 +52,7 @@ def test_a_little_wear_takes_off_the_patchs_own_share() -> None:
     worn = np.zeros(64)
     worn[0] = section * model.circumference_hardness
     for rule, every in RULES.values():
-        depth = _depth_by_circle(model, worn, rule, every=every)
+        depth = _depth_by_circle(model, worn, rule, every, 1.0)
         assert depth == pytest.approx(0.75 * section / float(patch.b), rel=1e-3)
 
 

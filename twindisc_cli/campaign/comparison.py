@@ -11,6 +11,7 @@ import json
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +35,8 @@ MOST_SAID = 3
 class Shown:
     """The results of one test: its definition, and by command its JSON and its arrays.
 
-    turned: ends of iterations and pauses [s], and the revolutions until then, each (iteration,).
+    turned: ends of iterations and pauses [s], and the revolutions until then, each (iteration,). number: which of the
+    tests it is, from 1.
     """
 
     name: str
@@ -43,6 +45,7 @@ class Shown:
     arrays: Mapping[str, Mapping[str, Floats]]
     provenance: str
     turned: tuple[Floats, Floats]
+    number: int
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,7 @@ def read(paths: Sequence[Path]) -> list[Shown]:
             problems.append(_missing(path, whole))
     if problems:
         raise DefinitionError(problems)
-    tests = [_shown(folder, of_commands) for folder, of_commands in results.items()]
+    tests = [_shown(n, folder, of_commands) for n, (folder, of_commands) in enumerate(results.items(), start=1)]
     if len({test.name for test in tests}) < len(tests):
         tests = [
             replace(test, name=f"{folder.parent.name}/{test.name}") for test, folder in zip(tests, results, strict=True)
@@ -99,7 +102,7 @@ def _missing(path: Path, whole: Mapping[Path, Recorded | str]) -> Problem:
     return Problem(f"holds no result that can be compared; {', '.join(COMMANDS)} write such", path)
 
 
-def _shown(folder: Path, results: Mapping[str, Recorded]) -> Shown:
+def _shown(number: int, folder: Path, results: Mapping[str, Recorded]) -> Shown:
     import h5py
 
     arrays: dict[str, dict[str, Floats]] = {}
@@ -120,6 +123,7 @@ def _shown(folder: Path, results: Mapping[str, Recorded]) -> Shown:
         arrays=arrays,
         provenance=provenance,
         turned=turned,
+        number=number,
     )
 
 
@@ -167,8 +171,13 @@ def _digest(steps: Sequence[Any]) -> str:
 
 def quantities(tests: Sequence[Shown], over: str) -> list[Quantity]:
     """Every quantity that at least one of the results has."""
-    made = [make(tests, over) for make in _MAKERS]
-    return [quantity for quantity in made if quantity.series]
+    results = []
+    for name, title, x, y, make, logarithmic in _MAKERS:
+        series = tuple(one for test in tests for one in make(test, over))
+        if x == _OVER_TIME:
+            title, x = f"{title} over {TIME_AXES[over].partition(' [')[0]}", TIME_AXES[over]
+        results += [Quantity(name, title, x, y, series, logarithmic)] if series else []
+    return results
 
 
 def table(quantity: Quantity, tests: Sequence[Shown], said: Sequence[str]) -> Table:
@@ -225,140 +234,77 @@ def _of(test: Shown, command: str, *names: str) -> list[Floats] | None:
     return [arrays[name] for name in names] if all(name in arrays for name in names) else None
 
 
-def _creep_curve(tests: Sequence[Shown], _: str) -> Quantity:
-    def made(test: Shown) -> Iterator[Series]:
-        result = _of(test, "identify-mu", "creepage", "traction_ratio", "traction_ratio_half_interval")
-        if result:
-            v, ratio, half = result
-            yield from _series(test, 100.0 * v, ratio, ratio - half, ratio + half)
-
-    return _quantity("creep_curve", "T/N over creepage", "creepage [%]", "traction ratio [1]", tests, made, True)
+def _creep_curve(test: Shown, _: str) -> Iterator[Series]:
+    result = _of(test, "identify-mu", "creepage", "traction_ratio", "traction_ratio_half_interval")
+    if result:
+        v, ratio, half = result
+        yield from _series(test, 100.0 * v, ratio, ratio - half, ratio + half)
 
 
-def _friction(tests: Sequence[Shown], _: str) -> Quantity:
-    def made(test: Shown) -> Iterator[Series]:
-        result = _of(test, "identify-mu", "creepage", "mu", "mu_low", "mu_high")
-        if result:
-            v, mu, low, high = result
-            yield from _series(test, 100.0 * v, mu, low, high)
-
-    title, y = "identified coefficient of friction", "coefficient of friction [1]"
-    return _quantity("friction", title, "creepage [%]", y, tests, made, True)
+def _friction(test: Shown, _: str) -> Iterator[Series]:
+    result = _of(test, "identify-mu", "creepage", "mu", "mu_low", "mu_high")
+    if result:
+        v, mu, low, high = result
+        yield from _series(test, 100.0 * v, mu, low, high)
 
 
-def _traction(tests: Sequence[Shown], over: str) -> Quantity:
-    def made(test: Shown) -> Iterator[Series]:
-        result = _of(test, "close-loop", "traction_at_time", "traction_at_cycles", "traction_measured")
-        if result:
-            time, cycles, ratio = result
-            yield from _series(test, _along(test, over, time, cycles), ratio)
-
-    return _quantity(
-        "traction", f"measured T/N over {_named(over)}", TIME_AXES[over], "traction ratio [1]", tests, made
-    )
+def _traction(test: Shown, over: str) -> Iterator[Series]:
+    result = _of(test, "close-loop", "traction_at_time", "traction_at_cycles", "traction_measured")
+    if result:
+        time, cycles, ratio = result
+        yield from _series(test, _along(test, over, time, cycles), ratio)
 
 
-def _profile(tests: Sequence[Shown], _: str) -> Quantity:
-    def made(test: Shown) -> Iterator[Series]:
-        measured = _of(test, "fit-k", "y", "measured_height")
-        simulated = _of(test, "simulate-wear", "y", "height")
-        if measured:
-            y, height = measured
-        elif simulated:
-            y, height = simulated[0], simulated[1][-1]
-        else:
-            return
-        yield from _series(test, 1e3 * y, 1e6 * height, is_line=True)
-
-    return _quantity("profile", "final profile", "y [mm]", "height change [um]", tests, made)
+def _profile(test: Shown, _: str) -> Iterator[Series]:
+    measured = _of(test, "fit-k", "y", "measured_height")
+    simulated = _of(test, "simulate-wear", "y", "height")
+    if measured:
+        yield from _series(test, 1e3 * measured[0], 1e6 * measured[1], is_line=True)
+    elif simulated:
+        yield from _series(test, 1e3 * simulated[0], 1e6 * simulated[1][-1], is_line=True)
 
 
-def _depth(tests: Sequence[Shown], over: str) -> Quantity:
-    def made(test: Shown) -> Iterator[Series]:
-        result = _of(test, "simulate-wear", "time", "depth")
-        if result:
-            time, depth = result
-            yield from _series(test, _along(test, over, time, _cycles(test, time)), 1e6 * depth, is_line=True)
-
-    return _quantity(
-        "depth", f"simulated depth of the track over {_named(over)}", TIME_AXES[over], "depth [um]", tests, made
-    )
+def _depth(test: Shown, over: str) -> Iterator[Series]:
+    result = _of(test, "simulate-wear", "time", "depth")
+    if result:
+        time, depth = result
+        yield from _series(test, _along(test, over, time, _cycles(test, time)), 1e6 * depth, is_line=True)
 
 
-def _wear(tests: Sequence[Shown], _: str) -> Quantity:
-    def made(test: Shown) -> Iterator[Series]:
-        weighed = test.json.get("fit-k", {}).get("wear_rates") or []
-        if weighed:
-            pairs = [(row["Tgamma_over_A_N_mm2"], row["wear_rate_ug_m_mm2"]) for row in weighed]
-            yield from _series(test, *np.array(pairs, dtype=float).T)
-
-    y = "wear rate [ug/m/mm2]"
-    return _quantity("wear_rate", "weighed wear rate over the wear index", "Tgamma/A [N/mm2]", y, tests, made, True)
+def _wear(test: Shown, _: str) -> Iterator[Series]:
+    weighed = test.json.get("fit-k", {}).get("wear_rates") or []
+    if weighed:
+        pairs = [(row["Tgamma_over_A_N_mm2"], row["wear_rate_ug_m_mm2"]) for row in weighed]
+        yield from _series(test, *np.array(pairs, dtype=float).T)
 
 
-def _volume(tests: Sequence[Shown], _: str) -> Quantity:
-    def made(test: Shown) -> Iterator[Series]:
-        weighed = _of(test, "fit-k", "energy", "weighed_volume", "weighed_volume_error")
-        simulated = _of(test, "simulate-wear", "energy", "volume")
-        if weighed:
-            energy, volume, error = weighed
-            half = NINETY * error
-            yield from _series(test, 1e-3 * energy, 1e9 * volume, 1e9 * (volume - half), 1e9 * (volume + half))
-        elif simulated:
-            yield from _series(test, 1e-3 * simulated[0], 1e9 * simulated[1], is_line=True)
-
-    title = "worn volume over dissipated energy, weighed or simulated"
-    return _quantity("wear", title, "dissipated energy [kJ]", "worn volume [mm3]", tests, made)
+def _volume(test: Shown, _: str) -> Iterator[Series]:
+    weighed = _of(test, "fit-k", "energy", "weighed_volume", "weighed_volume_error")
+    simulated = _of(test, "simulate-wear", "energy", "volume")
+    if weighed:
+        energy, volume, error = weighed
+        half = NINETY * error
+        yield from _series(test, 1e-3 * energy, 1e9 * volume, 1e9 * (volume - half), 1e9 * (volume + half))
+    elif simulated:
+        yield from _series(test, 1e-3 * simulated[0], 1e9 * simulated[1], is_line=True)
 
 
-def _temperature(tests: Sequence[Shown], over: str) -> Quantity:
-    def made(test: Shown) -> Iterator[Series]:
-        result = _of(test, "thermal", "time", "temperature")
-        if result:
-            time, kelvin = result
-            along = _along(test, over, time, _cycles(test, time))
-            yield from _series(test, along, UNITS["degC"].of_si(kelvin), is_line=True)
-
-    return _quantity(
-        "temperature", f"disc temperature over {_named(over)}", TIME_AXES[over], "temperature [degC]", tests, made
-    )
+def _temperature(test: Shown, over: str) -> Iterator[Series]:
+    result = _of(test, "thermal", "time", "temperature")
+    if result:
+        time, kelvin = result
+        along = _along(test, over, time, _cycles(test, time))
+        yield from _series(test, along, UNITS["degC"].of_si(kelvin), is_line=True)
 
 
-def _parameter(name: str, title: str, unit: str, key: str) -> Callable[[Sequence[Shown], str], Quantity]:
-    """A base parameter of each test with its interval, from close-loop where it was run, else from its own command."""
-
-    def maker(tests: Sequence[Shown], _: str) -> Quantity:
-        place = {test.name: number + 1.0 for number, test in enumerate(tests)}
-
-        def made(test: Shown) -> Iterator[Series]:
-            results = test.json.get("close-loop", {}).get("base", {}).get(key)
-            if not results:
-                command = {"K": "fit-k", "convection_W_K": "thermal"}.get(key, "")
-                own = test.json.get(command, {})
-                results = {"value": own.get(key), "low": own.get(f"{key}_low"), "high": own.get(f"{key}_high")}
-            numbers = [np.nan if results.get(part) is None else results[part] for part in ("value", "low", "high")]
-            yield from _series(test, place[test.name], *numbers)
-
-        return _quantity(name, title, "test [1]", f"{name} [{unit}]", tests, made)
-
-    return maker
-
-
-def _quantity(
-    name: str,
-    title: str,
-    x: str,
-    y: str,
-    tests: Sequence[Shown],
-    made: Callable[[Shown], Iterator[Series]],
-    logarithmic: bool = False,
-) -> Quantity:
-    return Quantity(name, title, x, y, tuple(series for test in tests for series in made(test)), logarithmic)
-
-
-def _named(over: str) -> str:
-    """What time is drawn over, without its unit."""
-    return TIME_AXES[over].partition(" [")[0]
+def _parameter(key: str, command: str, test: Shown, _: str) -> Iterator[Series]:
+    """A base parameter with its interval, from close-loop where it was run, else from its own command."""
+    results = test.json.get("close-loop", {}).get("base", {}).get(key)
+    if not results:
+        own = test.json.get(command, {})
+        results = {"value": own.get(key), "low": own.get(f"{key}_low"), "high": own.get(f"{key}_high")}
+    numbers = [np.nan if results.get(part) is None else results[part] for part in ("value", "low", "high")]
+    yield from _series(test, test.number, *numbers)
 
 
 def _along(test: Shown, over: str, time: Floats, cycles: Floats) -> Floats:
@@ -380,19 +326,22 @@ def _cycles(test: Shown, time: Floats) -> Floats:
     return np.asarray(np.interp(time, np.append(0.0, ends), np.append(0.0, revolutions)))
 
 
-_MAKERS: tuple[Callable[[Sequence[Shown], str], Quantity], ...] = (
-    _creep_curve,
-    _friction,
-    _traction,
-    _profile,
-    _depth,
-    _wear,
-    _volume,
-    _temperature,
-    _parameter("mu", "base coefficient of friction", "1", "mu"),
-    _parameter("K", "wear coefficient", "1", "K"),
-    _parameter("hS", "convection", "W/K", "convection_W_K"),
-)
+_OVER_TIME, _OVER_TESTS = "", "test [1]"
+_MAKERS: tuple[tuple[str, str, str, str, Callable[[Shown, str], Iterator[Series]], bool], ...] = (
+    ("creep_curve", "T/N over creepage", "creepage [%]", "traction ratio [1]", _creep_curve, True),
+    ("friction", "identified coefficient of friction", "creepage [%]", "coefficient of friction [1]", _friction, True),
+    ("traction", "measured T/N", _OVER_TIME, "traction ratio [1]", _traction, False),
+    ("profile", "final profile", "y [mm]", "height change [um]", _profile, False),
+    ("depth", "simulated depth of the track", _OVER_TIME, "depth [um]", _depth, False),
+    ("wear_rate", "weighed wear rate over the wear index", "Tgamma/A [N/mm2]", "wear rate [ug/m/mm2]", _wear, True),
+    ("wear", "worn volume over dissipated energy, weighed or simulated", "dissipated energy [kJ]", "worn volume [mm3]",
+     _volume, False),
+    ("temperature", "disc temperature", _OVER_TIME, "temperature [degC]", _temperature, False),
+    ("mu", "base coefficient of friction", _OVER_TESTS, "mu [1]", partial(_parameter, "mu", ""), False),
+    ("K", "wear coefficient", _OVER_TESTS, "K [1]", partial(_parameter, "K", "fit-k"), False),
+    ("hS", "convection", _OVER_TESTS, "hS [W/K]", partial(_parameter, "convection_W_K", "thermal"), False),
+)  # fmt: skip
+"""Name, title, headers of both axes, series of a test over a time axis, whether x is logarithmic."""
 
 
 def outcome(tests: Sequence[Shown], quantities: Sequence[Quantity]) -> dict[str, Any]:

@@ -75,7 +75,7 @@ def _tests(paper: Paper) -> Mapping[str, PaperTest]:
 
 def _styled(paper: Paper) -> Iterator[tuple[PaperTest, str, str, str]]:
     """Each test with its colour, marker and label."""
-    return ((_tests(paper)[name], *style) for name, *style in TESTS)
+    return ((_tests(paper)[name], colour, marker, label) for name, colour, marker, label in TESTS)
 
 
 def _kind(test: PaperTest) -> str:

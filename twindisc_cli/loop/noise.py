@@ -15,7 +15,7 @@ Source: D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320-338.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -137,29 +137,32 @@ def growing(noise: Noise, left: Floats, over: Iterable[Floats]) -> Noise:
 
 def polynomials(at: Floats, group: Ints, degree: int, samples_each: int) -> Floats:
     """Legendre polynomials of `at` inside each group (sample, column), at most one for so many samples."""
-    columns = []
-    for number in np.unique(group):
-        here = group == number
-        count = int(here.sum())
-        orders = 1 + min(degree, count // samples_each, len(np.unique(at[here])) - 1)
-        low, high = at[here].min(), at[here].max()
-        unit = 2.0 * (at[here] - low) / max(high - low, 1e-300) - 1.0
-        block = np.zeros((len(at), orders))
-        block[here] = np.polynomial.legendre.legvander(unit, orders - 1)
-        columns.append(block)
-    return np.concatenate(columns, axis=1)
+
+    def block(unit: Floats) -> Floats:
+        highest = min(degree, len(unit) // samples_each, len(np.unique(unit)) - 1)
+        return np.polynomial.legendre.legvander(2.0 * unit - 1.0, highest)
+
+    return _in_groups(at, group, block)
 
 
 def relaxations(at: Floats, group: Ints, most: int, samples_each: int) -> Floats:
     """A level, then exponential approaches and a slope in each group (sample, column), one for so many samples."""
+
+    def block(unit: Floats) -> Floats:
+        shapes = [np.ones_like(unit), np.exp(-unit / 0.15), unit, np.exp(-unit / 0.05), np.exp(-unit / 0.4)]
+        return np.stack(shapes[: min(most, 1 + len(unit) // samples_each)], axis=1)
+
+    return _in_groups(at, group, block)
+
+
+def _in_groups(at: Floats, group: Ints, block: Callable[[Floats], Floats]) -> Floats:
+    """Columns of each group, zero in the others (sample, column), of places in it from 0 to 1 (sample of it,)."""
     columns = []
     for number in np.unique(group):
         here = group == number
-        unit = (at[here] - at[here].min()) / max(float(np.ptp(at[here])), 1e-300)
-        shapes = [np.ones_like(unit), np.exp(-unit / 0.15), unit, np.exp(-unit / 0.05), np.exp(-unit / 0.4)]
-        block = np.zeros((len(at), min(most, 1 + int(here.sum()) // samples_each)))
-        block[here] = np.stack(shapes[: block.shape[1]], axis=1)
-        columns.append(block)
+        own = block((at[here] - at[here].min()) / max(float(np.ptp(at[here])), 1e-300))
+        columns.append(np.zeros((len(at), own.shape[1])))
+        columns[-1][here] = own
     return np.concatenate(columns, axis=1)
 
 
