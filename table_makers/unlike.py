@@ -111,19 +111,26 @@ def _at_ratio(ratio: float, poisson: float, nodes: Nodes) -> Floats:
     grids = _GRIDS if ratio else _STRIP_GRIDS
     coarse, fine = (_on_grid(_Patch(ratio, poisson, n), nodes) for n in grids)
     whole = _Patch(ratio, poisson, _SUM[bool(ratio)])
-    full = np.array([whole.full_slip(angle) for angle in nodes.angles])
+    angles = _angles(nodes)
+    full = np.array([whole.full_slip(angle) for angle in angles])
     values = np.concatenate([2.0 * fine - coarse, full[None]])
-    values[..., 0] = (values[..., 0] - np.cos(nodes.angles)) / np.sin(nodes.angles)
+    values[..., 0] = (values[..., 0] - np.cos(angles)) / np.sin(angles)
     return values
+
+
+def _angles(nodes: Nodes) -> Floats:
+    """Angles of (X, B) from X at the nodes, which leave out the ends."""
+    return np.asarray(((np.arange(nodes.angle_count) + 0.5) / nodes.angle_count - 0.5) * np.pi)
 
 
 def _on_grid(patch: _Patch, nodes: Nodes) -> Floats:
     """Quotients of force and work but for full slip, (size, angle, 2)."""
-    linear = [patch.forces(1.0, angle, _STICKS) for angle in nodes.angles]
+    angles = _angles(nodes)
+    linear = [patch.forces(1.0, angle, _STICKS) for angle in angles]
     inner = []
     for size in nodes.sizes[1:-1]:
         alone = patch.forces(size, 0.0)[0]
-        inner.append([patch.forces(size, angle) / alone for angle in nodes.angles])
+        inner.append([patch.forces(size, angle) / alone for angle in angles])
     return np.array([linear, *inner])
 
 

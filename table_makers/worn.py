@@ -13,13 +13,14 @@ from pathlib import Path
 
 import numpy as np
 
+from table_makers.strips import semi_width, solve_strips
 from twindisc_cli.model import worn
 from twindisc_cli.model.experiment import Disc, Floats, Rig
 from twindisc_cli.model.integration import Setup, integrate
 from twindisc_cli.model.wear_path import grid
 from twindisc_cli.physics.half_space import rolling
 from twindisc_cli.physics.half_space.normal import NormalContact, solve_gap
-from twindisc_cli.physics.half_space.strips import StripContact, equivalent_ellipse, solve_strips
+from twindisc_cli.physics.half_space.strips import StripContact, equivalent_ellipse
 
 RATIOS = (0.08, 0.2, 0.5, 1.0, 2.0, 5.0)
 SECTIONS = (0.3, 1.0, 3.0, 10.0, 30.0)
@@ -109,7 +110,7 @@ def against_ellipse(rig: Rig, contact: StripContact, gap: Floats) -> Floats:
     from scipy.interpolate import CubicSpline
 
     a, b = (float(axis) for axis in equivalent_ellipse(contact))
-    along, across = float(contact.half_length.max()), float(contact.semi_width)
+    along, across = float(contact.half_length.max()), float(semi_width(contact))
     track = Profile(rig, CubicSpline(contact.y, gap), 1.02 * along, 1.01 * across + 0.5 * contact.strip_width)
     round_rig = rig_of(a / b)
     along, across = float(round_rig.patch.a), float(round_rig.patch.b)

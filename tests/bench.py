@@ -98,8 +98,8 @@ def worst(pairs: Any) -> float:
 def line_contact() -> Iterator[Row]:
     from scipy.optimize import brentq
 
+    from table_makers.strips import solve_strips
     from twindisc_cli.physics import exact, fastrip, hertz, line_contact
-    from twindisc_cli.physics.half_space.strips import solve_strips
 
     xi = np.linspace(0.0, 3.0, 301)
     carter = 1.0 - (1.0 - np.minimum(0.5 * xi, 1.0)) ** 2
@@ -624,23 +624,23 @@ def closed_forms() -> Iterator[Row]:
 def worn_profile() -> Iterator[Row]:
     from test_strips import HERTZ, RIG, worn_gap
 
+    from table_makers.strips import semi_width, solve_strips
     from twindisc_cli.physics.half_space import rolling
     from twindisc_cli.physics.half_space.normal import solve_profile
-    from twindisc_cli.physics.half_space.strips import solve_strips
 
     y = np.linspace(-0.6e-3, 0.6e-3, 256)
     strips = solve_strips(y=y, gap=worn_gap(y), **RIG)
     full = solve_profile(y=y, gap=worn_gap(y), **RIG)
     for name, peak, width, area in (
-        ("strips", strips.peak_pressure, strips.semi_width, strips.area),
-        ("full", full.pressure.max(), full.semi_width, full.area),
+        ("strips", strips.peak_pressure, semi_width(strips), strips.area),
+        ("full", full.pressure.max(), semi_width(full), full.area),
     ):
         pairs = ((peak, 723.2e6), (width, 0.355e-3), (area, 0.173937e-6))
         yield at_most(f"worn flat, {name}: peak, half-width, area", worst(pairs) * 100.0, 1.0, "%")
     ratio, _ = rolling.limit(*[worn_traction(fineness) for fineness in (1, 2)])
     yield at_most(f"worn flat, T/N {float(ratio):.4f} at 0.2 % against 0.3738", abs(float(ratio) - 0.3738), 0.003)
     sphere = solve_strips(y=y, gap=y**2 / 60e-3, **RIG)
-    found = (sphere.half_length.max(), sphere.semi_width, sphere.peak_pressure)
+    found = (sphere.half_length.max(), semi_width(sphere), sphere.peak_pressure)
     yield at_most("sphere by strips against Hertz: a, b, p0", worst(zip(found, HERTZ, strict=False)) * 100.0, 0.5, "%")
 
 
@@ -709,9 +709,10 @@ def worn_track(model: Any, found: Any) -> tuple[np.ndarray, np.ndarray]:
     from test_worn import CREEPAGE, at_the_end
 
     from table_makers import worn as making
+    from table_makers.strips import solve_strips
     from twindisc_cli.model import worn
     from twindisc_cli.physics import exact, kalker
-    from twindisc_cli.physics.half_space.strips import equivalent_ellipse, solve_strips
+    from twindisc_cli.physics.half_space.strips import equivalent_ellipse
 
     rig, known, path = model.experiment.rig, at_the_end(model, found)[0], found.paths.paths[0]
     y, depth = path.y, found.paths.at(lambda other: np.array([np.interp(path.y, other.y, d) for d in other.depth]),
@@ -734,7 +735,7 @@ def worn_track(model: Any, found: Any) -> tuple[np.ndarray, np.ndarray]:
 def contact_speed() -> Iterator[Row]:
     from test_strips import RIG, worn_gap
 
-    from twindisc_cli.physics.half_space.strips import solve_strips
+    from table_makers.strips import solve_strips
 
     limits, seconds = {60: 0.06, 120: 0.25, 240: 1.3}, {}
     rolled(20, creepage_x=0.002)

@@ -246,10 +246,11 @@ def solved_track(rig: Rig, y: Floats, gap: Floats, mu: float, creepage: Floats) 
     """T/N of a profile by the solver, its difference from the equivalent ellipse added to the ellipse's law."""
     from scipy.interpolate import CubicSpline
 
+    from table_makers.strips import solve_strips
     from table_makers.worn import Profile, rig_of
     from twindisc_cli.physics import exact, kalker
     from twindisc_cli.physics.half_space import rolling
-    from twindisc_cli.physics.half_space.strips import equivalent_ellipse, solve_strips
+    from twindisc_cli.physics.half_space.strips import equivalent_ellipse
 
     given = {"curvature_x": rig.curvature_x, "normal_load": rig.normal_load, "effective_modulus": rig.effective_modulus}
     strips = solve_strips(y=y, gap=gap, relative_accuracy=1e-4, **given)

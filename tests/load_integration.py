@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from table_makers.strips import solve_strips
 from twindisc_cli.model.experiment import Contact, Rig
 from twindisc_cli.model.traction_law import creep_stiffness, traction_law
 from twindisc_cli.physics import hertz
 from twindisc_cli.physics.best_circle import fit_curvature
-from twindisc_cli.physics.half_space.strips import StripContact, equivalent_ellipse, solve_strips
+from twindisc_cli.physics.half_space.strips import StripContact, equivalent_ellipse
 
 Floats = NDArray[np.float64]
 

@@ -244,15 +244,6 @@ def test_stick_fraction_of_the_closed_form():
     assert found.stick_fraction == pytest.approx(stuck, abs=2e-3)
 
 
-def test_elliptic_bound_carries_the_same_load_and_saturates_later():
-    parabolic = fastsim.solve(RIG, creepage_x=[0.002, 0.05], speed=SPEED, nx=200, ny=200)
-    elliptic = fastsim.solve(RIG, creepage_x=[0.002, 0.05], speed=SPEED, nx=200, ny=200, bound="elliptic")
-    assert elliptic.force_x[1] == pytest.approx(43.2, rel=1e-3)
-    # CONTACT rev 2707, FASTSIM with the elliptic bound, 400 x 400, mu = 0.6
-    assert elliptic.force_x[0] / 72.0 == pytest.approx(0.34231997, abs=2e-3)
-    assert parabolic.force_x[0] != pytest.approx(elliptic.force_x[0], rel=1e-3)
-
-
 def test_no_creepage_gives_nothing_and_opposite_creepage_the_opposite():
     still = fastsim.solve(RIG, creepage_x=0.0, speed=SPEED)
     assert (float(still.force_x), float(still.power), still.power_per_length.max()) == (0.0, 0.0, 0.0)

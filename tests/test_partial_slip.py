@@ -7,6 +7,7 @@ import pytest
 from rigs import experiment, history, solve_rolling
 
 from table_makers import worn as making
+from table_makers.strips import semi_width
 from twindisc_cli.model.experiment import Contact, Floats, Options
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.integration import Loaded
@@ -99,7 +100,7 @@ def off(ratio: float, section: float, n: int, xi: Floats) -> tuple[Floats, Float
 
     of = making.rig_of(ratio)
     contact, gap = making.worn_contact(of, max(section, 1e-6) * grid.first_section(of))
-    across = 1.01 * float(contact.semi_width) + 0.5 * contact.strip_width
+    across = 1.01 * float(semi_width(contact)) + 0.5 * contact.strip_width
     track = making.Profile(of, CubicSpline(contact.y, gap), 1.02 * float(contact.half_length.max()), across)
     pressed = track.pressed(n)
     load, power = solved(pressed, of, xi)
@@ -108,7 +109,7 @@ def off(ratio: float, section: float, n: int, xi: Floats) -> tuple[Floats, Float
     found = load * np.array([np.interp(pressed.y, contact.y[on], row[on]) for row in factor])
     found /= found.sum(axis=-1, keepdims=True)
     errors, by_load = (np.abs(p - power) / power.max(axis=-1, keepdims=True) for p in (found, load))
-    inside = np.abs(pressed.y) < OUTERMOST * contact.semi_width
+    inside = np.abs(pressed.y) < OUTERMOST * semi_width(contact)
     return errors[:, inside].max(axis=-1), errors[:, ~inside].max(axis=-1), by_load.max(axis=-1)
 
 

@@ -140,7 +140,7 @@ def polynomials(at: Floats, group: Ints, degree: int, samples_each: int) -> Floa
 
     def block(unit: Floats) -> Floats:
         highest = min(degree, len(unit) // samples_each, len(np.unique(unit)) - 1)
-        return np.polynomial.legendre.legvander(2.0 * unit - 1.0, highest)
+        return np.asarray(np.polynomial.legendre.legvander(2.0 * unit - 1.0, highest), dtype=float)
 
     return _in_groups(at, group, block)
 

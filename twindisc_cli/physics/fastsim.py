@@ -31,14 +31,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from twindisc_cli.physics._arrays import Floats, together
 
-Bound = Literal["parabolic", "elliptic"]
 Rates = tuple[Floats, ...]
 """(rx, ry, sx, sy), each (point,): d tx/ds = rx - sx y, d ty/ds = ry + sy x on the unit disc."""
 
@@ -122,13 +120,13 @@ def unsaturation(fraction: ArrayLike) -> Floats:
 
 
 def march(
-    rates: Rates, *, y: Floats, nx: int, bound: Bound = "parabolic", sliding: Rates | None = None
+    rates: Rates, *, y: Floats, nx: int, sliding: Rates | None = None
 ) -> Iterator[tuple[Floats, Floats, Floats, Floats]]:
     """March the unit disc at the given rates; in cells behind one that slides at the rates `sliding`, if given.
 
     Strips at y (strip,) are cut into nx cells; tractions live at the cells' centres and may not exceed
-    1 - x^2 - y^2 (parabolic) or 3/4 sqrt(1 - x^2 - y^2) (elliptic). Yields, cell by cell from the leading edge,
-    x (strip,), tx, ty and the factor by which the bound cut them, 1 where they stick (point, strip); views, reused.
+    1 - x^2 - y^2. Yields, cell by cell from the leading edge, x (strip,), tx, ty and the factor by which that bound cut
+    them, 1 where they stick (point, strip); views, reused.
     """
     half_length = np.sqrt(1.0 - y**2)
     tx, ty, cut, scratch, slides = (np.zeros((rates[0].size, y.size)) for _ in range(5))
@@ -144,8 +142,6 @@ def march(
                 traction += scratch
         x = half_length * (1.0 - (2 * cell + 1) / nx)
         limit = half_length**2 - x**2
-        if bound == "elliptic":
-            limit = 0.75 * np.sqrt(limit)
         np.multiply(tx, tx, out=cut)
         np.multiply(ty, ty, out=scratch)
         cut += scratch
@@ -181,7 +177,6 @@ def solve(
     speed: ArrayLike,
     nx: int = 50,
     ny: int = 50,
-    bound: Bound = "parabolic",
 ) -> Solution:
     """Forces, moment and dissipated power of every operating point.
 
@@ -190,7 +185,7 @@ def solve(
     """
     drive = _Drive.of(patch, creepage_x=creepage_x, creepage_y=creepage_y, spin=spin, speed=speed)
     chunks = [
-        _solve_points(drive.points(slice(first, first + _TOGETHER)), nx=nx, ny=ny, bound=bound)
+        _solve_points(drive.points(slice(first, first + _TOGETHER)), nx=nx, ny=ny)
         for first in range(0, drive.a.size, _TOGETHER)
     ]
     fx, fy, mz, stick, power, y, power_per_length = (np.concatenate(parts) for parts in zip(*chunks, strict=True))
@@ -215,18 +210,15 @@ def fields(
     speed: ArrayLike,
     nx: int = 50,
     ny: int = 50,
-    bound: Bound = "parabolic",
 ) -> Fields:
     """Tractions and slip over the patch of every operating point; arguments as for `solve`."""
     drive = _Drive.of(patch, creepage_x=creepage_x, creepage_y=creepage_y, spin=spin, speed=speed)
-    solution = solve(
-        patch, creepage_x=creepage_x, creepage_y=creepage_y, spin=spin, speed=speed, nx=nx, ny=ny, bound=bound
-    )
+    solution = solve(patch, creepage_x=creepage_x, creepage_y=creepage_y, spin=spin, speed=speed, nx=nx, ny=ny)
     y = _strips(ny)
     step = 2.0 * np.sqrt(1.0 - y**2) / nx
     cells = [
         (np.broadcast_to(x, tx.shape), tx.copy(), ty.copy(), cut.copy())
-        for x, tx, ty, cut in march(drive.rates, y=y, nx=nx, bound=bound, sliding=drive.sliding)
+        for x, tx, ty, cut in march(drive.rates, y=y, nx=nx, sliding=drive.sliding)
     ]
     x, tx, ty, cut = (np.stack(parts, axis=1) for parts in zip(*cells, strict=True))
     undone = (1.0 / cut - 1.0) / step  # what the bound takes away of a traction, per length of the strip
@@ -300,14 +292,14 @@ def _strips(ny: int) -> Floats:
     return (2.0 * np.arange(ny) + 1.0) / ny - 1.0
 
 
-def _solve_points(drive: _Drive, *, nx: int, ny: int, bound: Bound) -> tuple[Floats, ...]:
+def _solve_points(drive: _Drive, *, nx: int, ny: int) -> tuple[Floats, ...]:
     """Force x, y, moment, stick fraction, power (point,), y and power per length (point, strip) of a few points."""
     y = _strips(ny)
     half_length = np.sqrt(1.0 - y**2)
     rx, ry, sx, sy = (r[:, None] for r in drive.rates)
     sum_x, sum_y, sums_of_y = (np.zeros((drive.a.size, ny)) for _ in range(3))
     slides = np.zeros((drive.a.size, ny), dtype=np.uint16)
-    for _, tx, ty, cut in march(drive.rates, y=y, nx=nx, bound=bound, sliding=drive.sliding):
+    for _, tx, ty, cut in march(drive.rates, y=y, nx=nx, sliding=drive.sliding):
         sum_x += tx
         sum_y += ty
         sums_of_y += sum_y

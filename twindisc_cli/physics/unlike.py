@@ -28,7 +28,7 @@ from 0.07 to 10. With lateral creepage or spin too (`acting`) T/(mu N) is up to 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache, cached_property, lru_cache
+from functools import cache, lru_cache
 from importlib.resources import files
 
 import numpy as np
@@ -51,11 +51,6 @@ class Nodes(_drive_table.Nodes):
     """The nodes of the table, uniform in the angle, whose ends they leave out."""
 
     angle_count: int
-
-    @cached_property
-    def angles(self) -> Floats:
-        """Angle of (X, B) from X."""
-        return np.asarray(((np.arange(self.angle_count) + 0.5) / self.angle_count - 0.5) * np.pi)
 
 
 FINE, COARSE = Nodes(RATIO_RANGE, 9, 15, 48), Nodes(RATIO_RANGE, 5, 15, 24)

@@ -104,12 +104,6 @@ class NormalContact:
         step = self.element_size[1]
         return float(self.y[first] - half - step * left[first]), float(self.y[last] + half + step * right[last])
 
-    @property
-    def semi_width(self) -> float:
-        """Half the distance between the outer edges across [m]."""
-        first, last = self.extent
-        return 0.5 * (last - first)
-
 
 def solve_profile(
     *,

@@ -56,14 +56,9 @@ FEWEST_STRIPS = 8  # of a track
 _MOST_ITERATIONS = 80  # of pressure and strips in contact, at the most
 # Winkler stiffness of the first guess over E*: the value that makes it exact for a Hertz ellipse with a/b near 0.6.
 _FIRST_STIFFNESS = 1.45  # line load over E* and approach of a strip: between a disc and a line
-# Load of a strip that has just entered, over the largest.
 _ENTRY_LOAD = 1e-3  # of the largest: a strip that comes into contact begins with so little
-# What a strip that has entered or left may yet change in the load, over the largest.
 _ENTRY_CHANGE = 1e-2  # so that no step ends in which strips came or went
-# A strip right at the edge may pull once loaded and overlap once unloaded. After leaving n times it enters again at
-# this overlap times 4^n, over the largest deflection.
 _REENTRY_OVERLAP = 5e-5  # forgiven to a strip that left, times four each time it does: it ends coming and going
-# Strips squared times cases that are solved together: keeps the matrices in the processor's cache.
 _CHUNK = 40_000  # elements of an influence matrix at a time: they stay in the processor's cache
 
 
@@ -111,12 +106,6 @@ class StripContact:
     def extent(self) -> tuple[Array, Array]:
         """Outer edges of the patch [m], each of shape (...), found between the strips."""
         return -_outer_edge(-self.y[::-1], self.line_load[..., ::-1]), _outer_edge(self.y, self.line_load)
-
-    @property
-    def semi_width(self) -> Array:
-        """Half the distance between the outer edges [m], shape (...)."""
-        first, last = self.extent
-        return 0.5 * (last - first)
 
 
 @dataclass(frozen=True)
@@ -181,48 +170,6 @@ class _State:
         return np.where(self.loaded, np.sqrt(2.0 * self.load / (np.pi * self.slope)), 0.0)
 
 
-def solve_strips(
-    *,
-    y: Array,
-    gap: Array,
-    curvature_x: ArrayLike,
-    normal_load: ArrayLike,
-    effective_modulus: ArrayLike,
-    compliance: Array | None = None,
-    start: StripContact | None = None,
-    relative_accuracy: float = 1e-3,
-) -> StripContact:
-    """Find line load and half-length of every strip, and the approach.
-
-    y                  centres of the strips [m], uniform and ascending, shape (strip,)
-    gap                undeformed distance of the profiles on x = 0 [m], shape (..., strip)
-    curvature_x        1/R_1 + 1/R_2 in the rolling direction [1/m], shape (...)
-    normal_load        N [N], shape (...)
-    effective_modulus  E* [Pa], shape (...)
-    compliance         growth of the gap at strip i per line load at strip j [m2/N], shape (..., strip, strip)
-    start              an earlier solution of the same shape, close to this one
-    relative_accuracy  of the iteration, in the line load over its largest value; the strips' own width comes on top
-
-    A gap that is its own mirror image is solved on one side.
-    """
-    y, gap = np.asarray(y, dtype=float), np.asarray(gap, dtype=float)
-    fold = compliance is None and start is None and _is_symmetric(y, gap)
-    side = slice(y.size // 2 if fold else 0, None)
-    stacked = () if compliance is None else np.shape(compliance)[:-2]
-    strips = Strips.of(
-        y=y[side],
-        cases=np.broadcast_shapes(gap.shape[:-1], stacked),
-        curvature_x=curvature_x,
-        normal_load=normal_load,
-        effective_modulus=effective_modulus,
-        mirrored=fold,
-    )
-    one = strips.pressed(gap[..., side], compliance=compliance, start=start, relative_accuracy=relative_accuracy)
-    if not fold:
-        return one
-    return replace(one, y=y, half_length=_unfolded(one.half_length, y), line_load=_unfolded(one.line_load, y))
-
-
 @dataclass(frozen=True)
 class Strips:
     """Strips and what presses on them, for one gap after another.
@@ -248,8 +195,9 @@ class Strips:
         effective_modulus: ArrayLike,
         mirrored: bool = False,
     ) -> Strips:
-        """Checked, and for as many cases as any of the numbers has; symbols as in `solve_strips`.
+        """Checked, and for as many cases as any of the numbers has.
 
+        curvature_x: 1/R_1 + 1/R_2 in the rolling direction [1/m]; normal_load N [N]; effective_modulus E* [Pa].
         mirrored: y starts at 0, or half a strip beside it, and gap and compliance hold for the mirror image as well; so
         does what is found.
         """
@@ -274,7 +222,13 @@ class Strips:
         start: StripContact | None = None,
         relative_accuracy: float = 1e-3,
     ) -> StripContact:
-        """The contact over a gap; symbols as in `solve_strips`."""
+        """Line load and half-length of every strip, and the approach.
+
+        gap                undeformed distance of the profiles on x = 0 [m], shape (..., strip)
+        compliance         growth of the gap at strip i per line load at strip j [m2/N], shape (..., strip, strip)
+        start              an earlier solution of the same shape, close to this one
+        relative_accuracy  of the iteration, in the line load over its largest; the strips' own width comes on top
+        """
         problem = self._given(gap, compliance)
         chunk = max(1, _CHUNK // max(64, self.y.size // 2) ** 2)
         solved = []
@@ -303,19 +257,6 @@ class Strips:
             compliance = np.broadcast_to(compliance, (*self.cases, count, count)).reshape(-1, count, count)
         gap = np.broadcast_to(gap, (*self.cases, count)).reshape(-1, count)
         return _Problem(self.y, gap, self.curvature, self.load, self.modulus, compliance, self.mirrored)
-
-
-def _is_symmetric(y: Array, gap: Array) -> bool:
-    """Whether places and gap are their own mirror images, to rounding."""
-    if y.ndim != 1 or y.size < 2 * FEWEST_STRIPS or gap.shape[-1:] != y.shape or not np.isfinite(gap).all():
-        return False
-    places, gaps = (np.abs(one - other).max() for one, other in ((y, -y[::-1]), (gap, gap[..., ::-1])))
-    return bool(places < 1e-9 * np.ptp(y) and gaps <= 1e-12 * np.ptp(gap))
-
-
-def _unfolded(values: Array, y: Array) -> Array:
-    """Both sides of the strips y from one, (..., strip); an odd one in the middle is no twin."""
-    return np.concatenate([values[..., y.size % 2 :][..., ::-1], values], axis=-1)
 
 
 def equivalent_ellipse(contact: StripContact) -> tuple[Array, Array]:
