@@ -31,7 +31,7 @@ from table_makers.rolling import centres
 from twindisc_cli.physics import kalker, spin
 from twindisc_cli.physics._arrays import Floats
 from twindisc_cli.physics._drive_table import POISSON
-from twindisc_cli.physics._even_grid import local_cubic, polynomials, through
+from twindisc_cli.physics._even_grid import cubic_weights, polynomials, through
 from twindisc_cli.physics.half_space import rolling
 from twindisc_cli.physics.spin import COARSE, FINE, RATIO_RANGE, Nodes
 
@@ -209,7 +209,7 @@ def _finer_in_psi(solved: Floats, sideways: Floats) -> Floats:
 
 def _finer_in_size(solved: Floats, begun: Floats) -> Floats:
     """The same at twice as many sizes: solved in the steep rows where slip begins, else by cubics."""
-    onto = local_cubic(FINE.rho * (SOLVED.rho_count - 1), SOLVED.rho_count)
+    onto = cubic_weights(np.arange(float(SOLVED.rho_count)), FINE.rho * (SOLVED.rho_count - 1))
     finer = np.moveaxis(np.tensordot(onto, solved, axes=(1, 1)), 0, 1)
     off = begun - finer[:, _BEGUN, -_STEEP:, ::2]
     finer[:, _BEGUN, -_STEEP:] += _psi_at(off, np.broadcast_to(FINE.psi, (*off.shape[:2], FINE.psi_count)))

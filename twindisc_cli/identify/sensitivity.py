@@ -107,7 +107,7 @@ def _changed(test: Experiment) -> Iterator[tuple[str, Experiment]]:
     rig, history = test.rig, test.history
     for share in (-1.0, 1.0):
         for what, name, size in DISC:
-            yield f"{what} {100.0 * share * size:+.0f} %", replace(test, rig=_discs(rig, name, 1.0 + share * size))
+            yield f"{what} {100.0 * share * size:+.0f} %", replace(test, rig=rig.with_discs(name, 1.0 + share * size))
         pressed = replace(rig, normal_load=rig.normal_load * (1.0 + share * LOAD))
         yield f"load {100.0 * share * LOAD:+.0f} %", replace(test, rig=pressed)
         traction = test.measured.traction
@@ -122,12 +122,6 @@ def _changed(test: Experiment) -> Iterator[tuple[str, Experiment]]:
         yield "both discs wear equally", replace(test, effects={**test.effects, "wear_partition": {"disc1_share": 0.5}})
     if test.options.contact == "hertz" and "half_space_contact" not in test.effects:
         yield "half-space contact", replace(test, options=replace(test.options, contact="half_space"))
-
-
-def _discs(rig: Rig, name: str, factor: float) -> Rig:
-    """A rig of which both discs have a quantity changed by a factor."""
-    one, two = (replace(disc, **{name: getattr(disc, name) * factor}) for disc in (rig.disc1, rig.disc2))
-    return replace(rig, disc1=one, disc2=two)
 
 
 # ------------------------------------------------------------------------------------------- the rule of the circle

@@ -456,23 +456,27 @@ class Problem:
 
     def _off_track(self, theta: Floats, predictions: Sequence[Prediction]) -> Floats:
         """White prediction (sample,) with a worn track that rolls a little softer, the nearer it is to a rectangle."""
-        trial = {**self.trial, "worn track": catalogue()["third_body_layer"]}
-        results = []
-        for i, (case, prediction) in enumerate(zip(self.cases, predictions, strict=True)):
+        extra = []
+        for prediction in predictions:
             state = prediction.state
             square = prediction.paths.patch(prediction.section, state.normal_load / state.nominal_load).square
-            terms = {**self.terms_of(theta), "worn track": {"slope_ratio": 1.0 - TOLERANCES.worn_slope * square}}
-            own = self.acting(i, terms, trial)
-            results.append(case.model.predict(self.base_of(i, theta[None]), own, trial, integrated=self._tracks[i]))
-        return np.asarray(self.white(results)[0])
+            extra.append({"slope_ratio": 1.0 - TOLERANCES.worn_slope * square})
+        return self._with_each(theta, "worn track", extra, {"worn track": catalogue()["third_body_layer"]})
 
     def _with_slight(self, theta: Floats, name: str, key: str, size: float) -> Floats:
         """White prediction (sample,) with a small size of an effect."""
+        return self._with_each(theta, name, [_slightly(case.test, name, key, size) for case in self.cases])
+
+    def _with_each(
+        self, theta: Floats, name: str, own: Sequence[dict[str, Floats]], trial: Mapping[str, Effect] | None = None
+    ) -> Floats:
+        """White prediction (sample,) with an effect of which each test has parameters of its own."""
+        every = {**self.trial, **(trial or {})}
         predictions = [
             case.model.predict(
                 self.base_of(i, theta[None]),
-                self.acting(i, {**self.terms_of(theta), name: _slightly(case.test, name, key, size)}, {}),
-                self.trial,
+                self.acting(i, {**self.terms_of(theta), name: own[i]}, every),
+                every,
                 integrated=self._tracks[i],
             )
             for i, case in enumerate(self.cases)
@@ -523,7 +527,7 @@ class Problem:
             replace(
                 case.test,
                 options=replace(case.test.options, contact="hertz"),
-                rig=case.test.rig if off is None else _off(case.test.rig, off, case.test),
+                rig=case.test.rig if off is None else _off(case.test, off),
             )
             for case in self.cases
         ]
@@ -537,14 +541,9 @@ def problem_of(tests: Sequence[Experiment]) -> Problem:
     return Problem(cases, tuple(c for c in channels() if any(c in case.noise for case in cases)))
 
 
-def _off(rig: Rig, name: str, test: Experiment) -> Rig:
-    """A rig with one quantity of both discs off by its standard deviation."""
-    share = 1.0 + test.tolerances.get(name, getattr(TOLERANCES, name))
-    return replace(
-        rig,
-        disc1=replace(rig.disc1, **{name: getattr(rig.disc1, name) * share}),
-        disc2=replace(rig.disc2, **{name: getattr(rig.disc2, name) * share}),
-    )
+def _off(test: Experiment, name: str) -> Rig:
+    """The rig of a test with one quantity of both discs off by its standard deviation."""
+    return test.rig.with_discs(name, 1.0 + test.tolerances.get(name, getattr(TOLERANCES, name)))
 
 
 def known_sensors(test: Experiment) -> tuple[tuple[str, str, float], ...]:

@@ -119,6 +119,11 @@ class Rig:
         one, two = ((1.0 - 2.0 * d.poisson_ratio) / d.shear_modulus for d in (self.disc1, self.disc2))
         return 0.25 * self.effective_modulus * (one - two)
 
+    def with_discs(self, name: str, factor: float) -> Rig:
+        """The rig with a quantity of both discs changed by a factor."""
+        one, two = (replace(disc, **{name: getattr(disc, name) * factor}) for disc in (self.disc1, self.disc2))
+        return replace(self, disc1=one, disc2=two)
+
     @cached_property
     def patch(self) -> hertz.Ellipse | line_contact.Strip:
         """Hertz's patch of the unworn discs: an ellipse, or a strip as wide as the narrower disc.

@@ -14,10 +14,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from twindisc_cli.model.experiment import Contact, Floats, Ints
-from twindisc_cli.model.interpolation import cubic_weights
 from twindisc_cli.model.path_table import WANDERS
 from twindisc_cli.model.wear_path import CarriedPath, Scaled, WearPath
 from twindisc_cli.physics import third_body
+from twindisc_cli.physics._even_grid import cubic_weights
 
 
 @dataclass(frozen=True)

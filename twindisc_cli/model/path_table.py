@@ -24,12 +24,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
 
 import numpy as np
 
 from twindisc_cli.model.experiment import Contact, Floats
-from twindisc_cli.model.interpolation import cubic_weights
+from twindisc_cli.physics._arrays import stored
+from twindisc_cli.physics._even_grid import cubic_weights
 
 WANDERS = np.array([0.0, 0.15, 0.3, 0.5, 0.75, 1.0, 1.5, 2.2])
 """Wanders over the half-width of the unworn patch."""
@@ -118,7 +118,5 @@ def _shares(half_width: Floats, departure: Floats, y: Floats) -> Floats:
 @cache
 def _table(contact: Contact) -> dict[str, Floats]:
     """values (wander, ratio, node, number), modes (mode, ETA), spread (creepage, place), places (mode, ...)."""
-    name = f"paths_{contact}.npz"
-    with (files("twindisc_cli.model") / name).open("rb") as stream, np.load(stream) as data:
-        known = {key: np.asarray(data[key], dtype=float) for key in data.files}
+    known = stored("twindisc_cli.model", f"paths_{contact}.npz")
     return {**known, "values": known["step"] * known["codes"]}

@@ -21,11 +21,11 @@ same factor, which is up to 1.4 % off there. On new discs with grooves T/(mu N) 
 from __future__ import annotations
 
 from functools import cache
-from importlib.resources import files
 
 import numpy as np
 
 from twindisc_cli.model.experiment import Floats
+from twindisc_cli.physics._arrays import stored
 
 ELLIPSE = 27.0 * np.pi**2 / 256.0
 """<h^3> <h> / <h^2>^2 of an ellipse."""
@@ -62,5 +62,4 @@ def departure(xi: Floats, ratio: Floats, square: Floats) -> Floats:
 @cache
 def _table() -> dict[str, Floats]:
     """stiffening (2,), departure (creepage,), by_ratio: polynomial over ln a/b, ratios: the least and the greatest."""
-    with (files("twindisc_cli.model") / "worn.npz").open("rb") as stream, np.load(stream) as data:
-        return {name: np.asarray(data[name], dtype=float) for name in data.files}
+    return stored("twindisc_cli.model", "worn.npz")

@@ -37,11 +37,19 @@ def through(at_nodes: Floats, at_points: Floats) -> Floats:
     return np.asarray(at_points @ np.linalg.inv(at_nodes))
 
 
-def local_cubic(at: Floats, count: int) -> Floats:
-    """Cubic interpolation through the four nearest of the nodes 0 ... count - 1, (point, node)."""
-    first = np.clip(np.floor(at).astype(np.intp) - 1, 0, count - 4)
-    weights = np.zeros((at.size, count))
-    for i in range(4):
-        others = [j for j in range(4) if j != i]
-        weights[np.arange(at.size), first + i] = np.prod([(at - first - j) / (i - j) for j in others], axis=0)
+def cubic_weights(nodes: Floats, at: Floats) -> Floats:
+    """Weights (..., node) of the four nodes (node,) around places (...); a node itself gets weight one."""
+    first = np.clip(np.searchsorted(nodes, at) - 2, 0, len(nodes) - 4)
+    near = first[..., None] + np.arange(4)
+    known = nodes[near]
+    weights = np.zeros((*np.shape(at), len(nodes)))
+    own = np.stack(
+        [
+            np.prod([(at - known[..., j]) / (known[..., i] - known[..., j]) for j in range(4) if j != i], axis=0)
+            for i in range(4)
+        ],
+        axis=-1,
+    )
+    np.put_along_axis(weights, near, own, axis=-1)
+    weights[np.abs(weights) < 1e-14] = 0.0
     return weights

@@ -29,13 +29,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import elliprf
 
-from twindisc_cli.physics._arrays import Floats, arrays
+from twindisc_cli.physics._arrays import Floats, arrays, stored
 
 FAST, SLOW = (2.1883066738, 1.1990761641), (1.0, 0.75)
 """G and S of an ellipse: of the largest rise and of the mean."""
@@ -124,8 +123,7 @@ def _correction(kind: int, ratio: Floats, fast: Floats, slow: Floats) -> Floats:
 @cache
 def _table() -> Floats:
     """- ln c of the largest rise and of the mean, (2, a/b, limits' ratio), with 0 at both ends."""
-    with (files("twindisc_cli.physics") / "flash.npz").open("rb") as stream, np.load(stream) as data:
-        return np.pad(np.asarray(data["correction"], dtype=float), ((0, 0), (0, 0), (1, 1)))
+    return np.pad(stored("twindisc_cli.physics", "flash.npz")["correction"], ((0, 0), (0, 0), (1, 1)))
 
 
 def _joined(fast: Floats, slow: Floats) -> Floats:

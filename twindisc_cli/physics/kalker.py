@@ -24,12 +24,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
 
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
 
+from twindisc_cli.physics._arrays import stored
 from twindisc_cli.physics.half_space import OutOfRangeError
 
 Floats = NDArray[np.float64]
@@ -98,6 +98,4 @@ def require(name: str, values: Floats, bounds: tuple[float, float]) -> None:
 @cache
 def _table() -> Floats:
     """Chebyshev coefficients of log C over (log a/b, nu), (degree a/b, degree nu, 4)."""
-    with (files("twindisc_cli.physics") / "kalker.npz").open("rb") as stream, np.load(stream) as data:
-        table: Floats = data["chebyshev"]
-    return table
+    return stored("twindisc_cli.physics", "kalker.npz")["chebyshev"]

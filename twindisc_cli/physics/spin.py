@@ -25,15 +25,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
-from importlib.resources import files
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from twindisc_cli.physics import _drive_table
-from twindisc_cli.physics._arrays import Floats, arrays, together
+from twindisc_cli.physics._arrays import Floats, arrays, stored, together
 from twindisc_cli.physics._drive_table import away_from_middle, place_of_ratio, place_of_size
-from twindisc_cli.physics._even_grid import local_cubic, polynomials, read, through
+from twindisc_cli.physics._even_grid import cubic_weights, polynomials, read, through
 from twindisc_cli.physics.kalker import POISSON_RANGE, require, require_ratio
 
 RATIO_RANGE = (0.05, 5.0)  # of semi-axes in the table
@@ -118,7 +117,7 @@ def _refined(values: Floats, nodes: Nodes) -> Floats:
     turns = np.arange(nodes.theta_count)
     onto = [
         through(polynomials(nodes.unit, nodes.ratio_count), polynomials(2.0 * ratio - 1.0, nodes.ratio_count)),
-        local_cubic(rho * (nodes.rho_count - 1), nodes.rho_count),
+        cubic_weights(np.arange(float(nodes.rho_count)), rho * (nodes.rho_count - 1)),
         through(np.cos(2.0 * np.outer(nodes.theta, turns)), np.cos(np.pi * np.outer(theta, turns))),
     ]
     for axis, matrix in enumerate(onto):
@@ -141,5 +140,4 @@ def _harmonics(angle: Floats, count: int, odd: int) -> Floats:
 @cache
 def _table() -> dict[str, Floats]:
     """Departures (a/b, rho, theta, psi, 3) at nu = 0.3 in UNITs; by_poisson, (2, ...), the others less these."""
-    with (files("twindisc_cli.physics") / "spin.npz").open("rb") as stream, np.load(stream) as data:
-        return {name: np.asarray(data[name], dtype=float) for name in data.files}
+    return stored("twindisc_cli.physics", "spin.npz")

@@ -29,15 +29,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from importlib.resources import files
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from twindisc_cli.physics import _drive_table
-from twindisc_cli.physics._arrays import Floats, arrays, together
+from twindisc_cli.physics._arrays import Floats, arrays, stored, together
 from twindisc_cli.physics._drive_table import away_from_middle, place_of_ratio, place_of_size
-from twindisc_cli.physics._even_grid import local_cubic, polynomials, read, through
+from twindisc_cli.physics._even_grid import cubic_weights, polynomials, read, through
 from twindisc_cli.physics.kalker import POISSON_RANGE, RATIO_RANGE, require, require_ratio
 
 UNIT = 2e-4
@@ -153,8 +152,8 @@ def _refined(values: Floats) -> Floats:
     turned = values * [1.0, -1.0]
     around = np.concatenate([turned[..., -_AROUND:, :], values, turned[..., :_AROUND, :]], axis=-2)
     at = np.linspace(0.0, nodes, _EVEN[2]) - 0.5 + _AROUND
-    onto_rho = local_cubic(np.linspace(0.0, count - 1.0, _EVEN[1]), count)
-    onto_angle = local_cubic(at, nodes + 2 * _AROUND)
+    onto_rho = cubic_weights(np.arange(float(count)), np.linspace(0.0, count - 1.0, _EVEN[1]))
+    onto_angle = cubic_weights(np.arange(nodes + 2.0 * _AROUND), at)
     return np.asarray(np.einsum("pr,qa,...rak->...pqk", onto_rho, onto_angle, around, optimize=True))
 
 
@@ -162,5 +161,4 @@ def _refined(values: Floats) -> Floats:
 def _table() -> dict[str, Floats]:
     """Quotients in UNITs: ellipse (a/b, rho, angle, 2) at nu = 0.3; by_poisson, (2, ...), the others less these;
     strip (rho, angle, 2)."""
-    with (files("twindisc_cli.physics") / "unlike.npz").open("rb") as stream, np.load(stream) as data:
-        return {name: np.asarray(data[name], dtype=float) for name in data.files}
+    return stored("twindisc_cli.physics", "unlike.npz")

@@ -36,7 +36,6 @@ FEWEST_ELEMENTS = 8  # across the patch, at the least
 _COARSE, _FINEST = 40, 640
 _MOST_ITERATIONS = 600  # of conjugate gradients, at the most
 _TOLERANCE = 1e-6  # relative change of the pressure
-# Share of the patch that may enter in a step without the conjugate directions being given up.
 _FEW_ENTER = 0.01  # of the elements in contact: the direction is kept
 
 

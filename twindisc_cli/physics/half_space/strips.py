@@ -54,8 +54,7 @@ Mask = NDArray[np.bool_]
 
 FEWEST_STRIPS = 8  # of a track
 _MOST_ITERATIONS = 80  # of pressure and strips in contact, at the most
-# Winkler stiffness of the first guess over E*: the value that makes it exact for a Hertz ellipse with a/b near 0.6.
-_FIRST_STIFFNESS = 1.45  # line load over E* and approach of a strip: between a disc and a line
+_FIRST_STIFFNESS = 1.45  # line load over E* and approach of a strip: exact for a Hertz ellipse with a/b near 0.6
 _ENTRY_LOAD = 1e-3  # of the largest: a strip that comes into contact begins with so little
 _ENTRY_CHANGE = 1e-2  # so that no step ends in which strips came or went
 _REENTRY_OVERLAP = 5e-5  # forgiven to a strip that left, times four each time it does: it ends coming and going
