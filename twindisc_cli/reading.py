@@ -44,24 +44,9 @@ def read_regular(path: Path, *, largest: int = LARGEST) -> bytes:
 
 
 def read_toml(text: str) -> dict[str, Any]:
-    """The tables of a TOML document; RecursionError where they are nested too deeply, before they are read.
+    """The tables of a TOML document; tomllib.TOMLDecodeError where the text is none.
 
-    Parameters
-    ----------
-    text
-        the document
-
-    Returns
-    -------
-    dict
-        its tables, as tomllib reads them
-
-    Raises
-    ------
-    RecursionError
-        where a key has more than 50 parts, or values are nested by the hundred
-    tomllib.TOMLDecodeError
-        where the text is no TOML
+    RecursionError, before it is read, where a key has more than 50 parts or values are nested by the hundred.
     """
     if any(line.count(".") > DEEPEST and _parts(line) > DEEPEST for line in text.split("\n")):
         raise RecursionError

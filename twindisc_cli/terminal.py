@@ -49,13 +49,9 @@ def say_json(value: Mapping[str, Any], *, indent: int | None = 2) -> None:
 
 def plain_line(text: str, *, longest: int = LONGEST_LINE) -> str:
     """A text as one line of bounded length, its control characters escaped."""
-    line = _CONTROL.sub(_escaped, text)
+    line = _CONTROL.sub(lambda match: match[0].encode("unicode_escape").decode("ascii"), text)
     half = (longest - 5) // 2
     return line if len(line) <= longest else f"{line[:half]} ... {line[-half:]}"
-
-
-def _escaped(match: re.Match[str]) -> str:
-    return match[0].encode("unicode_escape").decode("ascii")
 
 
 def _is_utf8(stream: TextIO | None) -> bool:

@@ -94,12 +94,7 @@ def _read(command: str, paths: Sequence[Path], output: Output) -> Iterator[tuple
 def know(folder: Path | None, *, trusting: bool) -> None:
     """The effects of a folder are known from here on, and definitions may name it, or any folder where one trusts them.
 
-    Parameters
-    ----------
-    folder
-        the folder that the command line names, if any
-    trusting
-        whether files in other folders that definitions name may be run
+    folder: which the command line names; trusting: whether files in others that definitions name may be run.
     """
     forget_trust()
     if folder is not None:
@@ -126,7 +121,10 @@ def load_all(paths: Sequence[Path]) -> list[Test]:
 
 def run_effects(name: str | None, as_json: bool) -> int:
     """Tell the catalogue of effects, or one of them. The exit code."""
-    result: Result = _module("effects").run(name)
+    return _told(_module("effects").run(name), as_json)
+
+
+def _told(result: Result, as_json: bool) -> int:
     if as_json:
         tell_json(result.json)
     else:
@@ -140,11 +138,7 @@ def test_effect(path: Path, as_json: bool) -> int:
 
     with progress_bar() as progress:
         result = run(path, progress)
-    if as_json:
-        tell_json(result.json)
-    else:
-        terminal.say(result.summary)
-    return result.exit_code
+    return _told(result, as_json)
 
 
 def write_effect(path: Path, name: str | None, output: Path | None) -> int:

@@ -52,14 +52,8 @@ class Jump:
 def largest_jump(*, creepage: Floats, mu: Floats, disc: Floats, flash: Floats) -> Jump | None:
     """The largest rise of friction from step to step and its possible causes; None where none is that large.
 
-    Parameters
-    ----------
-    creepage, mu
-        Of each step (step,) [1].
-    disc
-        Temperature of the disc at the beginning of each step (step,) [K].
-    flash
-        Greatest flash temperature of each step with its own friction (step,) [K].
+    creepage, mu: of each step [1]; disc: its temperature when the step begins [K]; flash: greatest flash temperature of
+    the step with its own friction [K]; each (step,).
     """
     if len(mu) < FEWEST or not np.all(np.isfinite(mu) & (mu > 0.0)):
         return None

@@ -74,24 +74,9 @@ class Paper:
 
 
 def reproduce(air: Experiment, nitrogen: Experiment, revised: Experiment | None = None) -> Paper:
-    """Run the paper's procedure on its two tests.
+    """Run the paper's procedure on its two tests; DefinitionError where one lacks what the figures need.
 
-    Parameters
-    ----------
-    air, nitrogen
-        The tests, each with traction, profile and a convection.
-    revised
-        A test of which the wear's effects and the K are also tried on both, each with its own friction.
-
-    Returns
-    -------
-    Paper
-        Friction, wear and temperature of both tests.
-
-    Raises
-    ------
-    DefinitionError
-        Where a test lacks what the figures need.
+    revised: a test of which the wear's effects and the K are also tried on both, each with its own friction.
     """
     for test in (air, nitrogen):
         _refuse_what_lacks(test)

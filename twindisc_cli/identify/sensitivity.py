@@ -54,15 +54,7 @@ class Variation:
 def sensitivity(model: ForwardModel, fit: WearFit) -> list[Variation]:
     """How far the K of depth moves with each assumption that the measured profile's test rests on.
 
-    Parameters
-    ----------
-    model, fit
-        A test with a measured profile, and K as found from it.
-
-    Returns
-    -------
-    list of Variation
-        First those of the discs and the history, then of the contact, then the rules of the circle; none of a line.
+    First those of the discs and the history, then of the contact, then the rules of the circle; none of a line.
     """
     test = model.experiment
     if test.rig.is_line:

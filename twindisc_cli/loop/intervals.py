@@ -55,7 +55,9 @@ def _spread(outcome: Outcome, wide: Sequence[Floats], name: str, case: int | Non
     """
     answer, whole = outcome.answer.fit, outcome.judged.estimated
     number = _number(answer, name, case)
-    systematic = whole.covariance @ (whole.jacobian.T @ _imitated(whole))
+    nuisance = whole.problem.nuisance
+    absorbed = np.zeros((len(whole.residual), 1)) if nuisance is None else nuisance.absorbed
+    systematic = whole.covariance @ (whole.jacobian.T @ absorbed)
     only = np.array([float(member.labels == outcome.answer.labels) for member in outcome.members])
     shares = outcome.shares if np.isfinite(outcome.shares).all() else only
     draws, weights = [], []
@@ -80,9 +82,3 @@ def _laws_of(explanation: Explanation, name: str) -> list[str]:
 
 def _number(fitted: Fit, name: str, case: int | None) -> int:
     return [(p.name, p.case) for p in fitted.problem.parameters].index((name, case))
-
-
-def _imitated(fitted: Fit) -> Floats:
-    """What the tolerances do to the samples, as far as base parameters can imitate it (sample, nuisance)."""
-    nuisance = fitted.problem.nuisance
-    return np.zeros((len(fitted.residual), 1)) if nuisance is None else nuisance.absorbed

@@ -96,16 +96,13 @@ def _with(explanation: Explanation, name: str, laws: Mapping[str, Law]) -> tuple
     trial = {name: scaled(laws[name])} if name in laws else {}
     problem = fitted.problem.with_terms(*fitted.terms, name, trial=trial)
     own = [p for p in problem.parameters if p.term == name]
-    starts = [np.array([p.inner(p.start) for p in own])] if trial else _starts(fitted, name)
+    proposed = next((p.starts for p in effects(fitted) if p.name == name), []) if not trial else []
+    starts = [np.array([p.inner(p.start) for p in own])] if trial else proposed
     fits = [fit(problem, np.concatenate([fitted.theta, start])) for start in starts]
     inside = [result for result in fits if not result.at_bound]
     if not inside:
         return None, any(f.evidence > fitted.evidence for f in fits)
     return replace(explanation, fit=max(inside, key=lambda f: f.evidence)), False
-
-
-def _starts(fitted: Fit, name: str) -> Sequence[Floats]:
-    return next((p.starts for p in effects(fitted) if p.name == name), [])
 
 
 def changes_sign(own: Sequence[Parameter], theta: Floats, covariance: Floats) -> str:

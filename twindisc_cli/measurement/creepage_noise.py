@@ -32,17 +32,8 @@ DRIFTS = 4.0
 def steadied(creepage: Floats, ratio: Floats, time: Floats, step: Ints) -> tuple[Floats, float]:
     """Creepages (sample,) without their noise, and its standard deviation; as they are, and 0, where it is not known.
 
-    Parameters
-    ----------
-    creepage, ratio, time, step
-        Creepage [1], T/N [1], time [s] and step (index from 0) of the samples, each (sample,).
-
-    Returns
-    -------
-    creepage
-        Of each step the mean, or a line over time where it changes for certain (sample,) [1].
-    std
-        Standard deviation of what was taken off [1]; 0 where it was nothing.
+    Of each step the mean, or a line over time where it changes for certain. Creepage [1], ratio T/N [1], time [s] and
+    step (index from 0), each (sample,).
     """
     slope = _slopes(creepage, ratio, step)
     steady, rest, expected = creepage.copy(), np.zeros_like(ratio), np.zeros_like(ratio)

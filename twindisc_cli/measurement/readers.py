@@ -28,10 +28,7 @@ _TIME = re.compile(r"\s*(time|zeit|temps|tiempo|tempo|x_value)\b", re.IGNORECASE
 def parts_of(content: Content, file: str) -> Sequence[Sheet] | None:
     """The parts of a file that is no plain text, of several that which is named; None for plain text.
 
-    Raises
-    ------
-    MeasurementError
-        Where the file is damaged, its reader is not installed, or there is no part of the name.
+    MeasurementError where the file is damaged, its reader is not installed, or there is no part of the name.
     """
     reader = _reader(content.data, PurePath(file).suffix.casefold())
     if reader is None:

@@ -211,9 +211,7 @@ def _text_heads(text: bytes) -> Iterator[tuple[Sheet, int]]:
 
     A remark may be a header, too.
     """
-    begin = len(_MARK) if text.startswith(_MARK) else 0
-    for count, end in enumerate(_line_ends(text), start=1):
-        line = _decoded(text[begin:end])
+    for count, _, end, line in _first_lines(text):
         remark = line.lstrip().startswith(_REMARK)
         if _content(line) or remark:
             line = line.lstrip(" \t#/") if remark else line
@@ -221,25 +219,17 @@ def _text_heads(text: bytes) -> Iterator[tuple[Sheet, int]]:
             cells = re.split(r"\s{2,}", line.strip()) if delimiter == BLANKS else _cells(line, delimiter)
             if any(cells):
                 yield Sheet(cells, count, delimiter=delimiter, remark=remark), end
-        begin = end + 1
-        if count >= _MOST_PREAMBLE:
-            return
 
 
 def _without_header(text: bytes) -> Iterator[Sheet]:
     """The first rows of numbers without a header above them; its cells are empty."""
-    begin = len(_MARK) if text.startswith(_MARK) else 0
-    for count, end in enumerate(_line_ends(text)):
-        line = _decoded(text[begin:end])
+    for count, begin, _, line in _first_lines(text):
         if _content(line):
             delimiter = delimiter_of(line)
             cells = _cells(line, delimiter)
             if len(cells) > 1 and all(np.isfinite(number(cell, ANY)) for cell in cells):
-                yield Sheet([""] * len(cells), count, text, begin, delimiter, preamble=0)
+                yield Sheet([""] * len(cells), count - 1, text, begin, delimiter, preamble=0)
                 return
-        begin = end + 1
-        if count >= _MOST_PREAMBLE:
-            return
 
 
 def delimiter_of(line: str) -> str:
@@ -286,12 +276,15 @@ def _wide(head: bytes) -> str:
     return "utf-16-le" if odd > half and not even else "utf-16-be" if even > half and not odd else ""
 
 
-def _line_ends(text: bytes) -> Iterator[int]:
-    begin = 0
-    while begin < len(text):
+def _first_lines(text: bytes) -> Iterator[tuple[int, int, int, str]]:
+    """Number, beginning, end and text of each line in which a table may begin."""
+    begin = len(_MARK) if text.startswith(_MARK) else 0
+    for count in range(1, _MOST_PREAMBLE + 1):
+        if begin >= len(text):
+            return
         end = text.find(b"\n", begin)
         end = len(text) if end < 0 else end
-        yield end
+        yield count, begin, end, _decoded(text[begin:end])
         begin = end + 1
 
 

@@ -115,7 +115,11 @@ def read_table(
     table = Table(file, {}, {}, {}, np.zeros(0, dtype=np.int64), notes=[*sheet.notes])
     wanted = _way(header, ways, naming)
     result = match(header, wanted, naming)
-    table.notes += [_taken(name, header[place.index]) for name, place in result.places.items() if place.guessed]
+    table.notes += [
+        f"{header[place.index].strip()} taken for {name} (columns.{name.replace(' ', '_')} overrules)"
+        for name, place in result.places.items()
+        if place.guessed
+    ]
     sheet, places = _below_units(table, sheet, result.places)
     _check_header(table, sheet, result, places, wanted)
     if table.problems:
@@ -188,11 +192,6 @@ def _way(header: Sequence[str], ways: Sequence[Sequence[Column]], naming: Naming
     """The first set of columns that is there, else the one of which most are."""
     whole = [way for way in ways if is_header(header, way, naming)]
     return whole[0] if whole else max(ways, key=lambda way: len(match(header, way, naming).places))
-
-
-def _taken(name: str, cell: str) -> str:
-    """What is said of a column that goes by another name."""
-    return f"{cell.strip()} taken for {name} (columns.{name.replace(' ', '_')} overrules)"
 
 
 def _below_units(table: Table, sheet: Sheet, places: Mapping[str, Place]) -> tuple[Sheet, Mapping[str, Place]]:

@@ -29,7 +29,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
@@ -198,7 +198,7 @@ def solve(
     guess = _guess(case) if start is None else _onto_bound(case, start / discs.shear_modulus)
     solved = case, *_converged(case, guess, tolerance)
     if callable(mu):
-        solved = _under_law(*solved, partial(_law_of_bound, mu, pressure, discs.shear_modulus), tolerance)
+        solved = _under_law(*solved, lambda slip: _bound(mu(slip), pressure) / discs.shear_modulus, tolerance)
     case, tractions, slipping, residual = solved
     return Rolling(
         x=x,
@@ -231,11 +231,6 @@ def _bound(mu: ArrayLike, pressure: Floats) -> Floats:
     if not (np.isfinite(bound).all() and (bound >= 0.0).all() and bound.any()):
         raise ProfileError("the traction bound mu p must be finite, nowhere negative, and somewhere positive")
     return bound
-
-
-def _law_of_bound(mu: SlipLaw, pressure: Floats, shear_modulus: float, slip: Floats) -> Floats:
-    """The bound over G for the size of the local slip (y, x)."""
-    return _bound(mu(slip), pressure) / shear_modulus
 
 
 def _under_law(
