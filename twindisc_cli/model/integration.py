@@ -23,6 +23,7 @@ import numpy as np
 from twindisc_cli.model import worn
 from twindisc_cli.model.experiment import Contact, Floats, Rig, Start
 from twindisc_cli.physics import hertz
+from twindisc_cli.physics._even_grid import linear_at
 from twindisc_cli.physics.half_space import NoConvergenceError
 from twindisc_cli.physics.half_space.strips import StripContact, Strips, equivalent_ellipse
 
@@ -302,9 +303,7 @@ def _integral(y: Floats, values: Floats, ends: Floats) -> Floats:
     """Sum over strips (..., strip) up to places `ends` (..., place), in strips; part of a strip counts as that part."""
     sums = np.concatenate([np.zeros_like(values[..., :1]), np.cumsum(values, axis=-1)], axis=-1)
     position = np.clip((ends - y[0]) / (y[1] - y[0]) + 0.5, 0.0, len(y))
-    left = np.minimum(position.astype(np.intp), len(y) - 1)
-    part = position - left
-    return np.asarray((1.0 - part) * np.take_along_axis(sums, left, -1) + part * np.take_along_axis(sums, left + 1, -1))
+    return linear_at(sums, position)
 
 
 def _integrate_hertz(way: _Way) -> WearIntegration:

@@ -29,7 +29,7 @@ import numpy as np
 
 from twindisc_cli.model.experiment import Contact, Floats
 from twindisc_cli.physics._arrays import stored
-from twindisc_cli.physics._even_grid import cubic_weights
+from twindisc_cli.physics._even_grid import cubic_weights, linear_at
 
 WANDERS = np.array([0.0, 0.15, 0.3, 0.5, 0.75, 1.0, 1.5, 2.2])
 """Wanders over the half-width of the unworn patch."""
@@ -105,10 +105,7 @@ def _shares(half_width: Floats, departure: Floats, y: Floats) -> Floats:
     border = outward + 0.5 * (y[1] - y[0])
     eta = np.minimum(border / half_width[:, None], 1.0)
     position = np.arcsin(eta) * ((len(ETA) - 1) / (0.5 * np.pi))
-    left = np.minimum(position.astype(np.intp), len(ETA) - 2)
-    part = position - left
-    off = (1.0 - part) * np.take_along_axis(departure, left, 1) + part * np.take_along_axis(departure, left + 1, 1)
-    within = 0.75 * eta - 0.25 * eta**3 + off
+    within = 0.75 * eta - 0.25 * eta**3 + linear_at(departure, position)
     one_side = np.maximum(np.diff(within, axis=1), 0.0)
     middle = 2.0 * np.maximum(within[:, :1], 0.0)
     both = np.concatenate([one_side[:, ::-1], middle, one_side], axis=1)

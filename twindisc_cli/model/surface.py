@@ -11,6 +11,7 @@ from twindisc_cli.effects._state import State, Surface
 from twindisc_cli.model.experiment import Floats, Ints, ProfileSamples
 from twindisc_cli.model.patch import Paths
 from twindisc_cli.model.points import Points
+from twindisc_cli.physics._even_grid import linear_at
 
 
 @dataclass(frozen=True)
@@ -70,8 +71,4 @@ def _stretched(grid: Floats, depth: Floats, scale: Floats) -> Floats:
     """depth(y / scale) on the same uniform grid; scale (set, stop, 1)."""
     step = grid[1] - grid[0]
     position = np.clip((grid / scale - grid[0]) / step, 0.0, len(grid) - 1.0)
-    left = np.minimum(position.astype(np.int64), len(grid) - 2)
-    part = position - left
-    return np.asarray(
-        (1.0 - part) * np.take_along_axis(depth, left, -1) + part * np.take_along_axis(depth, left + 1, -1)
-    )
+    return linear_at(depth, position)

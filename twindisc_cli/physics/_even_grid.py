@@ -37,6 +37,14 @@ def through(at_nodes: Floats, at_points: Floats) -> Floats:
     return np.asarray(at_points @ np.linalg.inv(at_nodes))
 
 
+def linear_at(values: Floats, position: Floats) -> Floats:
+    """Values (..., node) on lines between their nodes, at positions from 0 to the last node's number (..., place)."""
+    left = np.minimum(position.astype(np.intp), values.shape[-1] - 2)
+    part = position - left
+    below, above = (np.take_along_axis(values, place, -1) for place in (left, left + 1))
+    return np.asarray((1.0 - part) * below + part * above)
+
+
 def cubic_weights(nodes: Floats, at: Floats) -> Floats:
     """Weights (..., node) of the four nodes (node,) around places (...); a node itself gets weight one."""
     first = np.clip(np.searchsorted(nodes, at) - 2, 0, len(nodes) - 4)

@@ -24,10 +24,6 @@ def weighed_stops(test: Experiment) -> int:
     return 0 if test.measured.mass is None else len(np.unique(test.measured.mass.iteration))
 
 
-def _measured(test: Experiment) -> MassSamples:
-    return known(test.measured.mass)
-
-
 def _guess(model: ForwardModel) -> float:
     """K from W H / E of the last weighing, with the traction as it was measured."""
     test = model.experiment
@@ -40,7 +36,7 @@ def _guess(model: ForwardModel) -> float:
 
 def noise(test: Experiment) -> Noise:
     """Noise as stated, else from the scatter of each disc's mass about a smooth course."""
-    samples = _measured(test)
+    samples = known(test.measured.mass)
     at = samples.iteration.astype(float)
     if np.isfinite(samples.uncertainty).all():
         return given(samples.uncertainty, at)
@@ -49,7 +45,7 @@ def noise(test: Experiment) -> Noise:
 
 
 def _generic(model: ForwardModel, prediction: Prediction) -> Iterator[Generic]:
-    samples = _measured(model.experiment)
+    samples = known(model.experiment.measured.mass)
     energy = _covariates(model, prediction)["energy"]
     degree = min(SHAPES, len(np.unique(samples.iteration)) // EACH)
     if degree:
@@ -65,11 +61,11 @@ def _predicted(model: ForwardModel, prediction: Prediction) -> Floats:
 
 def _withheld(test: Experiment, steps: tuple[int, ...]) -> Mask:
     """Weighings at the end of the steps that are held out."""
-    return np.isin(test.history.step[_measured(test).iteration - 1], steps)
+    return np.isin(test.history.step[known(test.measured.mass).iteration - 1], steps)
 
 
 def _covariates(model: ForwardModel, prediction: Prediction) -> dict[str, Floats | Ints]:
-    samples, points, state = _measured(model.experiment), model.points, prediction.state
+    samples, points, state = known(model.experiment.measured.mass), model.points, prediction.state
     at = points.of_iteration[samples.iteration - 1]
     return {
         "time": points.time[at],

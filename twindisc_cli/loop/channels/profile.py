@@ -26,16 +26,12 @@ def recorded_stops(test: Experiment) -> set[tuple[int, int]]:
     return set() if profile is None else set(zip(profile.disc.tolist(), profile.iteration.tolist(), strict=True))
 
 
-def _measured(test: Experiment) -> ProfileSamples:
-    return known(test.measured.profile)
-
-
 def _guess(model: ForwardModel) -> float:
     """K from W H / E of the last recorded profile, with the traction as it was measured."""
     test = model.experiment
     if test.measured.profile is None:
         return np.nan
-    profile = _measured(test)
+    profile = known(test.measured.profile)
     last = profile.iteration == profile.iteration.max()
     section = max(sum(recorded_sections(profile, last)), 1e-14)
     return float(np.clip(section * model.circumference_hardness / measured_energy(test), 1e-8, 0.5))
@@ -43,7 +39,7 @@ def _guess(model: ForwardModel) -> float:
 
 def noise(test: Experiment) -> Noise:
     """Noise of the height, from the outer parts of the unworn flanks of every recorded profile."""
-    profile = _measured(test)
+    profile = known(test.measured.profile)
     record = _records(profile)
     flank = _flanks(profile, record)
     position, series = profile.y, record * 2 + (profile.y > 0.0)
@@ -102,7 +98,7 @@ def _flanks(profile: ProfileSamples, record: Ints) -> Mask:
 
 
 def _generic(model: ForwardModel, prediction: Prediction) -> Iterator[Generic]:
-    samples = _measured(model.experiment)
+    samples = known(model.experiment.measured.profile)
     surface = prediction.state.surface
     edge = float(surface.edge.max()) if surface is not None else 0.5 * float(np.abs(samples.y).max())
     unit = samples.y / max(1.3 * edge, 1e-9)
@@ -122,11 +118,11 @@ def _generic(model: ForwardModel, prediction: Prediction) -> Iterator[Generic]:
 
 
 def _withheld(test: Experiment, steps: tuple[int, ...]) -> Mask:
-    return held_out_bands(_measured(test).y)
+    return held_out_bands(known(test.measured.profile).y)
 
 
 def _covariates(model: ForwardModel, prediction: Prediction) -> dict[str, Floats | Ints]:
-    profile = _measured(model.experiment)
+    profile = known(model.experiment.measured.profile)
     return {"y": profile.y, "disc": profile.disc, "iteration": profile.iteration}
 
 

@@ -17,13 +17,9 @@ from twindisc_cli.physics.disc_heat import temperatures
 from twindisc_cli.quantities import Quantity
 
 
-def _measured(test: Experiment) -> TemperatureSamples:
-    return known(test.measured.temperature)
-
-
 def _step(test: Experiment) -> Ints:
     """Step in which each sample was taken (sample,)."""
-    return test.history.step[test.history.iteration_at(_measured(test).time)]
+    return test.history.step[test.history.iteration_at(known(test.measured.temperature).time)]
 
 
 def _given(test: Experiment) -> float:
@@ -35,14 +31,14 @@ def _guess(model: ForwardModel) -> float:
     test = model.experiment
     if test.measured.temperature is None or test.thermal is None:
         return np.nan
-    warming = float(np.mean(_measured(test).temperature - test.thermal.environment_temperature))
+    warming = float(np.mean(known(test.measured.temperature).temperature - test.thermal.environment_temperature))
     power = measured_energy(test) / float(test.history.end_time[-1])
     return float(np.clip(power / max(abs(warming), 1e-3), 1e-3, 1e4))
 
 
 def noise(test: Experiment) -> Noise:
     """Noise of the temperature, from the scatter about a smooth course in every step."""
-    samples, step = _measured(test), _step(test)
+    samples, step = known(test.measured.temperature), _step(test)
     trends = [relaxations(samples.time, step, shapes, 4) for shapes in range(1, 6)]
     size = float(np.ptp(samples.temperature))
     series = step if test.history.separate else np.zeros_like(step)
@@ -82,14 +78,14 @@ def _heated(model: ForwardModel, prediction: Prediction) -> Floats:
 
 
 def _withheld(test: Experiment, steps: tuple[int, ...]) -> Mask:
-    return held_out_samples(test, _step(test), _measured(test).time, steps)
+    return held_out_samples(test, _step(test), known(test.measured.temperature).time, steps)
 
 
 def _covariates(model: ForwardModel, prediction: Prediction) -> dict[str, Floats | Ints]:
     points, state = model.points, prediction.state
     at = points.of_temperature
     return {
-        "time": _measured(model.experiment).time,
+        "time": known(model.experiment.measured.temperature).time,
         "creepage": points.creepage[at],
         "cycles": points.cycles[at],
         "energy": state.energy[0, at],

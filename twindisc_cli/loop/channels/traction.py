@@ -26,10 +26,6 @@ def friction_is_given(test: Experiment) -> bool:
     return bool(np.isfinite(test.options.friction_coefficient) or np.isfinite(test.history.given_mu).all())
 
 
-def _measured(test: Experiment) -> TractionSamples:
-    return known(test.measured.traction)
-
-
 def _guess(model: ForwardModel) -> float:
     """The level that nine of ten samples stay below."""
     samples = model.experiment.measured.traction
@@ -53,14 +49,14 @@ def noises(tests: Sequence[Experiment]) -> list[Noise]:
     for test, curve, rig in zip(tests, curves, rigs, strict=True):
         same_rig = [other for other, its in zip(curves, rigs, strict=True) if other is not None and its == rig]
         error = creepage_error(same_rig) if curve is not None else 0
-        times = sample_times(test.history, _measured(test))
+        times = sample_times(test.history, known(test.measured.traction))
         results.append(curve.noise(error, times) if curve is not None and error else noise(test))
     return results
 
 
 def _curve(test: Experiment) -> Curve | None:
     """The samples of a curve without time whose creepages were recorded and are not those of the steps."""
-    samples = _measured(test)
+    samples = known(test.measured.traction)
     varied = np.ptp(samples.creepage - test.history.step_creepage[samples.step]) > 1e-9
     if not varied or np.isfinite(samples.time).all() or np.isfinite(samples.uncertainty).all():
         return None
@@ -69,7 +65,7 @@ def _curve(test: Experiment) -> Curve | None:
 
 def noise(test: Experiment) -> Noise:
     """Noise of the traction ratio, from the scatter inside the steps."""
-    samples = _measured(test)
+    samples = known(test.measured.traction)
     timed = bool(np.isfinite(samples.time).all())
     times = sample_times(test.history, samples)
     if np.isfinite(samples.uncertainty).all():
@@ -98,7 +94,7 @@ def _conditions(history: History) -> Ints:
 
 
 def _generic(model: ForwardModel, prediction: Prediction) -> Iterator[Generic]:
-    test, points, samples = model.experiment, model.points, _measured(model.experiment)
+    test, points, samples = model.experiment, model.points, known(model.experiment.measured.traction)
     at, state = points.of_traction, prediction.state
     time, creepage = points.time[at], samples.creepage
     yield "creepage", "smooth", smooth(np.log(np.maximum(np.abs(creepage), 1e-7)), SMOOTH)
@@ -125,12 +121,12 @@ def _level_of(creepage: Floats, nominal: Floats) -> Ints:
 
 
 def _withheld(test: Experiment, steps: tuple[int, ...]) -> Mask:
-    samples = _measured(test)
+    samples = known(test.measured.traction)
     return held_out_samples(test, samples.step, samples.time, steps)
 
 
 def _covariates(model: ForwardModel, prediction: Prediction) -> dict[str, Floats | Ints]:
-    samples, points, state = _measured(model.experiment), model.points, prediction.state
+    samples, points, state = known(model.experiment.measured.traction), model.points, prediction.state
     at = points.of_traction
     return {
         "time": sample_times(model.experiment.history, samples),
@@ -171,7 +167,7 @@ CHANNEL = Channel(
     together=noises,
     generic=_generic,
     withheld=_withheld,
-    steps=lambda test: np.asarray(_measured(test).step),
+    steps=lambda test: np.asarray(known(test.measured.traction).step),
     covariates=_covariates,
     planned=_planned,
     parameters=(BASE,),
