@@ -180,8 +180,7 @@ def fastsim_field(
     shape = _fastsim_patch(patch, rig, mu, layer_compliance)
     vx, vy, turn, speed = creepage.x, creepage.y, creepage.spin, rig.rolling_speed
     fields = fastsim.fields(shape, creepage_x=vx, creepage_y=vy, spin=turn, speed=speed, nx=STRIPS, ny=STRIPS)
-    whole = fastsim.solve(shape, creepage_x=vx, creepage_y=vy, spin=turn, speed=speed, nx=STRIPS, ny=STRIPS)
-    x, y = fields.x.T, fields.y.T
+    x, y, whole = fields.x.T, fields.y.T, fields.solution
     bound = 1.0 - (x / patch.a) ** 2 - (y / patch.b) ** 2
     return Field(
         theory="fastsim",
@@ -296,5 +295,4 @@ def _line_strip(
 
 def stiffness_difference(rig: Rig) -> float:
     """K of two bodies, by which pressure alone makes them slip: G/4 [(1 - 2 nu_1)/G_1 - (1 - 2 nu_2)/G_2] [1]."""
-    one, two = ((1.0 - 2.0 * disc.poisson_ratio) / disc.shear_modulus for disc in (rig.disc1, rig.disc2))
-    return 0.25 * rig.shear_modulus * (one - two)
+    return 0.25 * rig.shear_modulus * rig.mismatch

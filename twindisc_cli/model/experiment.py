@@ -114,10 +114,15 @@ class Rig:
         return min(self.disc1.width, self.disc2.width)
 
     @property
-    def dundurs(self) -> float:
-        """Dundurs' second constant: 0 where pressure alone makes no disc slip on the other."""
+    def mismatch(self) -> float:
+        """(1 - 2 nu1)/G1 - (1 - 2 nu2)/G2 [1/Pa]: 0 where pressure alone makes no disc slip on the other."""
         one, two = ((1.0 - 2.0 * d.poisson_ratio) / d.shear_modulus for d in (self.disc1, self.disc2))
-        return 0.25 * self.effective_modulus * (one - two)
+        return one - two
+
+    @property
+    def dundurs(self) -> float:
+        """Dundurs' second constant."""
+        return 0.25 * self.effective_modulus * self.mismatch
 
     def with_discs(self, name: str, factor: float) -> Rig:
         """The rig with a quantity of both discs changed by a factor."""

@@ -80,7 +80,7 @@ class Solution:
 
 @dataclass(frozen=True)
 class Fields:
-    """Tractions [Pa], sliding velocity [m/s] and stick at x, y [m] of the patch, each (S, cell along x, strip)."""
+    """Tractions [Pa], sliding velocity [m/s] and stick at x, y [m], each (S, cell along x, strip), and what they sum to."""
 
     x: Floats
     y: Floats
@@ -89,6 +89,7 @@ class Fields:
     slip_x: Floats
     slip_y: Floats
     sticks: NDArray[np.bool_]
+    solution: Solution
 
 
 def saturation(xi: ArrayLike) -> Floats:
@@ -239,6 +240,7 @@ def fields(
         slip_x=spread(tx * undone, slip),
         slip_y=spread(ty * undone, slip),
         sticks=(cut == 1.0).reshape(shape),
+        solution=solution,
     )
 
 
