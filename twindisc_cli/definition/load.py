@@ -32,7 +32,7 @@ from twindisc_cli.laws.law import Law
 from twindisc_cli.laws.shapes import SHAPES
 from twindisc_cli.loop.channels import further_channels
 from twindisc_cli.loop.channels._channel import Channel
-from twindisc_cli.model.experiment import Disc, Experiment, History, Options, Rig, Thermal
+from twindisc_cli.model.experiment import Disc, Experiment, History, Options, Rig, Thermal, mean_radius
 from twindisc_cli.model.traction_law import theory_for
 from twindisc_cli.physics.half_space import ContactError
 from twindisc_cli.quantities import CELSIUS, UNITS
@@ -160,7 +160,7 @@ def _rig(rig: RigTable, material: MaterialTable) -> Rig:
             width=math.inf if table.width_mm is None else table.width_mm * 1e-3,
         )
         discs.append(disc)
-    speed = _speed_of(rig, _mean_radius(discs))
+    speed = _speed_of(rig, mean_radius(*discs))
     assert speed is not None  # a rule of the definition
     return Rig(disc1=discs[0], disc2=discs[1], normal_load=float(rig.normal_load_N), rolling_speed=speed)
 
@@ -204,12 +204,6 @@ def _speed_of(table: RigTable | StepTable, radius: float) -> float | None:
     return table.rolling_speed_m_s
 
 
-def _mean_radius(discs: list[Disc]) -> float:
-    """Rolling speed over mean angular speed [m]; of the disc that turns where the other is flat."""
-    finite = [1.0 / d.rolling_radius for d in discs if math.isfinite(d.rolling_radius)]
-    return len(finite) / sum(finite)
-
-
 def _history_of(given: HistoryTable | Literal["measured"], rig: Rig) -> tuple[History | None, float]:
     """The history, None where it is read from the data, and then the revolutions of an iteration, NaN if not said."""
     if isinstance(given, str):
@@ -221,7 +215,7 @@ def _history_of(given: HistoryTable | Literal["measured"], rig: Rig) -> tuple[Hi
 
 def _history(table: HistoryTable, steps: Sequence[StepTable], rig: Rig) -> History:
     """Every iteration of the history; its duration is that of its revolutions at the mean angular speed."""
-    radius = _mean_radius([rig.disc1, rig.disc2])
+    radius = mean_radius(rig.disc1, rig.disc2)
     counts = [step.iterations for step in steps]
     pause = np.repeat([_or_nan(step.pause_s) for step in steps], counts)
     speed = np.repeat([_speed_of(step, radius) or rig.rolling_speed for step in steps], counts)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from twindisc_cli.measurement.sheet import Bools, Floats, Ints
-from twindisc_cli.model.experiment import History, Rig
+from twindisc_cli.model.experiment import History, Rig, mean_radius
 
 MOST_AVERAGES = 4000  # places at which a change of step is looked for
 GAP = 5.0
@@ -154,7 +154,7 @@ def _history(steps: Sequence[_Step], rig: Rig) -> History:
     duration = np.array([step.duration for step in steps])
     load = np.array([_own(step.load / rig.normal_load) for step in steps])
     speed = np.where(driven, [_own(abs(step.speed) / rig.rolling_speed) for step in steps], 0.0)
-    revolutions = duration * speed * rig.rolling_speed / (2.0 * np.pi * _radius(rig))
+    revolutions = duration * speed * rig.rolling_speed / (2.0 * np.pi * mean_radius(rig.disc1, rig.disc2))
     count = np.maximum(1, np.round(revolutions / (revolutions.sum() / _ITERATIONS))).astype(np.int64)
     entry = np.repeat(np.arange(len(steps)), count)
     return History(
@@ -209,19 +209,13 @@ def _own(factor: float) -> float:
     return factor if np.isfinite(factor) and abs(factor - 1.0) > _SAME else 1.0
 
 
-def _radius(rig: Rig) -> float:
-    """Rolling speed over mean angular speed [m]."""
-    finite = [1.0 / r for r in (rig.disc1.rolling_radius, rig.disc2.rolling_radius) if np.isfinite(r)]
-    return len(finite) / sum(finite)
-
-
 def steps_of_curve(creepage: Floats, label: Ints | None, rig: Rig) -> History:
     """Levels of a curve without time: those that the file names, else groups of nearly equal creepage in rising order.
 
     The steps are of equal length, which means nothing.
     """
     levels = list(_named_levels(creepage, label)) if label is not None else list(_levels(creepage))
-    turn = 2.0 * np.pi * _radius(rig) / rig.rolling_speed
+    turn = 2.0 * np.pi * mean_radius(rig.disc1, rig.disc2) / rig.rolling_speed
     ones = np.ones(len(levels))
     return History(
         step=np.arange(len(levels)),

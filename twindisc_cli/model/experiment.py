@@ -62,6 +62,12 @@ class Disc:
         return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
 
 
+def mean_radius(*discs: Disc) -> float:
+    """Rolling speed over mean angular speed [m]; of the disc that turns where the other is flat."""
+    finite = [1.0 / disc.rolling_radius for disc in discs if np.isfinite(disc.rolling_radius)]
+    return len(finite) / sum(finite)
+
+
 @dataclass(frozen=True)
 class Rig:
     """Two discs pressed together; disc 2 is the one whose profile wears unless said otherwise."""

@@ -80,7 +80,7 @@ class Solution:
 
 @dataclass(frozen=True)
 class Fields:
-    """Tractions [Pa], sliding velocity [m/s] and stick at x, y [m], each (S, cell along x, strip), and what they sum to."""
+    """Tractions [Pa], sliding velocity [m/s], stick at x, y [m], each (S, cell along x, strip); their sums."""
 
     x: Floats
     y: Floats
