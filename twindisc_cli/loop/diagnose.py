@@ -194,6 +194,7 @@ def _law(
         (term.name, share)
         for term, member in outcome.compared.in_place_of(name).items()
         if isinstance(term, EffectTerm)
+        and term.test == trial.test
         and (share := outcome.compared.similarity(name, member, outcome.answer)) > RESAMPLING.resembles
     ]
     return FoundLaw(
