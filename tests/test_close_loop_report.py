@@ -728,7 +728,7 @@ def test_json_holds_the_keys_of_the_contract(test: Test) -> None:
     assert (explained[3]["refused"], explained[3]["gain"]) == ("yaw_mrad at a bound", 700.0)
     assert told_json["error"]["profile"]["unit"] == "um"
     assert set(told_json["error"]["traction"]) == {
-        "unit", "noise", "before", "after", "held_out_before", "held_out_after",
+        "unit", "noise", "before", "before_step_mu", "after", "held_out_before", "held_out_after",
     }  # fmt: skip
     assert told_json["base"]["K"]["std"] == 4e-7
     assert told_json["next_experiment"]["steps"][0] == {"creepage_percent": 0.5, "iterations": 3}

@@ -12,7 +12,7 @@ from twindisc_cli.loop.diagnosis import CandidateResult, ChannelError, Curve, Di
 from twindisc_cli.quantities import unit_named
 from twindisc_cli.results import Array, Axis, Dataset
 
-ERRORS = ("noise", "before", "after", "held_out_before", "held_out_after")
+ERRORS = ("noise", "before", "after", "held_out_before", "held_out_after", "before_step_mu")
 ESTIMATES = ("value", "std", "low", "high")
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from twindisc_cli.commands._base import laws_beyond
 from twindisc_cli.commands._loop_data import dataset_of
+from twindisc_cli.commands._step_friction import with_step_friction
 from twindisc_cli.definition import Test, dump, law_table
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Param
@@ -61,8 +62,9 @@ def run(
     experiments, others = ([test for test, _ in part] for part in (every[: len(tests)], every[len(tests) :]))
     unseen = others.pop() if validate else None
     diagnosis = diagnose(experiments, validate=unseen, progress=progress, quick=quick, predict=others)
+    errors = with_step_friction(diagnosis, experiments)
     tests = [replace(test, experiment=own) for test, own in zip(tests, experiments, strict=True)]
-    return result_of(replace(diagnosis, notes=[*used, *diagnosis.notes]), tests, validate)
+    return result_of(replace(diagnosis, errors=errors, notes=[*used, *diagnosis.notes]), tests, validate)
 
 
 def result_of(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None) -> Result:
@@ -160,7 +162,9 @@ def _before_after(error: ChannelError) -> str:
 def _error_line(channel: str, error: ChannelError) -> str:
     fitted = f"error {number(error.before)} -> {number(error.after)} {unit(error.unit)}".rstrip()
     noise = f"noise {number(error.noise)}{' (assumed)' * error.assumed}"
-    return f"{channel}: {fitted}, held out {_before_after(error)}, {noise}"
+    known = np.isfinite(error.before_step_mu)
+    stepwise = f" (before, with mu of each step: {number(error.before_step_mu)})" if known else ""
+    return f"{channel}: {fitted}{stepwise}, held out {_before_after(error)}, {noise}"
 
 
 def _term_line(term: FoundTerm) -> str:
@@ -286,7 +290,7 @@ def _estimate(estimate: Estimate) -> dict[str, Any]:
 
 def _errors(errors: Mapping[str, ChannelError]) -> dict[str, Any]:
     """Every channel; an empty object for one that was not measured."""
-    keys = ("unit", "noise", "before", "after", "held_out_before", "held_out_after")
+    keys = ("unit", "noise", "before", "before_step_mu", "after", "held_out_before", "held_out_after")
     return {c: {key: getattr(errors[c], key) for key in keys} if c in errors else {} for c in channels()}
 
 

@@ -112,7 +112,8 @@ class Unexplained:
 class ChannelError:
     """Root mean square of measured minus predicted, and the noise, all in `unit`; NaN where nothing is held out.
 
-    assumed: whether the noise of a test is assumed, for nothing in its record scatters.
+    assumed: whether the noise of a test is assumed, for nothing in its record scatters. before_step_mu: of the model
+    before with the mu of each step in place of the constant one, on the samples of before; NaN where it is not known.
     """
 
     unit: str
@@ -123,6 +124,7 @@ class ChannelError:
     held_out_before: float
     held_out_after: float
     assumed: bool = False
+    before_step_mu: float = float("nan")
 
 
 @dataclass(frozen=True)
