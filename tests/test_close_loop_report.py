@@ -385,7 +385,7 @@ def test_panels_show_the_samples_in_the_units_of_their_labels(test: Test) -> Non
     deepest = float(drawn_heights.min())
     assert deepest == pytest.approx(-5.0, abs=0.3)
     assert {"disc 1, iteration 5", "disc 2, iteration 3", "disc 2, iteration 5"} <= set(text_of(drawn).splitlines())
-    rest = by_title["what the model leaves", "reconstructed − model [µm]"]
+    rest = by_title["what the model leaves", "reconstructed\n− model [µm]"]
     (band,) = [patch for patch in rest.patches if patch.get_label() == "noise, ±2 std"]
     assert band.get_extents().transformed(rest.transData.inverted()).intervaly == pytest.approx((-0.2, 0.2))
 

@@ -252,7 +252,7 @@ def test_its_panel_is_drawn(folder: Path) -> None:
     result = close_loop.run([load(folder / "small.toml")], None, lambda stage, part: None, quick=True)
     assert result.figure is not None
     labels = {axes.get_ylabel() for axes in result.figure().axes}
-    assert {"vibration RMS [m s⁻²]", "synthetic − model [m s⁻²]"} <= labels
+    assert {"vibration RMS [m s⁻²]", "synthetic\n− model [m s⁻²]"} <= labels
 
 
 def test_friction_over_the_distance_slid_is_one_file(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -42,12 +42,18 @@ PANEL, STRIP, BAR, AXIS = 2.35, 0.62, 0.19, 0.72
 COLUMNS = 2  # of panels: the width of a page
 BINS, MOST_BINS = 20, 60
 """Bins of the mean of what the model leaves; across the track a fifth of the samples, and at most so many."""
-SHOWN, LONGEST, TITLE = 8, 56, 44
+SHOWN, LONGEST, TITLE = 8, 66, 44
 FEW = 40
 """Samples up to which each is drawn as a point of its own."""
-LEFT, RIGHT = 1.15, 1.3
+LEFT, RIGHT = 1.35, 1.45
 """Room of a ranking left of its bars for their names, and from their foot to the remarks, over the longest bar."""
 SHADE, BAND, REMARK = "#F1F1F1", "#E3E3E3", "#444444"
+REFUSED: Mapping[str, str] = {
+    "at a bound": "at a bound",
+    "few resamples": "rarely chosen",
+    "raises the error": "raises the error",
+}
+"""Remarks that have room beside a bar, by what the reasons of a refusal have in them."""
 CHOSEN, HOLDS = "#8FC1E3", "#A5D8C6"
 
 
@@ -80,7 +86,7 @@ def figure(
     dress([axes for (kind, _, _), axes in panels.items() if kind != "steps"])
     for (kind, number, column), axes in panels.items():
         if kind == "law":
-            _law(axes, laws[number + column], diagnosis)
+            _law(axes, laws[number + column], diagnosis, TITLE if len(laws) > number + 1 else COLUMNS * TITLE)
         else:
             DRAW[kind, column](axes, views[number])
         if kind == "steps":
@@ -106,8 +112,9 @@ def _places(
         elif kind == "steps":
             yield (kind, number, 0), grid[row, 0]
         else:
-            for column in range(COLUMNS if kind == "course" else min(COLUMNS, laws - number)):
-                yield (kind, number, column), grid[row, column]
+            columns = COLUMNS if kind == "course" else min(COLUMNS, laws - number)
+            for column in range(columns):
+                yield (kind, number, column), grid[row, column if columns > 1 else slice(None)]
 
 
 def _levels(view: View) -> int:
@@ -145,13 +152,17 @@ def _course(axes: Axes, view: View) -> None:
         axes, view.scale(view.along).axis_label, view.quantity.axis_label, f"{view.channel}: {view.kind} and model{at}"
     )
     legend(axes, 2)
+    drawn = axes.get_legend()
+    for handle in drawn.get_lines() if drawn else []:
+        if handle.get_marker() == ".":
+            handle.set(markersize=6.0, alpha=1.0)
 
 
 def _dots(axes: Axes, x: Floats, y: Floats, colour: object, label: str, *, among: int) -> None:
     """Samples: circles where there are a few dozen, small and pale points where there are thousands."""
     if among <= FEW:
         axes.plot(x, y, linestyle="none", marker="o", markersize=4.5, markerfacecolor="white", markeredgecolor=colour,
-                  markeredgewidth=1.0, label=label or None, zorder=3)  # fmt: skip
+                  markeredgewidth=1.0, label=label or None, zorder=3, clip_on=False)  # fmt: skip
         return
     crowd = 1.0 / np.sqrt(among)
     size, opacity = float(np.clip(75.0 * crowd, 2.4, 6.0)), float(np.clip(10.0 * crowd, 0.35, 0.8))
@@ -194,7 +205,7 @@ def _leftover(axes: Axes, view: View) -> None:
     if view.is_wide(view.over):
         _wide(axes, over)
     axes.axhline(0.0, color=BLACK, linewidth=0.5)
-    rest = f"{view.kind} − model [{unit(channels()[view.channel].unit) or '1'}]"
+    rest = f"{view.kind}\n− model [{unit(channels()[view.channel].unit) or '1'}]"
     name_axes(axes, view.scale(view.over).axis_label, rest, fill(_outcome(view), TITLE))
     legend(axes, 3)
 
@@ -248,7 +259,8 @@ def _ranking(axes: Axes, view: View) -> None:
 def _remark(diagnosis: Diagnosis, tried: CandidateResult) -> str:
     """What came of an explanation, in a word."""
     if tried.refused:
-        return "at a bound" if tried.at_bound else tried.refused.partition(" of ")[0]
+        short = (word for mark, word in REFUSED.items() if mark in tried.refused)
+        return "at a bound" if tried.at_bound else next(short, tried.refused)
     probability = sentences.probability(diagnosis, tried)
     if np.isfinite(probability):
         return percent(probability)
@@ -278,8 +290,8 @@ DRAW: Mapping[tuple[str, int], Callable[[Axes, View], None]] = {
 }
 
 
-def _law(axes: Axes, result: FoundLaw, diagnosis: Diagnosis) -> None:
-    """A law that was learnt: its curve with the 90 % band, its formula, and where data were."""
+def _law(axes: Axes, result: FoundLaw, diagnosis: Diagnosis, width: int) -> None:
+    """A law that was learnt: its curve with the 90 % band, its formula in lines of a width, and where data were."""
     law, curve = result.law, result.curve
     axes.fill_between(curve.at, curve.low, curve.high, color=BLUE, alpha=0.2, linewidth=0.0, label="90 %")
     axes.plot(curve.at, curve.value, color=BLUE, linewidth=1.4, label="learnt")
@@ -295,5 +307,5 @@ def _law(axes: Axes, result: FoundLaw, diagnosis: Diagnosis) -> None:
     axes.set_ylim(low - 0.08 * (high - low), high + 0.12 * (high - low))
     across = f"{law.over.title} [{unit(law.over.unit) or '1'}]"
     what = f"{'factor on' if one else 'shift of'} {law.of.label} [{unit(law.of.unit) or '1'}]"
-    name_axes(axes, across, fill(what, 28), fill(f"learnt: {result.formula} ({sentences.sureness(result)})", TITLE))
+    name_axes(axes, across, fill(what, 28), fill(f"learnt: {result.formula} ({sentences.sureness(result)})", width))
     legend(axes, 3)

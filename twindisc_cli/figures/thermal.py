@@ -74,12 +74,12 @@ def jump_over(jump: Jump, *, name: str, provenance: str) -> Figure:
     """Friction of each step over what came before it, with the best rising curve; the step of the jump is marked."""
     figure, panels = page(1, 3, height=3.2, title=f"{name}: what the jump of friction goes with", provenance=provenance)
     labels = {"creepage": ("creepage [%]", 100.0, 0.0), "temperature of the disc": ("disc before the step [°C]", 1.0,
-              -CELSIUS), "flash temperature": ("flash with the friction before [K]", 1.0, 0.0)}  # fmt: skip
+              -CELSIUS), "flash temperature": ("flash, friction before it [K]", 1.0, 0.0)}  # fmt: skip
     for axes, cause in zip(panels, jump.causes, strict=True):
         label, factor, offset = labels[cause.name]
         x = cause.values * factor + offset
         order = np.argsort(x, kind="stable")
-        axes.plot(x[order], cause.curve[order], color=ORANGE, drawstyle="steps-mid", label="only rising")
+        axes.plot(x[order], cause.curve[order], color=ORANGE, drawstyle="steps-mid", label="best rising curve")
         measured_points(axes, x, jump.mu, label=provenance)
         axes.plot(
             [x[jump.step]],
@@ -92,6 +92,6 @@ def jump_over(jump: Jump, *, name: str, provenance: str) -> Figure:
             label="jump",
         )
         from_zero(axes)
-        name_axes(axes, label, "$\\mu$ [1]", f"leaves {cause.left:.2g}")
+        name_axes(axes, label, "$\\mu$ [1]", f"leaves {cause.left:.2g} of $\\mu$ (rms)")
         legend(axes, 2)
     return figure

@@ -171,16 +171,22 @@ def varied(variations: Sequence[Variation], *, k: float, name: str, provenance: 
     axes.barh(places, changes, height=0.7, color=[BLUE if change > 0.0 else ORANGE for change in changes])
     low, high = min(0.0, float(changes.min())), max(0.0, float(changes.max()))
     for place, variation in zip(places, order, strict=True):
-        text = f"{100.0 * variation.change:+.1f} %   {number(variation.wear_coefficient)}"
-        axes.text(0.995, float(place), text, transform=axes.get_yaxis_transform(), fontsize=SMALL, va="center",
-                  ha="right")  # fmt: skip
+        _in_columns(axes, float(place), f"{100.0 * variation.change:+.1f} %", number(variation.wear_coefficient))
+    _in_columns(axes, -1.0, "change", "$K$")
     axes.axvline(0.0, color=BLACK, linewidth=0.7)
     axes.set_yticks(places, [variation.what for variation in order])
     axes.grid(False, axis="y")
     axes.set_xlim(1.1 * low, high + 0.3 * (high - low))
-    axes.invert_yaxis()
-    name_axes(axes, "change of the $K$ that makes the measured depth [%], and that $K$", "", f"$K$ = {number(k)}")
+    axes.set_ylim(len(order) - 0.4, -1.5)
+    axis_label = f"change of the $K$ that makes the {provenance} depth [%]"
+    name_axes(axes, axis_label, "", f"$K$ = {number(k)} where nothing is changed")
     return figure
+
+
+def _in_columns(axes: Axes, place: float, *texts: str) -> None:
+    """Two short texts of a row, each at the end of its column at the right."""
+    for right, text in zip((0.915, 0.995), texts, strict=True):
+        axes.text(right, place, text, transform=axes.get_yaxis_transform(), fontsize=SMALL, va="center", ha="right")
 
 
 def coefficients(axes: Axes, known: Sequence[KnownK]) -> None:
@@ -198,7 +204,8 @@ def coefficients(axes: Axes, known: Sequence[KnownK]) -> None:
         label.set_fontweight("bold" if k.use else "normal")
     axes.set_ylim(len(known) - 0.5, -0.9)
     values = [k.value for k in known]
-    logarithmic(axes.xaxis, min(values) / 4.0, max(values) * 4.0)
+    lowest = min(max(k.low, k.value / 30.0) if np.isfinite(k.low) else k.value for k in known)
+    logarithmic(axes.xaxis, min(min(values) / 4.0, lowest / 1.2), max(values) * 4.0)
     name_axes(
         axes, "wear coefficient $K$ of $W = K E / H$ [1]", "", "every $K$, bold the one to use; bars: 90 % intervals"
     )
