@@ -21,9 +21,9 @@ from PIL import Image
 
 Pixels = NDArray[np.uint8]
 REFERENCES = Path(__file__).parent / "reference" / "figures"
-DPI, LEVELS, FEW = 150, 48, 30
-"""Pixels an inch; brightness (of 255) by which pixels may differ; pixels that may: where lines cross, versions of
-matplotlib differ in a few."""
+DPI, LEVELS, FEW = 150, 40, 30
+"""Pixels an inch; brightness (of 255) by which pixels may differ, below the 47 of the palest bars on white; pixels that
+may: where lines cross, versions of matplotlib differ in a few."""
 
 
 def picture(figure: Figure) -> Pixels:
