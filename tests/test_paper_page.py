@@ -1,0 +1,79 @@
+"""The numbers of docs/paper.md that come from long loops, against what `make run` wrote, where it has run."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import h5py
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PAGE = " ".join((ROOT / "docs" / "paper.md").read_text(encoding="utf-8").split())
+
+
+def outcome(test: str) -> Any:
+    """What close-loop said of a test; skips where it did not run or the file is of another program."""
+    file = ROOT / "results" / test / "close-loop.h5"
+    if not file.exists():
+        pytest.skip(f"{file.relative_to(ROOT)} is not there: make run writes it in a few minutes")
+    if file.stat().st_mtime < max(path.stat().st_mtime for path in (ROOT / "twindisc_cli").rglob("*.py")):
+        pytest.skip(f"{file.relative_to(ROOT)} is older than the program: make run renews it")
+    with h5py.File(file) as data:
+        return json.loads(data["outcome"].attrs["json"])
+
+
+def effects(result: Any) -> dict[str, Any]:
+    return {effect["effect"]: effect for effect in result["effects"]}
+
+
+def on_the_page(pattern: str) -> list[str]:
+    """The numbers that stand at the groups of a pattern in the text of the page."""
+    match = re.search(pattern, PAGE)
+    assert match, f"the page no longer says {pattern!r}"
+    return list(match.groups())
+
+
+def agrees(text: str, value: float) -> bool:
+    """Whether a printed number is a value, rounded to the digits it is printed with."""
+    digits = len(text.partition("e")[0].partition(".")[2])
+    return text == (f"{value:.{digits}e}".replace("e-0", "e-") if "e" in text else f"{value:.{digits}f}")
+
+
+def test_nitrogen_by_itself() -> None:
+    share, creepage, percent = on_the_page(
+        r"nitrogen by itself .*? with (\S+) of the wear on disc 1, .*? near (\S+) % creepage .*?\*possible\*, (\d+) %"
+    )
+    result = effects(outcome("cryogenic"))
+    assert {"half_space_contact", "wear_partition", "film_breakdown"} <= set(result)
+    film = result["film_breakdown"]
+    assert agrees(share, result["wear_partition"]["parameters"]["disc1_share"]["value"])
+    assert agrees(creepage, film["parameters"]["critical_creepage_percent"]["value"])
+    assert film["strength"] == "possible"
+    assert abs(float(percent) - 100.0 * film["probability"]) <= 1.0
+
+
+def test_air_by_itself() -> None:
+    k, share = on_the_page(r"K = (\S+) and (\S+) of the wear on disc 1")
+    result = outcome("ambient")
+    assert agrees(share, effects(result)["wear_partition"]["parameters"]["disc1_share"]["value"])
+    assert agrees(k, result["base"]["K"]["value"])
+
+
+@pytest.mark.parametrize("test", ["ambient", "cryogenic"])
+def test_the_error_with_the_mu_of_each_step(test: str) -> None:
+    printed = dict(
+        zip(("ambient", "cryogenic"), on_the_page(r"as before, (\S+) µm in air and (\S+) µm in nitrogen"), strict=True)
+    )
+    error = outcome(test)["error"]["profile"]
+    assert agrees(printed[test], error["before_step_mu"])
+    assert error["before_step_mu"] == pytest.approx(error["before"], rel=0.02), "as far off as with one constant mu"
+
+
+def test_a_wrong_digit_is_seen() -> None:
+    assert agrees("2.208e-4", 2.2077e-4)
+    assert not agrees("2.206e-4", 2.2077e-4)
+    assert agrees("0.52", 0.5231)
+    assert not agrees("0.53", 0.5231)
