@@ -14,13 +14,13 @@ ROOT = Path(__file__).parents[1]
 PAGE = " ".join((ROOT / "docs" / "paper.md").read_text(encoding="utf-8").split())
 
 
-def outcome(test: str) -> Any:
+def outcome(test: str, written_by: str = "make run") -> Any:
     """What close-loop said of a test; skips where it did not run or the file is of another program."""
     file = ROOT / "results" / test / "close-loop.h5"
     if not file.exists():
-        pytest.skip(f"{file.relative_to(ROOT)} is not there: make run writes it in a few minutes")
+        pytest.skip(f"{file.relative_to(ROOT)} is not there: {written_by} writes it in a few minutes")
     if file.stat().st_mtime < max(path.stat().st_mtime for path in (ROOT / "twindisc_cli").rglob("*.py")):
-        pytest.skip(f"{file.relative_to(ROOT)} is older than the program: make run renews it")
+        pytest.skip(f"{file.relative_to(ROOT)} is older than the program: {written_by} renews it")
     with h5py.File(file) as data:
         return json.loads(data["outcome"].attrs["json"])
 
@@ -70,6 +70,22 @@ def test_the_error_with_the_mu_of_each_step(test: str) -> None:
     error = outcome(test)["error"]["profile"]
     assert agrees(printed[test], error["before_step_mu"])
     assert error["before_step_mu"] == pytest.approx(error["before"], rel=0.02), "as far off as with one constant mu"
+
+
+def test_both_tests_together() -> None:
+    profile = r"profiles (\S+) to (\S+) µm \(held out (\S+) to (\S+) µm\)"
+    share, *errors, k, std = on_the_page(
+        rf"half-space contact and (\S+) of the wear on disc 1, and each .*?{profile}, "
+        r"T/N (\S+) to (\S+) \(held out (\S+) to (\S+)\)\. K is (\S+)e-4 ± (\S+)e-4"
+    )
+    command = "twindisc close-loop configs/ambient.toml configs/cryogenic.toml -o results/joint"
+    result = outcome("joint/ambient", command)
+    kinds = ("before", "after", "held_out_before", "held_out_after")
+    values = [result["error"][channel][kind] for channel in ("profile", "traction") for kind in kinds]
+    assert [text for text, value in zip(errors, values, strict=True) if not agrees(text, value)] == []
+    assert agrees(share, effects(result)["wear_partition"]["parameters"]["disc1_share"]["value"])
+    assert agrees(k, 1e4 * result["base"]["K"]["value"])
+    assert agrees(std, 1e4 * result["base"]["K"]["std"])
 
 
 def test_a_wrong_digit_is_seen() -> None:
