@@ -17,6 +17,7 @@ from twindisc_cli.definition import Test
 from twindisc_cli.identify.chart import Chart, friction_chart
 from twindisc_cli.identify.friction import SATURATED
 from twindisc_cli.identify.paper import Paper, PaperTest, reproduce
+from twindisc_cli.identify.wear_history import WearHistory
 from twindisc_cli.model.contact_fields import Field, exact_field, fastsim_field, hertz_patch
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.physics.half_space.rolling import Creepage
@@ -181,7 +182,15 @@ def _of_loading(paper: Paper) -> dict[str, float]:
         "seconds_of_an_iteration": float(air.time[0]),
         "ambient_energy_kJ": float(air.energy[-1]) * 1e-3,
         "cryogenic_energy_kJ": float(cold.energy[-1]) * 1e-3,
+        "ambient_energy_above_3_percent_percent": _energy_above(air, 0.03),
+        "cryogenic_energy_above_3_percent_percent": _energy_above(cold, 0.03),
     }
+
+
+def _energy_above(history: WearHistory, creepage: float) -> float:
+    """The share of the energy dissipated at more than a creepage [1], in percent."""
+    of_iteration = np.diff(history.energy, prepend=0.0)
+    return 100.0 * float(np.sum(of_iteration[history.creepage > creepage * (1.0 + 1e-9)]) / history.energy[-1])
 
 
 def _of_profiles(paper: Paper) -> dict[str, float]:
