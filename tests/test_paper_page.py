@@ -88,6 +88,20 @@ def test_both_tests_together() -> None:
     assert agrees(std, 1e4 * result["base"]["K"]["std"])
 
 
+def test_nitrogen_predicted_with_its_own_friction() -> None:
+    before, predicted, validated = on_the_page(
+        r"profile then falls from (\S+) to (\S+) µm by `--predict`, and to (\S+) µm by `--validate`"
+    )
+    own = "configs/cryogenic.toml with the mu of each step in place of the traction"
+    command = "twindisc close-loop configs/ambient.toml --{0} OWN.toml -o results/own-{0} (OWN.toml: {1})"
+    (prediction,) = outcome("own-predict/ambient", command.format("predict", own))["prediction"]
+    assert agrees(before, prediction["error"]["profile"]["held_out_before"])
+    assert agrees(predicted, prediction["error"]["profile"]["held_out_after"])
+    result = outcome("own-validate/ambient", command.format("validate", own))
+    assert agrees(validated, result["validation"]["error"]["profile"]["held_out_after"])
+    assert set(effects(result)) == {"half_space_contact", "wear_partition"}, "the friction in air is one constant mu"
+
+
 def test_a_wrong_digit_is_seen() -> None:
     assert agrees("2.208e-4", 2.2077e-4)
     assert not agrees("2.206e-4", 2.2077e-4)
