@@ -31,6 +31,7 @@ def consistency(labels: Sequence[str], strains: Sequence[float], *, title: str, 
             va="center",
             ha="right",
         )
+    axes.text(0.995, 1.01, "ratio", transform=axes.transAxes, fontsize=SMALL, va="bottom", ha="right")
     logarithmic(axes.xaxis, _SHOWN[0], max(10.0, 4.0 * float(values.max(initial=1.0))))
     axes.set_yticks(places, labels, fontsize=SMALL)
     axes.grid(False, axis="y")
