@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from twindisc_cli.figures.style import is_wide
 from twindisc_cli.figures.time_axis import TimeAxis, time_axis
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.diagnosis import Curve, Diagnosis, FoundLaw
@@ -22,8 +23,6 @@ GAP = 0.03
 BINS = 12  # of a mean over a covariate: each holds enough samples, a bend stays visible
 LABELS = ("disc", "iteration")
 """What tells records apart, and is no axis."""
-DECADES = 15.0
-"""Creepages that span more than this factor are drawn on a logarithmic axis."""
 
 
 @dataclass(frozen=True)
@@ -120,8 +119,7 @@ class View:
         if covariate != "creepage":
             return False
         creepages = [np.asarray(curve.covariates["creepage"], dtype=float) for curve, _ in self.curves]
-        every = np.concatenate([*creepages, np.empty(0)])
-        return bool(len(every) and every.min() > 0.0 and every.max() > DECADES * every.min())
+        return is_wide(np.concatenate([*creepages, np.empty(0)]))
 
     @cached_property
     def traces(self) -> list[Trace]:

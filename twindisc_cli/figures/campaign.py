@@ -20,6 +20,7 @@ from twindisc_cli.figures.style import (
     PURPLE,
     RED,
     family,
+    is_wide,
     legend,
     legend_below,
     logarithmic,
@@ -39,8 +40,6 @@ if TYPE_CHECKING:
     from twindisc_cli.model.experiment import Floats
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, RED, BLACK)
-WIDE = 15.0
-"""Creepages that span more than this factor are drawn on a logarithmic axis."""
 MOST_NAMED = 8
 """Lines of a map that are named one by one."""
 MOST_PARAMETERS = 3
@@ -80,7 +79,7 @@ def friction(table: Table, points: Points, groups: Sequence[Group], *, title: st
     bands = "bands: 90 % of such tests" if pooled else ""
     name_axes(axes, "creepage $\\upsilon_x$ [%]", "coefficient of friction $\\mu$ [1]", bands)
     creepage = points.creepage[np.isfinite(points.creepage)]
-    if len(creepage) and creepage.min() > 0.0 and creepage.max() > WIDE * creepage.min():
+    if is_wide(creepage):
         logarithmic(axes.xaxis, *around(creepage))
     axes.set_ylim(0.0, None)
     legend(axes, 4)

@@ -75,6 +75,8 @@ HEADLINE, HEADLINES = 84, 4
 """Characters of a line of the title."""
 ROOM = 1.07
 """The end of an axis that begins at zero, over the highest value on it."""
+WIDE = 15.0
+"""Values that span more than this factor are drawn on a logarithmic axis."""
 UNDER = 30.0
 """From the horizontal axis down to the legend under its numbers and label [point]."""
 
@@ -204,6 +206,12 @@ def from_zero(axes: Axes) -> None:
     """The vertical axis from zero to above the highest point, with room for its marker."""
     top = float(axes.dataLim.y1)
     axes.set_ylim(0.0, ROOM * top if top > 0.0 else None)
+
+
+def is_wide(values: ArrayLike) -> bool:
+    """Whether values are drawn on a logarithmic axis: all positive, and some more than WIDE times others."""
+    every = np.asarray(values, dtype=float)
+    return bool(every.size and every.min() > 0.0 and every.max() > WIDE * every.min())
 
 
 def logarithmic(axis: Axis, low: float, high: float) -> None:

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -351,10 +352,15 @@ class Problem:
         return np.concatenate(parts, axis=-1)
 
     @cached_property
+    def places(self) -> dict[tuple[int, str], slice]:
+        """Where each part stands in a row of white numbers, in their order."""
+        ends = [0, *np.cumsum([int(self.cases[i].noise[c].kept.sum()) for i, c in self.parts]).tolist()]
+        return {part: slice(*bounds) for part, bounds in zip(self.parts, pairwise(ends), strict=True)}
+
+    @cached_property
     def owner(self) -> Ints:
         """The test that each white sample is of (sample,)."""
-        count = [int(self.cases[i].noise[c].kept.sum()) for i, c in self.parts]
-        return np.repeat([i for i, _ in self.parts], count)
+        return np.repeat([i for i, _ in self.places], [at.stop - at.start for at in self.places.values()])
 
     @cached_property
     def measured(self) -> Floats:
@@ -364,13 +370,7 @@ class Problem:
     @cached_property
     def slices(self) -> dict[str, list[slice]]:
         """Where each channel of each test stands in a row of white numbers."""
-        results: dict[str, list[slice]] = {channel: [] for channel in self.channels}
-        first = 0
-        for i, channel in self.parts:
-            count = int(self.cases[i].noise[channel].kept.sum())
-            results[channel].append(slice(first, first + count))
-            first += count
-        return results
+        return {channel: [at for (_, c), at in self.places.items() if c == channel] for channel in self.channels}
 
     def count(self, channel: str, test: str = "") -> int:
         """White samples of a channel over all tests, or in one."""

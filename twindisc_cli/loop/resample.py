@@ -26,7 +26,7 @@ SEED = 20061139  # the same draws in every run
 def blocks(fitted: Fit) -> Ints:
     """Block of each white sample (sample,): runs of neighbours in time or across the track, of every channel."""
     result, first = [], 0
-    for part in _parts(fitted):
+    for part in fitted.problem.places.values():
         size = part.stop - part.start
         count = int(np.clip(size // RESAMPLING.block_samples, 5, RESAMPLING.blocks))
         result.append(first + np.arange(size) * count // max(size, 1))
@@ -51,16 +51,10 @@ def softened(evidence: Floats, explanations: Sequence[Explanation]) -> Floats:
     return np.asarray(relative / relative.sum(axis=1, keepdims=True))
 
 
-def _parts(fitted: Fit) -> list[slice]:
-    """Where each channel of each test stands in a row of white numbers, in order."""
-    every = (part for parts in fitted.problem.slices.values() for part in parts)
-    return sorted(every, key=lambda part: part.start)
-
-
 def _drawn(fitted: Fit, block: Ints, generator: np.random.Generator, draws: int) -> Floats:
     """How often each block is drawn (draw, block), among the blocks of its own channel."""
     columns = []
-    for part in _parts(fitted):
+    for part in fitted.problem.places.values():
         count = len(np.unique(block[part]))
         columns.append(generator.multinomial(count, np.full(count, 1.0 / count), size=draws))
     return np.concatenate(columns, axis=1).astype(float)

@@ -144,8 +144,7 @@ def _basis(fitted: Fit, number: int, group: Group, span: Floats) -> _Basis:
     problem = fitted.problem
     case = problem.cases[number]
     rows = np.zeros((group.columns.shape[1], len(fitted.residual)))
-    index = [i for i, c in enumerate(problem.cases) if group.channel in c.noise].index(number)
-    rows[:, problem.slices[group.channel][index]] = case.noise[group.channel].whiten(group.columns.T)
+    rows[:, problem.places[number, group.channel]] = case.noise[group.channel].whiten(group.columns.T)
     columns = problem.discount(rows).T
     columns = columns - span @ (span.T @ columns)
     left, size, right = np.linalg.svd(columns, full_matrices=False)

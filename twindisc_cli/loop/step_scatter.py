@@ -48,7 +48,7 @@ class StepScatter:
 def step_scatter(fitted: Fit) -> list[StepScatter]:
     """The scatter between steps that a fit leaves beyond the noise, in every test and channel that has steps."""
     problem, result = fitted.problem, list[StepScatter]()
-    for (number, channel), where in zip(problem.parts, _places(fitted), strict=True):
+    for (number, channel), where in problem.places.items():
         case, steps = problem.cases[number], channels()[channel].steps
         step = steps(case.test) if steps is not None else np.zeros(1, dtype=np.int64)
         count, squared = _length(fitted, where, case.noise[channel], step)
@@ -73,21 +73,11 @@ def _length(fitted: Fit, where: slice, noise: Noise, step: Ints) -> tuple[int, f
     return directions.shape[1], float(np.sum((directions.T @ fitted.residual) ** 2))
 
 
-def _places(fitted: Fit) -> list[slice]:
-    """Where each test and channel stands in a row of white samples, in the order of `Problem.parts`."""
-    places, first = [], 0
-    for number, channel in fitted.problem.parts:
-        count = int(fitted.problem.cases[number].noise[channel].kept.sum())
-        places.append(slice(first, first + count))
-        first += count
-    return places
-
-
 def _varied(test: Experiment, step: Ints, miss: Floats) -> dict[str, float]:
     """Squared rank correlation of the steps' mean residuals with what was recorded of them, largest first."""
     distinct, history = np.unique(step), test.history
     mean = np.array([miss[step == number].mean() for number in distinct])
-    first = np.array([np.flatnonzero(history.step == number)[0] for number in distinct])
+    first = history.step_begin[distinct]
     recorded = {
         "creepage": history.creepage,
         "load": history.load_factor,
