@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 
 from twindisc_cli.campaign.table import Table
 from twindisc_cli.identify import hierarchy
+from twindisc_cli.identify.least_squares import NINETY
 from twindisc_cli.model.experiment import Floats, Ints
 from twindisc_cli.report.words import p_value
 
 SINGLE = 0.05
 """One value for all tests is refused below this probability."""
-_NINETY = 3.29
-"""The length of a 90 % interval in standard errors."""
 _ESTIMATES = (
     ("K", "K [1]", "K std [1]"),
     ("K", "base K [1]", "base K std [1]"),
@@ -249,7 +248,7 @@ def _estimates(table: Table, name: str, rows: Ints) -> Iterator[Group]:
     """Each quantity that the tests of a group give with its standard error, but what is less certain than its size."""
     for quantity, column, error in _ESTIMATES:
         value, std = table.numbers(column)[rows], table.numbers(error)[rows]
-        known = np.flatnonzero((value > 0.0) & (std > 0.0) & ~(_NINETY * std > value))
+        known = np.flatnonzero((value > 0.0) & (std > 0.0) & ~(2.0 * NINETY * std > value))
         if len(known) < 2:
             continue
         y, s = np.log(value[known]), std[known] / value[known]

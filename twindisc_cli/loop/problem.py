@@ -374,9 +374,8 @@ class Problem:
 
     def count(self, channel: str, test: str = "") -> int:
         """White samples of a channel over all tests, or in one."""
-        own = [i for i, case in enumerate(self.cases) if channel in case.noise]
-        parts = zip(own, self.slices[channel], strict=True)
-        return sum(part.stop - part.start for i, part in parts if test in ("", self.tests[i]))
+        own = [at for (i, c), at in self.places.items() if c == channel and test in ("", self.tests[i])]
+        return sum(at.stop - at.start for at in own)
 
     def own_samples(self, rows: Floats, channel: str) -> list[tuple[str, Mask]]:
         """Tests in which alone a term of a channel may act that moves white rows (..., sample), with their samples.
