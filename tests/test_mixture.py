@@ -73,9 +73,9 @@ COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 1)
 TIME = spread(COURSE, 20)
 
 
-def problem_of(missed: float) -> Problem:
-    """A steady friction with noise and a slow swing of this size that nothing explains."""
-    ratio = 0.6 + missed * np.sin(TIME / 40.0) + 0.004 * np.random.default_rng(0).standard_normal(len(TIME))
+def problem_of(missed: float, change: Floats | float = 0.0) -> Problem:
+    """A steady friction with noise, a change, and a slow swing of this size that nothing explains."""
+    ratio = 0.6 + change + missed * np.sin(TIME / 40.0) + 0.004 * np.random.default_rng(0).standard_normal(len(TIME))
     measured = Measured(traction=traction_samples(COURSE, TIME, ratio, 0.004))
     test = experiment(COURSE, thermal=None, options=Options(friction_coefficient=0.6), measured=measured)
     return Problem([case_of(test)], ("traction",))
@@ -93,12 +93,12 @@ def mixed(problem: Problem, evidence: Mapping[str, float]) -> tuple[list[float],
     compared = Compared(members[0], members, np.full(len(members), np.nan), base)
     found = mixture_of(judge(members[0], before, before, masks), compared, frozenset(), masks)
     weight = {member.explanation.terms: w for member, w in zip(found.members, found.weights, strict=True)}
-    return [float(weight[m.terms]) for m in members], [m.fit for m in members]
+    return [float(weight.get(m.terms, 0.0)) for m in members], [m.fit for m in members]
 
 
 def test_where_all_are_as_evident_the_base_model_outweighs_each_by_their_number() -> None:
     found, _ = mixed(
-        problem_of(0.0), {"falling_friction": 3.0, "": 3.0, "film_breakdown": 3.0, "running_in_friction": 3.0}
+        problem_of(0.0), {"falling_friction": 3.0, "": 3.0, "third_body_layer": 3.0, "running_in_friction": 3.0}
     )
     first, base, *others = found
     assert [first, *others] == pytest.approx([base / 4.0] * 3)
@@ -111,3 +111,14 @@ def test_where_the_best_leaves_more_than_the_noise_the_odds_shrink_by_that(misse
     left = min(f.chi2 / (len(f.residual) - len(f.theta)) for f in fits)
     assert (left > 1.5) is (missed > 0.0)
     assert np.log(found[0] / found[1]) == pytest.approx(1.5 / max(left, 1.0))
+
+
+@pytest.mark.parametrize("width", [1e-5, 0.005])
+def test_a_jump_between_two_samples_predicts_nothing(width: float) -> None:
+    """Friction that rises at 3.5 % creepage, seen at 3 and 4 %: at once, or over a range that the samples show."""
+    creepage = problem_of(0.0).cases[0].test.measured.traction
+    assert creepage is not None
+    rise = 0.1 * np.tanh((creepage.creepage - 0.035) / (2.0 * width)) - 0.1
+    problem = problem_of(0.0, rise)
+    found, _ = mixed(problem, {"": 3.0, "film_breakdown": 3.0})
+    assert (found[1] == 0.0) is (width < 1e-4)

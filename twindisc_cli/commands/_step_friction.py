@@ -18,6 +18,9 @@ from twindisc_cli.model.base import MODEL_KEYS, BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import ForwardModel
 
+ROUNDING = 1e-6
+"""Of the noise: where each sample has a step of its own, its mu brings it back but for rounding."""
+
 
 def with_step_friction(diagnosis: Diagnosis, tests: Sequence[Experiment]) -> Mapping[str, ChannelError]:
     """The errors of a diagnosis, each also with what the base model misses with the mu of each step.
@@ -37,6 +40,7 @@ def with_step_friction(diagnosis: Diagnosis, tests: Sequence[Experiment]) -> Map
             used = curve.kept & ~curve.held_out
             misses[curve.channel].append((curve.measured - predicted[curve.test][curve.channel])[used])
     known = {channel: channels()[channel].factor * rms(np.concatenate(each)) for channel, each in misses.items()}
+    known = {c: error if error > ROUNDING * diagnosis.errors[c].noise else 0.0 for c, error in known.items()}
     return {c: replace(error, before_step_mu=known.get(c, np.nan)) for c, error in diagnosis.errors.items()}
 
 

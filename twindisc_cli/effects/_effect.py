@@ -35,7 +35,8 @@ class Param:
 
     `name` is its key in the test definition and the keyword of the effect's function; `unit` is the unit of that
     value. With the value `off` the effect does nothing; None marks a parameter that only shapes it. `start` is a
-    typical size. A `log` parameter is positive and spans decades; a `normal` one is expected to be of order one.
+    typical size. A `log` parameter is positive and spans decades; a `normal` one is expected to be of order one. One
+    that `is_width` is that of a transition: at its lower bound this is a jump.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Param:
     off: float | None = None
     log: bool = False
     normal: bool = False
+    is_width: bool = False
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.judge import Judged, Kind, judge, rises
 from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.search import Explanation
+from twindisc_cli.loop.term_intervals import INTERVAL
 from twindisc_cli.loop.terms import Term
 from twindisc_cli.loop.thresholds import RESAMPLING
 from twindisc_cli.loop.validate import rms
@@ -99,18 +100,37 @@ def mixture_of(
 ) -> Mixture:
     """The answer with the explanations that stand beside it, the base model among them; alone where they err more.
 
-    An explanation that was refused, or with a parameter at a bound, predicts nothing.
+    An explanation that was refused, that jumps, or with a parameter at a bound predicts nothing; an answer that jumps
+    little beside others.
     """
     answer = judged.explanation
-    every = [m for m in compared.members if not (m.labels in refused or m.fit.at_bound) or m.labels == answer.labels]
+    silent = [m.labels in refused or bool(m.fit.at_bound) or _jumps(m) for m in compared.members]
+    every = [m for m, no in zip(compared.members, silent, strict=True) if not no or m.labels == answer.labels]
     weight = dict(zip((m.labels for m in every), _weights(every, compared), strict=True))
     beside = [m for m in every if m.labels != answer.labels and weight[m.labels] > RESAMPLING.rival_share]
     beside = sorted(beside, key=lambda m: -weight[m.labels])[: RESAMPLING.most_mixed - 1]
-    weight[answer.labels] = max(weight[answer.labels], RESAMPLING.rival_share)
+    doubtful = beside and _jumps(answer)
+    weight[answer.labels] = RESAMPLING.rival_share if doubtful else max(weight[answer.labels], RESAMPLING.rival_share)
     members = [judged, *(judge(m, judged.before, judged.unseen_before, masks) for m in beside)]
     share = np.array([weight[j.explanation.labels] for j in members])
     mixture = Mixture(members, share / share.sum(), _spans(judged.unseen_before))
     return mixture if not _errs_more(mixture) else Mixture([judged], np.ones(1))
+
+
+def _jumps(explanation: Explanation) -> bool:
+    """Whether the 90 % interval of the width of an effect's transition reaches a jump.
+
+    It is somewhere between two samples; where, and how wide, these do not say.
+    """
+    fitted, problem = explanation.fit, explanation.fit.problem
+    widths = {(name, p.name) for name in explanation.terms for p in explanation.effect(name).params if p.is_width}
+    for number in (i for i, p in enumerate(problem.parameters) if (p.term, p.key) in widths):
+        theta = fitted.theta.copy()
+        theta[number] = problem.bounds[0][number]
+        left = problem.discount(problem.white(problem.predict(theta[None])) - problem.measured)[0]
+        if float(left @ left) < fitted.chi2 + INTERVAL * fitted.excess:
+            return True
+    return False
 
 
 def _unbounded(explanation: Explanation) -> list[Trial]:
