@@ -91,6 +91,14 @@ def autoregressive(rng: np.random.Generator, count: int, correlation: float) -> 
     return found
 
 
+def flickering(rng: np.random.Generator, samples: int) -> Floats:
+    """1/f noise of unit variance, made of waves: as much power in every octave."""
+    frequency = np.fft.rfftfreq(samples)[1:]
+    waves = (rng.standard_normal(len(frequency)) + 1j * rng.standard_normal(len(frequency))) / np.sqrt(frequency)
+    values = np.fft.irfft(np.concatenate([[0.0], waves]), samples)
+    return np.asarray(values / values.std())
+
+
 def traction_samples(history: History, time: Floats, ratio: Floats, uncertainty: float = np.nan) -> TractionSamples:
     """Samples at the history's own creepage."""
     at = running(history, time)

@@ -27,33 +27,47 @@ def scattered(seed: int, *, real: bool, noise: float = 0.002) -> tuple[np.ndarra
 
 @pytest.mark.parametrize("seed", range(6))
 def test_what_the_tachometers_err_by_is_taken_off(seed: int) -> None:
-    creepage, std = steadied(*scattered(seed, real=False), TIME, STEP)
-    assert std == pytest.approx(ERROR, rel=0.2)
-    assert np.abs(creepage - LEVELS[STEP]).max() < 3.5 * ERROR / np.sqrt(40)
+    found = steadied(*scattered(seed, real=False), TIME, STEP)
+    assert found.std == pytest.approx(ERROR, rel=0.2)
+    assert found.told
+    assert np.abs(found.creepage - LEVELS[STEP]).max() < 3.5 * ERROR / np.sqrt(40)
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_slip_that_the_traction_follows_stays(seed: int) -> None:
     recorded, ratio = scattered(seed, real=True)
-    creepage, std = steadied(recorded, ratio, TIME, STEP)
-    assert std == 0.0
-    assert np.array_equal(creepage, recorded)
+    found = steadied(recorded, ratio, TIME, STEP)
+    assert (found.std, found.note) == (0.0, None)
+    assert np.array_equal(found.creepage, recorded)
 
 
-def test_nothing_is_said_where_the_noise_of_the_traction_hides_it() -> None:
-    recorded, ratio = scattered(1, real=False, noise=0.2)
-    assert steadied(recorded, ratio, TIME, STEP)[1] == 0.0
+@pytest.mark.parametrize("noise", [0.2, 20.0])
+def test_scatter_without_memory_that_the_traction_does_not_show_is_left_out(noise: float) -> None:
+    """It would flatten the model's curve; but nobody says that it is the tachometers'."""
+    found = steadied(*scattered(1, real=False, noise=noise), TIME, STEP)
+    assert not found.told
+    assert found.note is not None
+    assert "too little for the traction to tell" in found.note
+    assert np.abs(found.creepage - LEVELS[STEP]).max() < 3.5 * ERROR / np.sqrt(40)
 
 
-def test_nothing_is_said_of_full_sliding_and_of_few_samples() -> None:
+def test_a_creepage_with_a_memory_stays_where_the_traction_does_not_show_it() -> None:
+    """As of a wheel that hunts; and a sweep in full sliding."""
+    recorded, ratio = scattered(2, real=False, noise=0.2)
+    hunting = recorded + 3e-4 * np.sin(TIME / 4.0)
+    sweep = np.geomspace(0.01, 0.05, 160)
+    for creepage, step in ((hunting, STEP), (sweep, np.zeros(160, dtype=int))):
+        assert np.array_equal(steadied(creepage, ratio, TIME, step).creepage, creepage)
+
+
+def test_few_samples_stay_as_they_are() -> None:
     recorded, ratio = scattered(2, real=False)
-    assert steadied(recorded, np.full(160, 0.4), TIME, np.zeros(160, dtype=int))[1] == 0.0
-    assert steadied(recorded[::40], ratio[::40], TIME[::40], STEP[::40])[1] == 0.0
+    assert np.array_equal(steadied(recorded[::40], ratio[::40], TIME[::40], STEP[::40]).creepage, recorded[::40])
 
 
 def test_a_creepage_that_drifts_within_its_step_still_does() -> None:
     recorded, ratio = scattered(3, real=False)
     drift = 2e-3 * (TIME % 40.0 - 19.5) / 40.0
-    creepage, std = steadied(recorded + drift, ratio, TIME, STEP)
-    assert std == pytest.approx(ERROR, rel=0.2)
-    assert np.abs(creepage - LEVELS[STEP] - drift).max() < 8.0 * ERROR / np.sqrt(40)
+    found = steadied(recorded + drift, ratio, TIME, STEP)
+    assert found.std == pytest.approx(ERROR, rel=0.2)
+    assert np.abs(found.creepage - LEVELS[STEP] - drift).max() < 8.0 * ERROR / np.sqrt(40)

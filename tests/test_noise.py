@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rigs import RADIUS, ROOM, Floats, Plant, autoregressive, experiment, history, spread, traction_samples
+from rigs import RADIUS, ROOM, Floats, Plant, autoregressive, experiment, flickering, history, spread, traction_samples
 
 from twindisc_cli.loop.channels.profile import noise as profile_noise
 from twindisc_cli.loop.channels.temperature import noise as temperature_noise
 from twindisc_cli.loop.channels.traction import noise as traction_noise
-from twindisc_cli.loop.noise import ASSUMED_SHARE, Noise, estimate, relaxations
+from twindisc_cli.loop.noise import ASSUMED_SHARE, Flicker, Noise, estimate, relaxations
 from twindisc_cli.model.experiment import Experiment, Measured, ProfileSamples, TemperatureSamples
 
 HISTORY = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 3)
@@ -107,13 +107,52 @@ def test_the_cautious_correlation_is_about_two_standard_errors_longer(correlatio
     for seed in range(DRAWS):
         unit = autoregressive(np.random.default_rng(seed), len(TIME), correlation)
         found = CHANNELS["traction"](unit, TIME)
+        if found.flicker is not None:
+            continue
         assert found.cautious is not None
         assert found.cautious[0] >= 0.999 * found.std
         longer.append(found.cautious[1] - found.correlation)
         cautious.append(found.cautious[1])
+    assert len(longer) > 0.75 * DRAWS, "noise of one memory is taken for flicker noise in few of the draws"
     assert np.min(longer) >= 0.0
     assert 0.8 * standard_error(correlation) < np.mean(longer) < 3.0 * standard_error(correlation)
     assert np.mean(np.array(cautious) >= correlation) > 0.85, "two standard errors: 39 in 40"
+
+
+LONG = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 10)
+
+
+def slow_part(unit: Floats) -> float:
+    """Mean square of the slowest eight waves of noise (sample,) after whitening: 1 where the noise is known."""
+    time = spread(LONG, 10)
+    samples = traction_samples(LONG, time, 0.6 + 0.004 * unit)
+    noise = traction_noise(experiment(LONG, measured=Measured(traction=samples)))
+    assert (noise.flicker is not None) == (noise.cautious is None)
+    place = np.pi * (np.arange(len(time)) + 0.5) / len(time)
+    waves = np.linalg.qr(noise.whiten(np.cos(np.outer(np.arange(1, 9), place))).T)[0]
+    return float(np.mean((waves.T @ noise.whiten(0.004 * unit)) ** 2))
+
+
+def test_a_sensor_that_wanders_has_noise_of_all_memories() -> None:
+    """In 1/f noise of 600 samples one memory leaves the slow waves seven times as strong as it lets expect."""
+    rngs = [np.random.default_rng(seed) for seed in range(12)]
+    count = len(spread(LONG, 10))
+    assert np.median([slow_part(flickering(rng, count)) for rng in rngs]) < 2.0
+    assert 0.5 < np.median([slow_part(autoregressive(rng, count, 0.6)) for rng in rngs]) < 1.5
+    assert 0.5 < np.median([slow_part(rng.standard_normal(count)) for rng in rngs]) < 1.5
+
+
+def test_flicker_noise_is_whitened_as_by_its_covariance() -> None:
+    """Samples before it, chosen by octaves, in place of all: unit covariance to 0.06, the determinant to 0.4 %."""
+    rng = np.random.default_rng(3)
+    position, series = np.cumsum(rng.uniform(0.2, 3.0, 300)), np.repeat([0, 1], [200, 100])
+    flicker = Flicker(0.9, 9)
+    distance = np.abs(position[:, None] - position)
+    same = series[:, None] == series
+    by_hand = 0.1 * np.eye(300) + 0.9 * same * np.mean([np.exp(-distance / 2.0**k) for k in range(9)], axis=0)
+    white = flicker.whitening(position, series)
+    assert white.matrix @ by_hand @ white.matrix.T == pytest.approx(np.eye(300), abs=0.06)
+    assert white.size == pytest.approx(0.5 * np.linalg.slogdet(by_hand)[1], rel=4e-3)
 
 
 @pytest.mark.parametrize("channel", CHANNELS)

@@ -19,7 +19,8 @@ class Quantity:
     """A quantity of the model: `apply` takes it times (1 + change), or shifts it by change [SI].
 
     `unit` of a shift in the definition, `scale` from it to SI; `covariates`: what a law over it is searched over. Power
-    and wear index follow from the friction; a law of friction over them would feed on itself.
+    and wear index follow from the friction; a law of friction over them would feed on itself. `shapes`: the only
+    formulas that are tried, and no curve; none: all.
     """
 
     stage: Stage
@@ -30,6 +31,7 @@ class Quantity:
     apply: Callable[[State, Floats], State]
     unit: str = "1"
     scale: float = 1.0
+    shapes: tuple[str, ...] = ()
 
     @property
     def size_key(self) -> str:
@@ -51,6 +53,10 @@ def _creepage(s: State, change: Floats) -> State:
 
 def _traction_ratio(s: State, change: Floats) -> State:
     return s.replace(traction_ratio=s.traction_ratio + change)
+
+
+def _torque_gain(s: State, change: Floats) -> State:
+    return s.replace(traction_ratio=s.traction_ratio * (1.0 + change))
 
 
 def _wear(s: State, change: Floats) -> State:
@@ -99,6 +105,8 @@ QUANTITIES: Mapping[str, Quantity] = {
     "traction_ratio": Quantity("sensor", "traction", "shift", "the recorded T/N",
                                ("creepage", "time", "temperature", "time_in_step", "load", "order"),
                                _traction_ratio),
+    "torque_gain": Quantity("sensor", "traction", "factor", "the gain of the torque meter", ("time",), _torque_gain,
+                            shapes=("step", "window")),
     "wear": Quantity("wear", "profile", "factor", "the wear coefficient", (*_DRIVEN, *_LOADED), _wear),
     "wear_across": Quantity("surface", "profile", "factor", "the wear across the track", ("y_over_edge",),
                             _wear_across),

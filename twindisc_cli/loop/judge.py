@@ -61,13 +61,17 @@ class Judged:
             self._known[kind] = predicted(getattr(self, kind), self.before.problem.cases)
         return self._known[kind]
 
-    def misses(self, channel: str, kind: Kind, *, held_out: bool) -> Floats:
-        """Measured minus predicted of a channel, in the order of the record (sample,)."""
+    def misses(self, channel: str, kind: Kind, *, held_out: bool, decided: bool = False) -> Floats:
+        """Measured minus predicted of a channel, in the order of the record (sample,).
+
+        decided: without the samples held out on which it is open what the explanation says.
+        """
         misses = []
         for i, case in enumerate(self.before.problem.cases):
             if channel in case.noise:
                 order = case.noise[channel].order
                 order = order[self.masks[i][channel][order] == held_out]
+                order = order[~self._open(i, channel)[order]] if decided else order
                 values = channels()[channel].predicted(case.model, self.prediction(kind)[i])[0]
                 misses.append((case.values(channel) - values)[order])
         return np.concatenate(misses)
@@ -75,6 +79,19 @@ class Judged:
     def error(self, channel: str, kind: Kind, *, held_out: bool) -> float:
         """Root mean square of measured minus predicted; NaN without samples."""
         return rms(self.misses(channel, kind, held_out=held_out))
+
+    def _open(self, number: int, channel: str) -> Mask:
+        """Samples of a test held out where a law jumps between two that are fitted: in which of them, nothing tells."""
+        held_out = self.masks[number][channel]
+        laws = [law for law in self.explanation.laws.values() if law.covariate == "time"]
+        jumps = [at for law in laws if law.shape in ("step", "window") for at in law.fixed.values()]
+        model, prediction = self.before.problem.cases[number].model, self.prediction("unseen_before")[number]
+        time = channels()[channel].covariates(model, prediction).get("time") if jumps else None
+        if time is None:
+            return np.zeros_like(held_out)
+        fitted = np.concatenate([[-np.inf], np.sort(time[~held_out]), [np.inf]])
+        gap = np.searchsorted(fitted, time)
+        return held_out & np.isin(gap, np.searchsorted(fitted, jumps))
 
     def rises(self, *, held_out: bool) -> list[str]:
         """Channels in which the revised model errs more than the base, on samples held out or on the others.
@@ -85,8 +102,8 @@ class Judged:
         results = []
         for channel in self.before.problem.channels:
             base = self.error(channel, "unseen_before", held_out=False)
-            before = self.misses(channel, "unseen_before", held_out=held_out)
-            after = self.misses(channel, "unseen_after", held_out=held_out)
+            before = self.misses(channel, "unseen_before", held_out=held_out, decided=True)
+            after = self.misses(channel, "unseen_after", held_out=held_out, decided=True)
             foreign = held_out and min(rms(before), rms(after)) > ACCEPTANCE.foreign_state * base
             if not foreign and rises(before, after):
                 results.append(channel)

@@ -78,12 +78,19 @@ class Pair:
     @cached_property
     def members(self) -> list[tuple[str, list[dict[str, float]], Floats]]:
         """Families of formulas: shape, start values of each member, and the members' values (bin, member)."""
-        return [(shape, starts, np.array(columns).T) for shape, starts, columns in _families(self.places, self.edges)]
+        only = QUANTITIES[self.quantity].shapes
+        return [
+            (shape, starts, np.array(columns).T)
+            for shape, starts, columns in _families(self.places, self.edges)
+            if not only or shape in only
+        ]
 
     @cached_property
     def log_evidence(self) -> float:
         """Logarithm of the evidence of a law over this pair, relative to none."""
-        result = [self._of_formulas(columns) for _, _, columns in self.members] + [self._of_curves()]
+        result = [self._of_formulas(columns) for _, _, columns in self.members]
+        if not QUANTITIES[self.quantity].shapes:
+            result.append(self._of_curves())
         return float(logsumexp(result) - np.log(len(result)))
 
     def _of_formulas(self, columns: Floats) -> float:
@@ -134,7 +141,7 @@ class Pair:
             price = choice + 0.5 * float(np.log(samples)) * CHOSEN.get(shape, 0)
             paid = price + 0.5 * np.log(samples) * len(trial.params)
             results.append((0.5 * float(gain[best]) - paid, trial, price))
-        if self.most_knots < FEWEST_KNOTS:
+        if self.most_knots < FEWEST_KNOTS or QUANTITIES[self.quantity].shapes:
             return sorted(results, key=lambda f: -f[0])
         evidence, which = self._curves
         best = int(np.argmax(evidence))
@@ -147,6 +154,13 @@ class Pair:
         """Which places samples respond to (bin,)."""
         length = np.diag(self.A)
         return np.asarray(length > NOTHING * float(length.max()))
+
+    def gap(self, place: float) -> float:
+        """Width of the bins about a place of the covariate to which no sample responds; 0 where samples do."""
+        ends = np.flatnonzero(np.diff(np.concatenate([[False], ~self.sampled, [False]]).astype(int)))
+        runs = self.edges[ends].reshape(-1, 2)
+        here = (runs[:, 0] <= place) & (place <= runs[:, 1])
+        return float(np.diff(runs[here], axis=1).sum())
 
     @property
     def most_knots(self) -> int:

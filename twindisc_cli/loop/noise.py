@@ -5,12 +5,19 @@
     rho   correlation of neighbouring samples [1], gap_i distance to the sample before, in median distances
     s     standard deviation of a sample, in the channel's unit
 
+or, of a sensor that wanders, white beside flicker noise of memories from a sample to the whole record,
+
+    corr(e_i, e_j) = (f / n) sum_k exp(-|x_i - x_j| / 2^k),   k = 0 ... n - 1
+
+    f     share of the flicker noise in the variance [1], x_i place of a sample in median distances
+
 A smooth trend inside every step (in a profile: inside every unworn flank), no richer than the samples ask for, is taken
 out, with what comes back in every step after the change of creepage. rho and s follow from the restricted likelihood
 (REML) of what is left, so that the trend's own parameters are paid for, and from a prior 1 - rho: a rich trend takes
 out what would tell a long correlation from a longer one. Outliers beyond five robust standard deviations, or as far
 from what their neighbours let expect, are dropped unless they come in runs.
-Source: D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320-338.
+Sources: D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320-338; F. N. Hooge, P. A. Bobbert, Physica B 239 (1997) 223-230
+(1/f as a sum of relaxations); A. V. Vecchia, J. R. Stat. Soc. B 50 (1988) 297-312.
 """
 
 from __future__ import annotations
@@ -22,6 +29,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dtrtrs
+from scipy.sparse import csr_array
 
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Floats, Ints
@@ -41,8 +49,55 @@ MOST_STRAYS = 0.05  # of the samples: more are no outliers
 GROWS = 8.0
 """Gain in log likelihood [nats] from which a noise is taken to grow: one record of even noise in 16,000 shows it."""
 GROWTHS = np.linspace(-3.0, 3.0, 61)
+SHARES = np.array([0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.98, 1.0])  # of flicker noise in the variance
+CORRELATED = 0.2  # of neighbours, without which there is no flicker noise
+_BEFORE = np.unique(np.round(2.0 ** np.arange(0.0, 20.0, 0.5)).astype(np.int64))
+"""Which of the samples before it a sample of flicker noise is foretold from: octaves by halves, as its memories are."""
 _ALIKE = 2.0 / 3.0
 """Squares of differences of neighbours that count as one on their own: each shares a sample with the next."""
+
+
+@dataclass(frozen=True)
+class Flicker:
+    """Flicker noise beside white noise: its share in the variance [1], how many memories it has, an octave apart."""
+
+    share: float
+    octaves: int
+
+    def correlation(self, distance: Floats) -> Floats:
+        """Correlation of two samples (...) that are so many median distances apart (...), at least 1e-6."""
+        memories = 2.0 ** np.arange(self.octaves)
+        return np.asarray(self.share * np.mean(np.exp(-distance[..., None] / memories), axis=-1))
+
+    def whitening(self, position: Floats, series: Ints) -> Whitening:
+        """What makes white noise of unit variance of samples in the order of their series (sample,).
+
+        Each is taken less what the samples before it, of its series and chosen by octaves, let expect.
+        """
+        count = len(position)
+        here, before = np.arange(count)[:, None], np.arange(count)[:, None] - _BEFORE[count > _BEFORE]
+        known = (before >= 0) & (series[np.maximum(before, 0)] == series[:, None])
+        other = np.where(known, before, here)
+        place = position[other]
+        between = self.correlation(np.abs(place[:, :, None] - place[:, None, :]))
+        between = np.where(known[:, :, None] & known[:, None, :], between, 0.0)
+        diagonal = np.arange(other.shape[1])
+        between[:, diagonal, diagonal] = 1.0
+        near = np.where(known, self.correlation(np.abs(position[:, None] - place)), 0.0)
+        link = np.linalg.solve(between, near[..., None])[..., 0]
+        scale = np.sqrt(1.0 - np.sum(link * near, axis=1))
+        rows = np.concatenate([np.arange(count), np.broadcast_to(here, other.shape)[known]])
+        columns = np.concatenate([np.arange(count), other[known]])
+        values = np.concatenate([1.0 / scale, (-link / scale[:, None])[known]])
+        return Whitening(csr_array((values, (rows, columns)), shape=(count, count)), float(np.log(scale).sum()))
+
+
+@dataclass(frozen=True)
+class Whitening:
+    """Matrix (sample, sample) that whitens, and half the logarithm of the correlations' determinant."""
+
+    matrix: csr_array
+    size: float
 
 
 @dataclass(frozen=True)
@@ -53,7 +108,8 @@ class Noise:
     series (sample,): where a sample stands in which uninterrupted series; estimated: False where it had to be assumed;
     cautious: standard deviation and correlation to whiten with, the longest correlation near the likeliest. What is
     taken for noise too long is missed only in the smallest effects, what is taken too short becomes an effect.
-    sizes (sample,): standard deviation of each sample over std; None: they are equal.
+    sizes (sample,): standard deviation of each sample over std; None: they are equal. flicker: the part of the noise
+    that has all memories.
     """
 
     std: float
@@ -64,6 +120,7 @@ class Noise:
     estimated: bool
     cautious: tuple[float, float] | None = None
     sizes: Floats | None = None
+    flicker: Flicker | None = None
 
     def at(self, kept: Mask, position: Floats, series: Ints) -> Noise:
         """The same noise for other samples."""
@@ -80,11 +137,19 @@ class Noise:
         order = self.order
         std, correlation = self.cautious or (self.std, self.correlation)
         part = values[..., order] / (std if self.sizes is None else std * self.sizes[order])
+        if self.flicker is not None:
+            rows = part.reshape(-1, len(order))
+            return np.asarray((self._all_memories.matrix @ rows.T).T.reshape(part.shape))
         if correlation == 0.0:
             return np.asarray(part)
         link, scale = self._whitening
         before = np.concatenate([np.zeros_like(part[..., :1]), part[..., :-1]], axis=-1)
         return np.asarray((part - link * before) / scale)
+
+    @cached_property
+    def _all_memories(self) -> Whitening:
+        assert self.flicker is not None
+        return self.flicker.whitening(self.position[self.order], self.series[self.order])
 
     @cached_property
     def _whitening(self) -> tuple[Floats, Floats]:
@@ -180,12 +245,20 @@ def recurring(at: Floats, group: Ints, trend: Floats, knots: int) -> Floats:
 
 
 def estimate(
-    values: Floats, trends: Sequence[Floats], at: Floats, series: Ints, size: float, *, correlated: bool
+    values: Floats,
+    trends: Sequence[Floats],
+    at: Floats,
+    series: Ints,
+    size: float,
+    *,
+    correlated: bool,
+    wanders: bool = False,
 ) -> Noise:
     """REML estimate of standard deviation and correlation about the best of the trends (sample, column), richest last.
 
-    Where too few samples scatter, or none does, a share of the channel's size is assumed.
-    """
+    wanders: the noise may be flicker noise; the first trend is then a level in each step. Where too few samples
+    scatter, or none does, a share of the channel's size is assumed.
+    """  # fmt: skip
     order = np.lexsort((at, series))
     values, trend, at, series = values[order], trends[-1][order], at[order], series[order]
     spacing = float(np.median(np.diff(at))) if len(at) > 1 else 1.0
@@ -209,7 +282,10 @@ def estimate(
     if std <= STILL * size:
         return assumed
     alone = kept | in_a_run(~kept)
-    return Noise(std, correlation, alone[back], position[back], series[back], estimated=True, cautious=cautious)
+    found = Noise(std, correlation, alone[back], position[back], series[back], estimated=True, cautious=cautious)
+    if wanders and correlation >= CORRELATED:
+        return _flickering(found, record.only(calm), [t[order][calm] for t in trends])
+    return found
 
 
 @dataclass(frozen=True)
@@ -234,6 +310,68 @@ class _Record:
     def links(self) -> Floats:
         """Correlation of each sample with the one before it (correlation, sample), for each that is tried."""
         return _links(self.position, self.series, self.grid)
+
+
+def _flickering(noise: Noise, record: _Record, trends: Sequence[Floats]) -> Noise:
+    """Flicker noise where that is likelier than noise of one memory; the first of the trends is a level in each step.
+
+    What a trend takes out and what a memory does are told apart by trying both noises with every trend.
+    """
+    octaves = int(np.ceil(np.log2(max(float(np.ptp(record.position)), 2.0)))) + 1
+    links = [link for rho, link in zip(record.grid, record.links, strict=True) if rho > 0.0]
+    tried = [_Evidence.of(record.values, trends[0], trend) for trend in trends]
+    one = max(found.after(_one_memory(link))[0] for found in tried for link in links)
+    results = []
+    for flicker in (Flicker(float(share), octaves) for share in SHARES):
+        white = flicker.whitening(record.position, record.series)
+        results += [(*found.after(white), flicker) for found in tried]
+    best, std, flicker = max(results, key=lambda result: result[0])
+    if best <= one:
+        return noise
+    near = float(flicker.correlation(np.ones(1))[0])
+    return replace(noise, std=std, correlation=near, cautious=None, flicker=flicker)
+
+
+def _one_memory(link: Floats) -> Whitening:
+    """Whitening of samples (sample,) by their correlation with the sample before each."""
+    scale = np.sqrt(1.0 - link**2)
+    here = np.arange(len(link))
+    places = np.concatenate([here, here[1:]]), np.concatenate([here, here[:-1]])
+    matrix = csr_array((np.concatenate([1.0 / scale, -link[1:] / scale[1:]]), places), shape=(len(link), len(link)))
+    return Whitening(matrix, float(np.log(scale).sum()))
+
+
+@dataclass(frozen=True)
+class _Evidence:
+    """Samples with a trend: basis (sample, column), of which `levels` columns may be any.
+
+    The others are as large as the scatter about the levels at the most, `prior` being the standard deviation of their
+    coefficients: a trend that is not asked for pays for its columns, under every noise the same.
+    """
+
+    values: Floats
+    basis: Floats
+    levels: int
+    prior: float
+
+    @classmethod
+    def of(cls, values: Floats, levels: Floats, trend: Floats) -> _Evidence:
+        """Of values (sample,), levels and a trend that holds them, (sample, column)."""
+        first, left = _apart(values, levels)
+        beyond = trend - first @ (first.T @ trend)
+        beyond = beyond[:, np.linalg.norm(beyond, axis=0) > 1e-9]
+        basis = np.concatenate([first, span_of(beyond)], axis=1) if beyond.size else first
+        return cls(values, basis, first.shape[1], float(np.sqrt(left @ left / first.shape[1])))
+
+    def after(self, white: Whitening) -> tuple[float, float]:
+        """Logarithm of the evidence of a noise by what whitens it, and the standard deviation."""
+        rows = white.matrix @ np.concatenate([self.basis, self.values[:, None]], axis=1)
+        _, root = np.linalg.qr(rows)
+        free, extra = len(rows) - self.basis.shape[1], self.basis.shape[1] - self.levels
+        variance = max(float(root[-1, -1] ** 2) / free, 1e-300)
+        volume = white.size + float(np.log(np.abs(np.diag(root)[:-1])).sum())
+        evidence = -0.5 * free * (np.log(2.0 * np.pi * variance) + 1.0) - volume
+        return evidence - extra * (np.log(self.prior) + 0.5 * np.log(2.0 * np.pi)), float(np.sqrt(variance))
 
 
 def _criterion(record: _Record, trend: Floats, kept: Mask) -> float:

@@ -266,8 +266,9 @@ def refine_edges(fitted: Fit, name: str, trial: Trial, pair: Pair | None) -> Fit
     """A fit with the edges of a step or a window, which have no slope, where they explain most: two finer scans."""
     assert pair is not None
     width = float(np.median(np.diff(pair.edges)))
-    for reach in (width, 0.12 * width):
+    for share in (1.0, 0.12):
         for key in trial.fixed:
+            reach = share * width + (pair.gap(trial.fixed[key]) if share == 1.0 else 0.0)
             tried = trial.fixed[key] + reach * np.linspace(-1.0, 1.0, SEARCH.edge_places)
             values = {k: np.full(len(tried), v) for k, v in {**fitted.values(name), **trial.fixed}.items()}
             sets = np.tile(fitted.theta, (len(tried), 1))

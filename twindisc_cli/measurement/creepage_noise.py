@@ -10,10 +10,15 @@
 Where a wheel really slips more, the traction follows by the slope of the creep curve, and l is 1; where the tachometers
 err, it does not, and l is 0. The smaller slope makes l rather too large, so that a real change is not taken for noise.
 
+Where s_l is too large to tell, the traction shows nothing of dv either way; kept in the model, dv flattens the creep
+curve. It is then left out where it has no memory, as the slip of a wheel has and a tachometer's error has not.
+
 Source: W. A. Fuller, Measurement Error Models (1987), section 1.1 (the reliability ratio).
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,22 +27,51 @@ from twindisc_cli.measurement.sheet import Floats, Ints
 FEWEST = 6
 """Samples that a step has at least to say anything."""
 KNOWN = 0.2
-"""Standard error of l above which nothing is said."""
+"""Standard error of l above which the traction does not tell."""
 NOISE = 0.4
 """Two standard errors above l are below this where the creepage's scatter is noise."""
 DRIFTS = 4.0
 """Standard errors from which a step's creepage is said to change with time."""
 
 
-def steadied(creepage: Floats, ratio: Floats, time: Floats, step: Ints) -> tuple[Floats, float]:
-    """Creepages (sample,) without their noise, and its standard deviation; as they are, and 0, where it is not known.
+MEMORY = 4.0
+"""Standard errors from which neighbours' scatter of the creepage is said to be correlated."""
+
+
+@dataclass(frozen=True)
+class Steadied:
+    """Creepages (sample,) without the noise of their measurement.
+
+    std: standard deviation of that noise, 0 where none was taken off; told: whether the traction shows that it is one.
+    """
+
+    creepage: Floats
+    std: float = 0.0
+    told: bool = False
+
+    @property
+    def note(self) -> str | None:
+        """A sentence for the reader; None where the creepages are as recorded."""
+        if self.std == 0.0:
+            return None
+        why = (
+            "the traction does not follow: error of the tachometers"
+            if self.told
+            else "without memory, too little for the traction to tell slip from error of the tachometers"
+        )
+        size = f"the creepage scatters by {100.0 * self.std:.2g} % within the steps"
+        return f"{size} and {why}, the mean of each step is taken"
+
+
+def steadied(creepage: Floats, ratio: Floats, time: Floats, step: Ints) -> Steadied:
+    """Creepages without their noise; as they are where it is slip of the contact, or may be.
 
     Of each step the mean, or a line over time where it changes for certain. Creepage [1], ratio T/N [1], time [s] and
     step (index from 0), each (sample,).
     """
     slope = _slopes(creepage, ratio, step)
     steady, rest, expected = creepage.copy(), np.zeros_like(ratio), np.zeros_like(ratio)
-    free = 0
+    free, alike, pairs = 0, 0.0, 0
     for number, b in slope.items():
         here = np.flatnonzero(step == number)
         if len(here) < FEWEST:
@@ -45,14 +79,17 @@ def steadied(creepage: Floats, ratio: Floats, time: Floats, step: Ints) -> tuple
         dv, steady[here] = _about_a_line(time[here], creepage[here])
         rest[here], expected[here] = _about_a_line(time[here], ratio[here])[0], b * dv
         free += len(here) - 2
+        alike += float(dv[1:] @ dv[:-1]) / max(float(dv @ dv), 1e-300) * (len(here) - 1)
+        pairs += len(here) - 1
+    if free < FEWEST:
+        return Steadied(creepage)
+    std = float(np.sqrt(np.sum((creepage - steady) ** 2) / free))
     weight = float(expected @ expected)
-    if free < FEWEST or weight == 0.0:
-        return creepage, 0.0
-    part = float(expected @ rest) / weight
-    error = float(np.sqrt(np.sum((rest - part * expected) ** 2) / free / weight))
-    if error > KNOWN or part + 2.0 * error > NOISE:
-        return creepage, 0.0
-    return steady, float(np.sqrt(np.sum((creepage - steady) ** 2) / free))
+    part = float(expected @ rest) / weight if weight > 0.0 else 0.0
+    error = float(np.sqrt(np.sum((rest - part * expected) ** 2) / free / weight)) if weight > 0.0 else np.inf
+    if error > KNOWN:
+        return Steadied(steady, std) if alike < MEMORY * np.sqrt(pairs) else Steadied(creepage)
+    return Steadied(creepage) if part + 2.0 * error > NOISE else Steadied(steady, std, told=True)
 
 
 def _slopes(creepage: Floats, ratio: Floats, step: Ints) -> dict[int, float]:

@@ -109,17 +109,13 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
         zero = _zero_of_both_ways(ratio[kept], torque_zero, unit, steps)
         ratio = ratio - zero.value if zero is not None and zero.taken_off else ratio
     reason[driven] = _left(step, kept)[mean.block]
-    creepage, scatter = steadied(mean.creepage[kept], ratio[kept], time[kept], step[kept])
-    if scatter > 0.0:
-        table.notes.append(
-            f"the creepage scatters by {100.0 * scatter:.2g} % within the steps and the traction does not follow: "
-            "error of the tachometers, the mean of each step is taken"
-        )
+    steady = steadied(mean.creepage[kept], ratio[kept], time[kept], step[kept])
     unknown = np.full(int(kept.sum()), np.nan)
-    samples = TractionSamples(time[kept], step[kept], creepage, ratio[kept], uncertainty=unknown)
+    samples = TractionSamples(time[kept], step[kept], steady.creepage, ratio[kept], uncertainty=unknown)
     columns = {name: RecordedColumn(time[kept], step[kept], values[kept]) for name, values in mean.others.items()}
     table.left_out |= {REASONS[code]: int(np.sum(reason == code)) for code in np.unique(reason) if code}
-    table.notes += (*_notes(log, zero, result, mean.time, placed.history), *_too_slippery(log, ratio))
+    steadied_by = [steady.note] if steady.note else []
+    table.notes += (*steadied_by, *_notes(log, zero, result, mean.time, placed.history), *_too_slippery(log, ratio))
     begin = float(mean.time[kept][0] - time[kept][0]) if np.any(kept) else 0.0
     return RigLog(samples, placed.history, begin, zero, table.count(int(np.sum(reason == 0))), columns)
 

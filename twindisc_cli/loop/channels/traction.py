@@ -81,7 +81,7 @@ def noise(test: Experiment) -> Noise:
             trends += [recurring(times, samples.step, trend, KNOTS) for trend in trends]
     size = float(np.sqrt(np.mean(samples.ratio**2)))
     series = samples.step if test.history.separate else np.zeros_like(samples.step)
-    result = estimate(samples.ratio, trends, times, series, size, correlated=timed)
+    result = estimate(samples.ratio, trends, times, series, size, correlated=timed, wanders=timed)
     load = np.log(test.history.load_factor[test.history.iteration_at(times)])
     return growing(result, detrended(samples.ratio, trends[-1], result.kept), [load, *([times] if timed else [])])
 
