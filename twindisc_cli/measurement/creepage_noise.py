@@ -10,8 +10,8 @@
 Where a wheel really slips more, the traction follows by the slope of the creep curve, and l is 1; where the tachometers
 err, it does not, and l is 0. The smaller slope makes l rather too large, so that a real change is not taken for noise.
 
-Where s_l is too large to tell, the traction shows nothing of dv either way; kept in the model, dv flattens the creep
-curve. It is then left out where it has no memory, as the slip of a wheel has and a tachometer's error has not.
+Where s_l is too large to tell, dv hardly shows in the traction, but flattens the creep curve of a model that follows it.
+It is then left out where it has no memory, as the slip of a wheel has and a tachometer's error has not.
 
 Source: W. A. Fuller, Measurement Error Models (1987), section 1.1 (the reliability ratio).
 """
@@ -29,11 +29,9 @@ FEWEST = 6
 KNOWN = 0.2
 """Standard error of l above which the traction does not tell."""
 NOISE = 0.4
-"""Two standard errors above l are below this where the creepage's scatter is noise."""
+"""What l is below by two standard errors where the creepage's scatter is noise, and above where it is slip."""
 DRIFTS = 4.0
 """Standard errors from which a step's creepage is said to change with time."""
-
-
 MEMORY = 4.0
 """Standard errors from which neighbours' scatter of the creepage is said to be correlated."""
 
@@ -87,9 +85,10 @@ def steadied(creepage: Floats, ratio: Floats, time: Floats, step: Ints) -> Stead
     weight = float(expected @ expected)
     part = float(expected @ rest) / weight if weight > 0.0 else 0.0
     error = float(np.sqrt(np.sum((rest - part * expected) ** 2) / free / weight)) if weight > 0.0 else np.inf
-    if error > KNOWN:
-        return Steadied(steady, std) if alike < MEMORY * np.sqrt(pairs) else Steadied(creepage)
-    return Steadied(creepage) if part + 2.0 * error > NOISE else Steadied(steady, std, told=True)
+    if error < KNOWN and part + 2.0 * error < NOISE:
+        return Steadied(steady, std, told=True)
+    slips = part - 2.0 * error > NOISE or alike > MEMORY * np.sqrt(pairs)
+    return Steadied(creepage) if slips else Steadied(steady, std)
 
 
 def _slopes(creepage: Floats, ratio: Floats, step: Ints) -> dict[int, float]:
