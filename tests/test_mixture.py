@@ -14,18 +14,20 @@ from twindisc_cli.laws.trial import Trial, curve, formula
 from twindisc_cli.loop.alternatives import Compared
 from twindisc_cli.loop.fit import Fit, at, fit
 from twindisc_cli.loop.judge import Judged, judge
-from twindisc_cli.loop.mixture import Mixture, mixture_of
+from twindisc_cli.loop.mixture import Mixture, jumps, mixture_of
 from twindisc_cli.loop.problem import Problem, case_of
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.model.experiment import Measured, Options
 from twindisc_cli.model.forward import ForwardModel
 
-SEEN = {("traction", "creepage"): (0.01, 0.1)}
+SEEN = {("traction", "creepage"): np.array([0.01, 0.02, 0.06, 0.1])}
 OVER = (0.02, 20.0)
 STARTS = {
     "linear": {"size": -0.2, "begin_percent": 1.0, "end_percent": 10.0},
     "power": {"size": -0.2, "reference_percent": 3.0, "exponent": 0.5},
     "logistic": {"size": -0.2, "at_percent": 3.0, "width_percent": 1.0},
+    "step": {"size": -0.2, "at_percent": 3.0},
+    "window": {"size": -0.2, "begin_percent": 3.0, "end_percent": 15.0},
 }
 LAWS: dict[str, Trial] = {
     "curve": curve("mu", "creepage", np.array([1.0, 3.0, 10.0]), np.eye(3)),
@@ -49,7 +51,8 @@ def weights_at(*shapes: str) -> tuple[Floats, Floats]:
     model = ForwardModel(test)
     assert test.measured.traction is not None
     creepage = test.measured.traction.creepage
-    mixture = Mixture([of_a_sweep(shape) for shape in shapes], np.array([0.7, 0.3]), SEEN)
+    members = [of_a_sweep(shape) for shape in shapes]
+    mixture = Mixture(members, np.array([0.7, 0.3]), SEEN, [jumps(member.explanation) for member in members])
     found = mixture.weights_at("traction", model, model.predict({"mu": np.array([0.05])}))
     return found, (creepage < 0.01) | (creepage > 0.1)
 
@@ -62,6 +65,17 @@ def test_what_grows_without_bound_gives_way_beyond_the_samples_seen(shape: str, 
     assert found[0, beyond] == pytest.approx(weight)
     assert found[0, ~beyond] == pytest.approx(0.7)
     assert found.sum(axis=0) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("shape", ["step", "window"])
+def test_a_step_says_nothing_between_the_samples_between_which_it_stands(shape: str) -> None:
+    found, beyond = weights_at(shape, "")
+    measured = sweeps()[9].measured.traction
+    assert measured is not None
+    gap = (measured.creepage > 0.02) & (measured.creepage < 0.06)
+    assert gap.any()
+    assert found[0, gap] == pytest.approx(0.0)
+    assert found[0, ~gap & ~beyond] == pytest.approx(0.7)
 
 
 def test_what_grows_without_bound_stays_where_nothing_else_predicts() -> None:
@@ -81,8 +95,8 @@ def problem_of(missed: float, change: Floats | float = 0.0) -> Problem:
     return Problem([case_of(test)], ("traction",))
 
 
-def mixed(problem: Problem, evidence: Mapping[str, float]) -> tuple[list[float], list[Fit]]:
-    """Weights and fits of an effect each, "" for the base model, the first the answer; prices make their evidence."""
+def averaged(problem: Problem, evidence: Mapping[str, float]) -> tuple[Mixture, list[Explanation]]:
+    """The average over an effect each, "" for the base model, the first the answer; prices make their evidence."""
     before = fit(problem)
     members = []
     for name, size in evidence.items():
@@ -91,7 +105,12 @@ def mixed(problem: Problem, evidence: Mapping[str, float]) -> tuple[list[float],
     masks = [{"traction": np.zeros(len(TIME), dtype=bool)}]
     base = next((m for m in members if not m.terms), Explanation(before, {}, before.chi2))
     compared = Compared(members[0], members, np.full(len(members), np.nan), base)
-    found = mixture_of(judge(members[0], before, before, masks), compared, frozenset(), masks)
+    return mixture_of(judge(members[0], before, before, masks), compared, frozenset(), masks), members
+
+
+def mixed(problem: Problem, evidence: Mapping[str, float]) -> tuple[list[float], list[Fit]]:
+    """Weights and fits of the same, in their order."""
+    found, members = averaged(problem, evidence)
     weight = {member.explanation.terms: w for member, w in zip(found.members, found.weights, strict=True)}
     return [float(weight.get(m.terms, 0.0)) for m in members], [m.fit for m in members]
 
@@ -114,11 +133,16 @@ def test_where_the_best_leaves_more_than_the_noise_the_odds_shrink_by_that(misse
 
 
 @pytest.mark.parametrize("width", [1e-5, 0.005])
-def test_a_jump_between_two_samples_predicts_nothing(width: float) -> None:
+def test_a_transition_that_may_be_a_jump_is_one(width: float) -> None:
     """Friction that rises at 3.5 % creepage, seen at 3 and 4 %: at once, or over a range that the samples show."""
     creepage = problem_of(0.0).cases[0].test.measured.traction
     assert creepage is not None
     rise = 0.1 * np.tanh((creepage.creepage - 0.035) / (2.0 * width)) - 0.1
-    problem = problem_of(0.0, rise)
-    found, _ = mixed(problem, {"": 3.0, "film_breakdown": 3.0})
-    assert (found[1] == 0.0) is (width < 1e-4)
+    found, _ = averaged(problem_of(0.0, rise), {"": 3.0, "film_breakdown": 3.0})
+    here = {member.explanation.terms: places for member, places in zip(found.members, found.jumps, strict=True)}
+    if width > 1e-4:
+        assert here["film_breakdown",] == []
+        return
+    ((covariate, place),) = here["film_breakdown",]
+    assert covariate == "creepage"
+    assert 3.0 < place.item() < 4.0

@@ -35,8 +35,8 @@ class Param:
 
     `name` is its key in the test definition and the keyword of the effect's function; `unit` is the unit of that
     value. With the value `off` the effect does nothing; None marks a parameter that only shapes it. `start` is a
-    typical size. A `log` parameter is positive and spans decades; a `normal` one is expected to be of order one. One
-    that `is_width` is that of a transition: at its lower bound this is a jump.
+    typical size. A `log` parameter is positive and spans decades; a `normal` one is expected to be of order one.
+    `width_of` a transition names the parameter of its place: at its lower bound the transition is a jump there.
     """
 
     name: str
@@ -48,7 +48,7 @@ class Param:
     off: float | None = None
     log: bool = False
     normal: bool = False
-    is_width: bool = False
+    width_of: str = ""
 
 
 @dataclass(frozen=True)

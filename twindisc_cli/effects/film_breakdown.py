@@ -32,7 +32,7 @@ EFFECT = Effect(
               meaning="mu of the film over mu without it"),
         Param("critical_creepage_percent", "%", start=2.5, lower=0.1, upper=9.0, log=True,
               meaning="creepage at which half of the film is gone"),
-        Param("width_percent", "%", start=0.4, lower=0.03, upper=3.0, log=True, is_width=True,
+        Param("width_percent", "%", start=0.4, lower=0.03, upper=3.0, log=True, width_of="critical_creepage_percent",
               meaning="width of the transition"),
     ),
     apply=apply,

@@ -35,7 +35,7 @@ EFFECT = Effect(
               meaning="K above the transition over K below"),
         Param("critical_N_mm2", "N mm-2", start=6.0, lower=0.1, upper=60.0, log=True,
               meaning="critical wear index of a strip"),
-        Param("width", "1", start=0.1, lower=0.02, upper=0.6, log=True, is_width=True,
+        Param("width", "1", start=0.1, lower=0.02, upper=0.6, log=True, width_of="critical_N_mm2",
               meaning="width of the transition in the logarithm of the wear index"),
     ),
     apply=apply,

@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from twindisc_cli.laws.covariates import covariate_of
 from twindisc_cli.laws.law import law_key
 from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.channels import channels
@@ -84,14 +85,13 @@ class Judged:
         """Samples of a test held out where a law jumps between two that are fitted: in which of them, nothing tells."""
         held_out = self.masks[number][channel]
         laws = [law for law in self.explanation.laws.values() if law.covariate == "time"]
-        jumps = [at for law in laws if law.shape in ("step", "window") for at in law.fixed.values()]
+        places = np.array([at for law in laws if law.shape in ("step", "window") for at in law.fixed.values()])
         model, prediction = self.before.problem.cases[number].model, self.prediction("unseen_before")[number]
-        time = channels()[channel].covariates(model, prediction).get("time") if jumps else None
-        if time is None:
+        over = channels()[channel].covariates(model, prediction) if places.size else {}
+        if "time" not in over:
             return np.zeros_like(held_out)
-        fitted = np.concatenate([[-np.inf], np.sort(time[~held_out]), [np.inf]])
-        gap = np.searchsorted(fitted, time)
-        return held_out & np.isin(gap, np.searchsorted(fitted, jumps))
+        time = np.asarray(over["time"], dtype=float)
+        return held_out & about_jumps("time", places, np.sort(time[~held_out]), time)
 
     def rises(self, *, held_out: bool) -> list[str]:
         """Channels in which the revised model errs more than the base, on samples held out or on the others.
@@ -108,6 +108,16 @@ class Judged:
             if not foreign and rises(before, after):
                 results.append(channel)
         return results
+
+
+def about_jumps(covariate: str, places: Floats, known: Floats, values: Floats) -> Mask:
+    """Which values (value,) of a covariate lie between two that are known, sorted (sample,), as a jump does.
+
+    places: of the jumps (jump,) in the unit of the definition.
+    """
+    jumps = np.searchsorted(known, covariate_of(covariate).quantity.shown.to_si(places))
+    above = np.searchsorted(known, values)
+    return np.asarray((above == np.searchsorted(known, values, side="right")) & np.isin(above, jumps))
 
 
 def rises(before: Floats, after: Floats) -> bool:

@@ -8,7 +8,8 @@
     p_i   prior odds: that of the base model against that of all others together are one
 
 Beyond the covariates of the samples that were fitted, lines and powers over these, which grow without bound, have no
-weight beside other explanations; a curve stays what it was at the last of them.
+weight beside other explanations; a curve stays what it was at the last of them. Nor has a step between the two of them
+between which it stands: nothing tells where.
 
 An average predicts the ends of a curve better than any rule that picks one of several explanations of equal fit.
 Source: K. P. Burnham, D. R. Anderson, Sociological Methods & Research 33 (2004) 261-304, with c in their QAIC.
@@ -21,11 +22,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.alternatives import Compared
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.fit import Fit
-from twindisc_cli.loop.judge import Judged, Kind, judge, rises
+from twindisc_cli.loop.judge import Judged, Kind, about_jumps, judge, rises
 from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.term_intervals import INTERVAL
@@ -42,32 +42,33 @@ ROUNDING = 1e-6  # relative, of a covariate
 class Mixture:
     """Explanations as judged, the answer first, and their weights (member,), which sum to one.
 
-    spans: lowest and highest size of each covariate of the samples that were fitted, by channel and covariate.
+    fitted: sizes of each covariate of the samples that were fitted, sorted (sample,), by channel and covariate. jumps:
+    of each member the covariates over which it jumps, and where.
     """
 
     members: Sequence[Judged]
     weights: Floats
-    spans: Mapping[tuple[str, str], tuple[float, float]] = field(default_factory=dict)
+    fitted: Mapping[tuple[str, str], Floats] = field(default_factory=dict)
+    jumps: Sequence[Sequence[tuple[str, Floats]]] = ()
 
     def weights_at(self, channel: str, model: ForwardModel, prediction: Prediction) -> Floats:
         """Weights at the samples of a channel of a test (member, sample); its covariates are those of a prediction.
 
-        Beyond the covariates it was learnt on, what grows there without bound gives way to what does not.
+        Beyond the covariates it was learnt on, what grows there without bound gives way to what does not; and a jump to
+        what has none where no sample tells where it is.
         """
         over = channels()[channel].covariates(model, prediction)
-        beyond = {name: self._beyond(channel, name, np.abs(values)) for name, values in over.items()}
-        count = len(next(iter(beyond.values())))
+        count = len(next(iter(over.values())))
         weights = np.repeat(self.weights[:, None], count, axis=1)
         for number, member in enumerate(self.members):
-            for law in _unbounded(member.explanation):
-                weights[number, beyond.get(law.covariate, np.zeros(count, dtype=bool))] = 0.0
+            for covariate in _unbounded(member.explanation):
+                if (known := self.fitted.get((channel, covariate))) is not None:
+                    weights[number, _beyond(known, np.abs(over[covariate]))] = 0.0
+            for covariate, places in self.jumps[number] if self.jumps else ():
+                if (known := self.fitted.get((channel, covariate))) is not None:
+                    weights[number, about_jumps(covariate, places, known, np.abs(over[covariate]))] = 0.0
         weights = np.where(weights.sum(axis=0) > 0.0, weights, self.weights[:, None])
         return np.asarray(weights / weights.sum(axis=0))
-
-    def _beyond(self, channel: str, covariate: str, values: Floats) -> Mask:
-        """Which samples have a covariate (sample,) beyond those that were fitted, by more than rounding."""
-        low, high = self.spans.get((channel, covariate), (-np.inf, np.inf))
-        return np.asarray((values < low * (1.0 - ROUNDING)) | (values > high * (1.0 + ROUNDING)))
 
     def predicted(self, channel: str, number: int, kind: Kind) -> Floats:
         """Predicted samples of a channel of one test (sample,)."""
@@ -100,53 +101,62 @@ def mixture_of(
 ) -> Mixture:
     """The answer with the explanations that stand beside it, the base model among them; alone where they err more.
 
-    An explanation that was refused, that jumps, or with a parameter at a bound predicts nothing; an answer that jumps
-    little beside others.
+    An explanation that was refused, or with a parameter at a bound, predicts nothing.
     """
     answer = judged.explanation
-    silent = [m.labels in refused or bool(m.fit.at_bound) or _jumps(m) for m in compared.members]
+    silent = [m.labels in refused or bool(m.fit.at_bound) for m in compared.members]
     every = [m for m, no in zip(compared.members, silent, strict=True) if not no or m.labels == answer.labels]
     weight = dict(zip((m.labels for m in every), _weights(every, compared), strict=True))
     beside = [m for m in every if m.labels != answer.labels and weight[m.labels] > RESAMPLING.rival_share]
     beside = sorted(beside, key=lambda m: -weight[m.labels])[: RESAMPLING.most_mixed - 1]
-    doubtful = beside and _jumps(answer)
-    weight[answer.labels] = RESAMPLING.rival_share if doubtful else max(weight[answer.labels], RESAMPLING.rival_share)
+    weight[answer.labels] = max(weight[answer.labels], RESAMPLING.rival_share)
     members = [judged, *(judge(m, judged.before, judged.unseen_before, masks) for m in beside)]
     share = np.array([weight[j.explanation.labels] for j in members])
-    mixture = Mixture(members, share / share.sum(), _spans(judged.unseen_before))
+    places = [jumps(member.explanation) for member in members]
+    mixture = Mixture(members, share / share.sum(), _fitted(judged.unseen_before), places)
     return mixture if not _errs_more(mixture) else Mixture([judged], np.ones(1))
 
 
-def _jumps(explanation: Explanation) -> bool:
-    """Whether the 90 % interval of the width of an effect's transition reaches a jump.
+def jumps(explanation: Explanation) -> list[tuple[str, Floats]]:
+    """Where an explanation jumps, and over which covariate: steps of laws, and transitions that may be jumps.
 
-    It is somewhere between two samples; where, and how wide, these do not say.
+    These are effects the 90 % interval of whose width reaches its lower bound: it is somewhere between two samples.
     """
-    fitted, problem = explanation.fit, explanation.fit.problem
-    widths = {(name, p.name) for name in explanation.terms for p in explanation.effect(name).params if p.is_width}
-    for number in (i for i, p in enumerate(problem.parameters) if (p.term, p.key) in widths):
-        theta = fitted.theta.copy()
-        theta[number] = problem.bounds[0][number]
-        left = problem.discount(problem.white(problem.predict(theta[None])) - problem.measured)[0]
-        if float(left @ left) < fitted.chi2 + INTERVAL * fitted.excess:
-            return True
-    return False
+    fitted, problem, places = explanation.fit, explanation.fit.problem, list[tuple[str, Floats]]()
+    for law in explanation.laws.values():
+        if law.shape in ("step", "window"):
+            places.append((law.covariate, np.array([*law.fixed.values()])))
+    for name in set(explanation.terms) - set(explanation.laws):
+        effect = explanation.effect(name)
+        for width in (p for p in effect.params if p.width_of):
+            number = next(i for i, p in enumerate(problem.parameters) if (p.term, p.key) == (name, width.name))
+            theta = fitted.theta.copy()
+            theta[number] = problem.bounds[0][number]
+            left = problem.discount(problem.white(problem.predict(theta[None])) - problem.measured)[0]
+            if float(left @ left) < fitted.chi2 + INTERVAL * fitted.excess:
+                places.append((effect.over, np.ravel(fitted.values(name)[width.width_of])))
+    return places
 
 
-def _unbounded(explanation: Explanation) -> list[Trial]:
-    """The laws of an explanation that grow without bound: lines and powers."""
-    return [law for law in explanation.laws.values() if law.shape in ("linear", "power")]
+def _unbounded(explanation: Explanation) -> list[str]:
+    """The covariates over which laws of an explanation grow without bound: lines and powers."""
+    return [law.covariate for law in explanation.laws.values() if law.shape in ("linear", "power")]
 
 
-def _spans(fitted: Fit) -> dict[tuple[str, str], tuple[float, float]]:
-    """Lowest and highest size of each covariate of the samples of a fit, by channel and covariate."""
+def _beyond(known: Floats, values: Floats) -> Mask:
+    """Which covariates (value,) are beyond all that are known, sorted (sample,), by more than rounding."""
+    return np.asarray((values < known[0] * (1.0 - ROUNDING)) | (values > known[-1] * (1.0 + ROUNDING)))
+
+
+def _fitted(fitted: Fit) -> dict[tuple[str, str], Floats]:
+    """Sizes of each covariate of the samples of a fit, sorted (sample,), by channel and covariate."""
     sizes: dict[tuple[str, str], list[Floats]] = {}
     predictions = fitted.problem.predict(fitted.theta[None])
     for number, channel in fitted.problem.parts:
         over = channels()[channel].covariates(fitted.problem.cases[number].model, predictions[number])
         for name, values in over.items():
             sizes.setdefault((channel, name), []).append(np.abs(values))
-    return {key: (float(np.concatenate(v).min()), float(np.concatenate(v).max())) for key, v in sizes.items()}
+    return {key: np.sort(np.concatenate(values)) for key, values in sizes.items()}
 
 
 def _weights(every: Sequence[Explanation], compared: Compared) -> Floats:

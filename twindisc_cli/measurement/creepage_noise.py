@@ -10,7 +10,7 @@
 Where a wheel really slips more, the traction follows by the slope of the creep curve, and l is 1; where the tachometers
 err, it does not, and l is 0. The smaller slope makes l rather too large, so that a real change is not taken for noise.
 
-Where s_l is too large to tell, dv hardly shows in the traction, but flattens the creep curve of a model that follows it.
+Where s_l is too large to tell, dv hardly shows in the traction, but flattens the curve of a model that follows it.
 It is then left out where it has no memory, as the slip of a wheel has and a tachometer's error has not.
 
 Source: W. A. Fuller, Measurement Error Models (1987), section 1.1 (the reliability ratio).

@@ -17,6 +17,8 @@ from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.points import sample_times
 from twindisc_cli.quantities import Quantity
 
+STEPS_THAT_WANDER = 5
+"""Steps in which the noise may be flicker noise: in fewer, levels leave in it what the discs do over the record."""
 KNOTS = 13
 """Of what comes back in every step after the change of creepage."""
 
@@ -81,7 +83,8 @@ def noise(test: Experiment) -> Noise:
             trends += [recurring(times, samples.step, trend, KNOTS) for trend in trends]
     size = float(np.sqrt(np.mean(samples.ratio**2)))
     series = samples.step if test.history.separate else np.zeros_like(samples.step)
-    result = estimate(samples.ratio, trends, times, series, size, correlated=timed, wanders=timed)
+    wanders = timed and len(np.unique(samples.step)) >= STEPS_THAT_WANDER
+    result = estimate(samples.ratio, trends, times, series, size, correlated=timed, wanders=wanders)
     load = np.log(test.history.load_factor[test.history.iteration_at(times)])
     return growing(result, detrended(samples.ratio, trends[-1], result.kept), [load, *([times] if timed else [])])
 
