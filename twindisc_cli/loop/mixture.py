@@ -173,10 +173,18 @@ def _weights(every: Sequence[Explanation], compared: Compared) -> Floats:
 
 
 def _errs_more(mixture: Mixture) -> bool:
-    """Whether the average is farther from the samples it was fitted to than the answer alone."""
+    """Whether the average is farther from the samples it was fitted to than the answer alone.
+
+    So few samples that their noise had to be assumed say nothing: an answer may go through all of them.
+    """
     answer = mixture.members[0]
-    pairs = [
-        tuple(of.misses(channel, "unseen_after", held_out=False) for of in (answer, mixture))
+    cases = answer.before.problem.cases
+    judging = [
+        channel
         for channel in answer.before.problem.channels
+        if all(case.noise[channel].estimated for case in cases if channel in case.noise)
+    ]
+    pairs = [
+        tuple(of.misses(channel, "unseen_after", held_out=False) for of in (answer, mixture)) for channel in judging
     ]
     return any(rises(alone, mixed) for alone, mixed in pairs)

@@ -126,6 +126,12 @@ class Noise:
         """The same noise for other samples."""
         return replace(self, kept=kept, position=position, series=series)
 
+    @property
+    def spreads(self) -> bool:
+        """Whether an error of one sample may be one of its neighbours, too, once it is white."""
+        alone = self.estimated and self.flicker is None and (self.cautious or (self.std, self.correlation))[1] == 0.0
+        return not alone
+
     @cached_property
     def order(self) -> Ints:
         """The samples that are kept, in order of their series and position (kept sample,)."""

@@ -341,13 +341,13 @@ def _recorded(explanation: Explanation) -> int:
 def _says_enough(explanation: Explanation, before: Explanation) -> bool:
     """Whether one more term says enough: more is asked of a law, and where much was explained before by formulas.
 
-    What a sample says alone, which whitening spreads over its neighbours, is no finding. A law may say less where the
+    What a sample says alone, which whitening may spread over its neighbours, is no finding. A law may say less where the
     generic functions of its channel see that something is missing, too. A test that is only predicted may speak against
     a term; nothing is found by what it alone says.
     """
     taken = before.fit.residual**2 - explanation.fit.residual**2
     more = min(explanation.here - before.here, explanation.evidence - before.evidence)
-    if more < 0.5 * np.max(np.convolve(taken, np.ones(3))):
+    if more < 0.5 * _by_one_sample(before.fit.problem, taken):
         return False
     said = more / before.temperature
     new = [explanation.effect(name) for name in explanation.terms if name not in before.terms]
@@ -357,6 +357,12 @@ def _says_enough(explanation: Explanation, before: Explanation) -> bool:
         return True
     left = unexplained_residual(before.fit, new[0].channel)
     return said > SEARCH.seen_law_evidence and left.significant(ACCEPTANCE.unexplained_alone)
+
+
+def _by_one_sample(problem: Problem, taken: Floats) -> float:
+    """What is taken from chi2 in one sample at most, of what is taken in each white one (sample,)."""
+    spread = {part: 3 if problem.cases[part[0]].noise[part[1]].spreads else 1 for part in problem.parts}
+    return max(float(np.max(np.convolve(taken[problem.places[part]], np.ones(n)))) for part, n in spread.items())
 
 
 def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explanation]) -> list[Explanation]:
