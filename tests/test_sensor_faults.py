@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from rigs import flickering
+from rigs import autoregressive, flickering
 from score.contact import creepage_coefficients, hertz_ellipse
 from score.traction import saturation
 
@@ -127,14 +127,18 @@ def test_noise_of_the_tachometers_is_no_finding(tmp_path: Path, seed: int) -> No
     assert names(found) == set()
 
 
-def test_flicker_noise_of_the_torque_is_no_finding(tmp_path: Path) -> None:
-    """In two of thirty draws a law over time was given for it, as probable at most; both are above the one here."""
+@pytest.mark.parametrize("memory", [0.0, 50.0], ids=["1/f", "a slow part beside white"])
+def test_noise_that_wanders_is_no_finding(tmp_path: Path, memory: float) -> None:
+    """In one of thirty draws of 1/f noise a law was given, in two of twenty of a slow part an effect."""
     told = []
-    for seed in range(6):
+    for seed in range(4):
         rng = np.random.default_rng(seed)
         percent = levels(rng)
         log = clean(rng, percent, np.full(len(percent), LOAD), 5.0)
-        found = answer(tmp_path, log, log.ratio + 0.008 * flickering(rng, len(log.time)))
+        count = len(log.time)
+        slow = autoregressive(rng, count, np.exp(-1.0 / memory)) if memory else flickering(rng, count)
+        white = 0.005 * rng.standard_normal(count) if memory else 0.0
+        found = answer(tmp_path, log, log.ratio + 0.006 * slow + white)
         told += [e.strength for e in (*found.effects, *found.laws)]
     assert len(told) <= 1
     assert "established" not in told

@@ -5,11 +5,12 @@
     rho   correlation of neighbouring samples [1], gap_i distance to the sample before, in median distances
     s     standard deviation of a sample, in the channel's unit
 
-or, of a sensor that wanders, white beside flicker noise of memories from a sample to the whole record,
+or, of a sensor that wanders, a slow part beside white noise,
 
-    corr(e_i, e_j) = (f / n) sum_k exp(-|x_i - x_j| / 2^k),   k = 0 ... n - 1
+    corr(e_i, e_j) = (f / n) sum_k exp(-|x_i - x_j| / m_k),   k = 1 ... n
 
-    f     share of the flicker noise in the variance [1], x_i place of a sample in median distances
+    f     share of the slow part in the variance [1], x_i place of a sample in median distances
+    m_k   memories: one, or all octaves from a sample to the whole record, which is flicker noise (1/f)
 
 A smooth trend inside every step (in a profile: inside every unworn flank), no richer than the samples ask for, is taken
 out, with what comes back in every step after the change of creepage. rho and s follow from the restricted likelihood
@@ -30,6 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dtrtrs
 from scipy.sparse import csr_array
+from scipy.special import logsumexp
 
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Floats, Ints
@@ -49,47 +51,28 @@ MOST_STRAYS = 0.05  # of the samples: more are no outliers
 GROWS = 8.0
 """Gain in log likelihood [nats] from which a noise is taken to grow: one record of even noise in 16,000 shows it."""
 GROWTHS = np.linspace(-3.0, 3.0, 61)
-SHARES = np.array([0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.98, 1.0])  # of flicker noise in the variance
-CORRELATED = 0.2  # of neighbours, without which there is no flicker noise
-_BEFORE = np.unique(np.round(2.0 ** np.arange(0.0, 20.0, 0.5)).astype(np.int64))
-"""Which of the samples before it a sample of flicker noise is foretold from: octaves by halves, as its memories are."""
+ONE_MEMORY = np.linspace(0.0, 0.9, 10)  # correlations of neighbours that a slow part is held against
+FLICKER_SHARES = (0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 1.0)  # of flicker noise in the variance
+SLOW_SHARES = (0.2, 0.5, 0.8)  # of a part with one memory
+MEMORIES = (4.0, 16.0, 64.0, 256.0)  # of such a part, in median distances
+LIKELIER = 3.0
+"""Nats of evidence by which noise with a slow part is likelier, where it is taken: odds of twenty to one (Jeffreys)."""
+_PAST = np.unique([*range(1, 17), *np.round(2.0 ** np.arange(4.0, 20.0, 0.25)).astype(int)])
+"""Which of the samples before it a sample is foretold from: the nearest, and those by quarters of octaves."""
 _ALIKE = 2.0 / 3.0
 """Squares of differences of neighbours that count as one on their own: each shares a sample with the next."""
 
 
 @dataclass(frozen=True)
-class Flicker:
-    """Flicker noise beside white noise: its share in the variance [1], how many memories it has, an octave apart."""
+class Slow:
+    """A slow part beside white noise: its share in the variance [1], and its memories in median distances."""
 
     share: float
-    octaves: int
+    memories: tuple[float, ...]
 
-    def correlation(self, distance: Floats) -> Floats:
-        """Correlation of two samples (...) that are so many median distances apart (...), at least 1e-6."""
-        memories = 2.0 ** np.arange(self.octaves)
-        return np.asarray(self.share * np.mean(np.exp(-distance[..., None] / memories), axis=-1))
-
-    def whitening(self, position: Floats, series: Ints) -> Whitening:
-        """What makes white noise of unit variance of samples in the order of their series (sample,).
-
-        Each is taken less what the samples before it, of its series and chosen by octaves, let expect.
-        """
-        count = len(position)
-        here, before = np.arange(count)[:, None], np.arange(count)[:, None] - _BEFORE[count > _BEFORE]
-        known = (before >= 0) & (series[np.maximum(before, 0)] == series[:, None])
-        other = np.where(known, before, here)
-        place = position[other]
-        between = self.correlation(np.abs(place[:, :, None] - place[:, None, :]))
-        between = np.where(known[:, :, None] & known[:, None, :], between, 0.0)
-        diagonal = np.arange(other.shape[1])
-        between[:, diagonal, diagonal] = 1.0
-        near = np.where(known, self.correlation(np.abs(position[:, None] - place)), 0.0)
-        link = np.linalg.solve(between, near[..., None])[..., 0]
-        scale = np.sqrt(1.0 - np.sum(link * near, axis=1))
-        rows = np.concatenate([np.arange(count), np.broadcast_to(here, other.shape)[known]])
-        columns = np.concatenate([np.arange(count), other[known]])
-        values = np.concatenate([1.0 / scale, (-link / scale[:, None])[known]])
-        return Whitening(csr_array((values, (rows, columns)), shape=(count, count)), float(np.log(scale).sum()))
+    def correlation(self, distance: float) -> float:
+        """Correlation of two samples that are so many median distances apart."""
+        return self.share * float(np.mean(np.exp(-distance / np.array(self.memories))))
 
 
 @dataclass(frozen=True)
@@ -100,6 +83,46 @@ class Whitening:
     size: float
 
 
+class Past:
+    """Samples in the order of their series (sample,), and those before each, chosen by octaves, of its series."""
+
+    def __init__(self, position: Floats, series: Ints) -> None:
+        """Position and series of the samples (sample,)."""
+        here = np.arange(len(position))[:, None]
+        before = here - _PAST[len(position) > _PAST]
+        self.known = (before >= 0) & (series[np.maximum(before, 0)] == series[:, None])
+        self.before = np.where(self.known, before, here)
+        self._falls: dict[float, tuple[Floats, Floats]] = {}
+        self._place = position
+
+    def _fall(self, memory: float) -> tuple[Floats, Floats]:
+        """Correlation over one memory with those before (sample, other), and between these (sample, other, other)."""
+        if memory not in self._falls:
+            place = self._place[self.before]
+            between = np.where(
+                self.known[:, :, None] & self.known[:, None, :],
+                np.exp(-np.abs(place[:, :, None] - place[:, None, :]) / memory), 0.0,
+            )  # fmt: skip
+            self._falls[memory] = (
+                np.where(self.known, np.exp(-np.abs(self._place[:, None] - place) / memory), 0.0), between,
+            )  # fmt: skip
+        return self._falls[memory]
+
+    def whitening(self, slow: Slow) -> Whitening:
+        """What makes white noise of unit variance: each sample less what those before it let expect."""
+        falls = [self._fall(memory) for memory in slow.memories]
+        near, between = (slow.share * np.mean(parts, axis=0) for parts in zip(*falls, strict=True))
+        diagonal = np.arange(between.shape[1])
+        between[:, diagonal, diagonal] = 1.0
+        link = np.linalg.solve(between, near[..., None])[..., 0]
+        scale = np.sqrt(1.0 - np.sum(link * near, axis=1))
+        here = np.arange(len(scale))
+        rows = np.concatenate([here, np.repeat(here, self.known.sum(axis=1))])
+        columns = np.concatenate([here, self.before[self.known]])
+        values = np.concatenate([1.0 / scale, (-link / scale[:, None])[self.known]])
+        return Whitening(csr_array((values, (rows, columns)), shape=(len(here), len(here))), float(np.log(scale).sum()))
+
+
 @dataclass(frozen=True)
 class Noise:
     """Noise of one channel.
@@ -108,8 +131,8 @@ class Noise:
     series (sample,): where a sample stands in which uninterrupted series; estimated: False where it had to be assumed;
     cautious: standard deviation and correlation to whiten with, the longest correlation near the likeliest. What is
     taken for noise too long is missed only in the smallest effects, what is taken too short becomes an effect.
-    sizes (sample,): standard deviation of each sample over std; None: they are equal. flicker: the part of the noise
-    that has all memories.
+    sizes (sample,): standard deviation of each sample over std; None: they are equal. slow: a part of the noise with
+    memories of its own, in place of the one correlation.
     """
 
     std: float
@@ -120,7 +143,7 @@ class Noise:
     estimated: bool
     cautious: tuple[float, float] | None = None
     sizes: Floats | None = None
-    flicker: Flicker | None = None
+    slow: Slow | None = None
 
     def at(self, kept: Mask, position: Floats, series: Ints) -> Noise:
         """The same noise for other samples."""
@@ -129,7 +152,7 @@ class Noise:
     @property
     def spreads(self) -> bool:
         """Whether an error of one sample may be one of its neighbours, too, once it is white."""
-        alone = self.estimated and self.flicker is None and (self.cautious or (self.std, self.correlation))[1] == 0.0
+        alone = self.estimated and self.slow is None and (self.cautious or (self.std, self.correlation))[1] == 0.0
         return not alone
 
     @cached_property
@@ -143,9 +166,9 @@ class Noise:
         order = self.order
         std, correlation = self.cautious or (self.std, self.correlation)
         part = values[..., order] / (std if self.sizes is None else std * self.sizes[order])
-        if self.flicker is not None:
+        if self.slow is not None:
             rows = part.reshape(-1, len(order))
-            return np.asarray((self._all_memories.matrix @ rows.T).T.reshape(part.shape))
+            return np.asarray((self._by_the_past.matrix @ rows.T).T.reshape(part.shape))
         if correlation == 0.0:
             return np.asarray(part)
         link, scale = self._whitening
@@ -153,9 +176,9 @@ class Noise:
         return np.asarray((part - link * before) / scale)
 
     @cached_property
-    def _all_memories(self) -> Whitening:
-        assert self.flicker is not None
-        return self.flicker.whitening(self.position[self.order], self.series[self.order])
+    def _by_the_past(self) -> Whitening:
+        assert self.slow is not None
+        return Past(self.position[self.order], self.series[self.order]).whitening(self.slow)
 
     @cached_property
     def _whitening(self) -> tuple[Floats, Floats]:
@@ -262,7 +285,7 @@ def estimate(
 ) -> Noise:
     """REML estimate of standard deviation and correlation about the best of the trends (sample, column), richest last.
 
-    wanders: the noise may be flicker noise; the first trend is then a level in each step. Where too few samples
+    wanders: the noise may have a slow part; the first trend is then a level in each step. Where too few samples
     scatter, or none does, a share of the channel's size is assumed.
     """  # fmt: skip
     order = np.lexsort((at, series))
@@ -289,9 +312,11 @@ def estimate(
         return assumed
     alone = kept | in_a_run(~kept)
     found = Noise(std, correlation, alone[back], position[back], series[back], estimated=True, cautious=cautious)
-    if wanders and correlation >= CORRELATED:
-        return _flickering(found, record.only(calm), [t[order][calm] for t in trends])
-    return found
+    if not wanders:
+        return found
+    level = trends[0][order]
+    still = calm & _calm(detrended(values, level, calm), level, calm)
+    return _wandering(found, record.only(still), [level[still], trend[still]])
 
 
 @dataclass(frozen=True)
@@ -318,24 +343,41 @@ class _Record:
         return _links(self.position, self.series, self.grid)
 
 
-def _flickering(noise: Noise, record: _Record, trends: Sequence[Floats]) -> Noise:
-    """Flicker noise where that is likelier than noise of one memory; the first of the trends is a level in each step.
+def _wandering(noise: Noise, record: _Record, trends: Sequence[Floats]) -> Noise:
+    """The noise with a slow part where that is likelier; the trends are a level in each step, and the best of all.
 
-    What a trend takes out and what a memory does are told apart by trying both noises with every trend.
+    What a trend takes out and what a memory does are told apart by trying every noise with both.
     """
-    octaves = int(np.ceil(np.log2(max(float(np.ptp(record.position)), 2.0)))) + 1
-    links = [link for rho, link in zip(record.grid, record.links, strict=True) if rho > 0.0]
+    span = max(float(np.ptp(record.position)), 2.0)
+    octaves = tuple(float(memory) for memory in 2.0 ** np.arange(np.ceil(np.log2(span)) + 1.0))
+    families = [
+        [Slow(share, octaves) for share in FLICKER_SHARES],
+        [Slow(share, (memory,)) for share in SLOW_SHARES for memory in MEMORIES if memory < 0.5 * span],
+    ]
     tried = [_Evidence.of(record.values, trends[0], trend) for trend in trends]
-    one = max(found.after(_one_memory(link))[0] for found in tried for link in links)
-    results = []
-    for flicker in (Flicker(float(share), octaves) for share in SHARES):
-        white = flicker.whitening(record.position, record.series)
-        results += [(*found.after(white), flicker) for found in tried]
-    best, std, flicker = max(results, key=lambda result: result[0])
-    if best <= one:
-        return noise
-    near = float(flicker.correlation(np.ones(1))[0])
-    return replace(noise, std=std, correlation=near, cautious=None, flicker=flicker)
+    links = [_one_memory(_links(record.position, record.series, rho)) for rho in ONE_MEMORY]
+    with_one = np.array([[found.after(white)[0] for white in links] for found in tried])
+    if int(np.argmax(with_one[0])) == 0:
+        return noise  # nothing is slow about levels without memory
+    one = logmeanexp(with_one.ravel())
+    past = Past(record.position, record.series)
+    best, chosen = one + LIKELIER, noise
+    for family in filter(None, families):
+        results = [
+            (*found.after(white), slow) for slow in family for white in [past.whitening(slow)] for found in tried
+        ]
+        if (evidence := logmeanexp([result[0] for result in results])) > best:
+            _, std, slow = max(results, key=lambda result: result[0])
+            best, chosen = (
+                evidence,
+                replace(noise, std=std, correlation=slow.correlation(1.0), cautious=None, slow=slow),
+            )
+    return chosen
+
+
+def logmeanexp(values: Sequence[float] | Floats) -> float:
+    """Logarithm of the mean of exponentials."""
+    return float(logsumexp(values) - np.log(len(values)))
 
 
 def _one_memory(link: Floats) -> Whitening:

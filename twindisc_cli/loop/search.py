@@ -341,9 +341,9 @@ def _recorded(explanation: Explanation) -> int:
 def _says_enough(explanation: Explanation, before: Explanation) -> bool:
     """Whether one more term says enough: more is asked of a law, and where much was explained before by formulas.
 
-    What a sample says alone, which whitening may spread over its neighbours, is no finding. A law may say less where the
-    generic functions of its channel see that something is missing, too. A test that is only predicted may speak against
-    a term; nothing is found by what it alone says.
+    What a sample says alone, which whitening may spread over its neighbours, is no finding. A law may say less where
+    the generic functions of its channel see that something is missing, too. A test that is only predicted may speak
+    against a term; nothing is found by what it alone says.
     """
     taken = before.fit.residual**2 - explanation.fit.residual**2
     more = min(explanation.here - before.here, explanation.evidence - before.evidence)

@@ -18,7 +18,7 @@ from twindisc_cli.model.points import sample_times
 from twindisc_cli.quantities import Quantity
 
 STEPS_THAT_WANDER = 5
-"""Steps in which the noise may be flicker noise: in fewer, levels leave in it what the discs do over the record."""
+"""Steps in which the noise may have a slow part: in fewer, levels leave in it what the discs do over the record."""
 KNOTS = 13
 """Of what comes back in every step after the change of creepage."""
 
