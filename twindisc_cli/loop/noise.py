@@ -52,7 +52,7 @@ GROWS = 8.0
 """Gain in log likelihood [nats] from which a noise is taken to grow: one record of even noise in 16,000 shows it."""
 GROWTHS = np.linspace(-3.0, 3.0, 61)
 ONE_MEMORY = np.linspace(0.0, 0.9, 10)  # correlations of neighbours that a slow part is held against
-FLICKER_SHARES = (0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 1.0)  # of flicker noise in the variance
+FLICKER_SHARES = (0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99)  # of flicker noise in the variance
 SLOW_SHARES = (0.2, 0.5, 0.8)  # of a part with one memory
 MEMORIES = (4.0, 16.0, 64.0, 256.0)  # of such a part, in median distances
 LIKELIER = 3.0
@@ -92,26 +92,25 @@ class Past:
         before = here - _PAST[len(position) > _PAST]
         self.known = (before >= 0) & (series[np.maximum(before, 0)] == series[:, None])
         self.before = np.where(self.known, before, here)
-        self._falls: dict[float, tuple[Floats, Floats]] = {}
         self._place = position
+        self._falls: dict[tuple[float, ...], tuple[Floats, Floats]] = {}
 
-    def _fall(self, memory: float) -> tuple[Floats, Floats]:
-        """Correlation over one memory with those before (sample, other), and between these (sample, other, other)."""
-        if memory not in self._falls:
+    def _fall(self, memories: tuple[float, ...]) -> tuple[Floats, Floats]:
+        """Mean correlation with those before (sample, other), and between these (sample, other, other)."""
+        if memories not in self._falls:
             place = self._place[self.before]
-            between = np.where(
-                self.known[:, :, None] & self.known[:, None, :],
-                np.exp(-np.abs(place[:, :, None] - place[:, None, :]) / memory), 0.0,
-            )  # fmt: skip
-            self._falls[memory] = (
-                np.where(self.known, np.exp(-np.abs(self._place[:, None] - place) / memory), 0.0), between,
-            )  # fmt: skip
-        return self._falls[memory]
+            apart, apart_between = np.abs(self._place[:, None] - place), np.abs(place[:, :, None] - place[:, None, :])
+            both = self.known[:, :, None] & self.known[:, None, :]
+            near, between = np.zeros_like(apart), np.zeros_like(apart_between)
+            for memory in memories:
+                near += np.exp(-apart / memory) / len(memories)
+                between += np.exp(-apart_between / memory) / len(memories)
+            self._falls[memories] = np.where(self.known, near, 0.0), np.where(both, between, 0.0)
+        return self._falls[memories]
 
     def whitening(self, slow: Slow) -> Whitening:
         """What makes white noise of unit variance: each sample less what those before it let expect."""
-        falls = [self._fall(memory) for memory in slow.memories]
-        near, between = (slow.share * np.mean(parts, axis=0) for parts in zip(*falls, strict=True))
+        near, between = (slow.share * part for part in self._fall(slow.memories))
         diagonal = np.arange(between.shape[1])
         between[:, diagonal, diagonal] = 1.0
         link = np.linalg.solve(between, near[..., None])[..., 0]
@@ -287,7 +286,7 @@ def estimate(
 
     wanders: the noise may have a slow part; the first trend is then a level in each step. Where too few samples
     scatter, or none does, a share of the channel's size is assumed.
-    """  # fmt: skip
+    """
     order = np.lexsort((at, series))
     values, trend, at, series = values[order], trends[-1][order], at[order], series[order]
     spacing = float(np.median(np.diff(at))) if len(at) > 1 else 1.0
@@ -363,15 +362,13 @@ def _wandering(noise: Noise, record: _Record, trends: Sequence[Floats]) -> Noise
     past = Past(record.position, record.series)
     best, chosen = one + LIKELIER, noise
     for family in filter(None, families):
-        results = [
-            (*found.after(white), slow) for slow in family for white in [past.whitening(slow)] for found in tried
-        ]
-        if (evidence := logmeanexp([result[0] for result in results])) > best:
+        whites = [past.whitening(slow) for slow in family]
+        results = [(*found.after(white), slow) for slow, white in zip(family, whites, strict=True) for found in tried]
+        evidence = logmeanexp([result[0] for result in results])
+        if evidence > best:
             _, std, slow = max(results, key=lambda result: result[0])
-            best, chosen = (
-                evidence,
-                replace(noise, std=std, correlation=slow.correlation(1.0), cautious=None, slow=slow),
-            )
+            best = evidence
+            chosen = replace(noise, std=std, correlation=slow.correlation(1.0), cautious=None, slow=slow)
     return chosen
 
 
