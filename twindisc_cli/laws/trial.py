@@ -38,6 +38,11 @@ class Trial(Effect):
     mix: Floats | None = field(default=None, compare=False, repr=False)
 
     @property
+    def jumps(self) -> Floats:
+        """Places of the covariate at which a formula jumps (jump,), in the unit of the definition."""
+        return np.array([*self.fixed.values()] if self.shape in ("step", "window") else [], dtype=float)
+
+    @property
     def unfixed(self) -> Effect:
         """The same formula with all its parameters free, for a scan of those that have no slope."""
         assert self.shape is not None

@@ -84,8 +84,8 @@ class Judged:
     def _open(self, number: int, channel: str) -> Mask:
         """Samples of a test held out where a law jumps between two that are fitted: in which of them, nothing tells."""
         held_out = self.masks[number][channel]
-        laws = [law for law in self.explanation.laws.values() if law.covariate == "time"]
-        places = np.array([at for law in laws if law.shape in ("step", "window") for at in law.fixed.values()])
+        laws = self.explanation.laws.values()
+        places = np.concatenate([law.jumps for law in laws if law.covariate == "time"] or [np.empty(0)])
         model, prediction = self.before.problem.cases[number].model, self.prediction("unseen_before")[number]
         over = channels()[channel].covariates(model, prediction) if places.size else {}
         if "time" not in over:

@@ -8,7 +8,7 @@
     p_i   prior odds: that of the base model against that of all others together are one
 
 Beyond the covariates of the samples that were fitted, lines and powers over these, which grow without bound, have no
-weight beside other explanations; a curve stays what it was at the last of them. Nor has a step between the two of them
+weight beside other explanations; a curve stays what it was at the last of them. Nor has a jump between the two samples
 between which it stands: nothing tells where.
 
 An average predicts the ends of a curve better than any rule that picks one of several explanations of equal fit.
@@ -122,11 +122,9 @@ def jumps(explanation: Explanation) -> list[tuple[str, Floats]]:
 
     These are effects the 90 % interval of whose width reaches its lower bound: it is somewhere between two samples.
     """
-    fitted, problem, places = explanation.fit, explanation.fit.problem, list[tuple[str, Floats]]()
-    for law in explanation.laws.values():
-        if law.shape in ("step", "window"):
-            places.append((law.covariate, np.array([*law.fixed.values()])))
-    for name in set(explanation.terms) - set(explanation.laws):
+    fitted, problem = explanation.fit, explanation.fit.problem
+    places = [(law.covariate, law.jumps) for law in explanation.laws.values() if law.jumps.size]
+    for name in (name for name in explanation.terms if name not in explanation.laws):
         effect = explanation.effect(name)
         for width in (p for p in effect.params if p.width_of):
             number = next(i for i, p in enumerate(problem.parameters) if (p.term, p.key) == (name, width.name))

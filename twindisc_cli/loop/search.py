@@ -249,7 +249,7 @@ def _with(explanation: Explanation, proposal: Proposal) -> Explanation:
     steps = SEARCH.curve_steps if isinstance(proposal.effect, Trial) and proposal.effect.is_curve else MOST_STEPS
     starts = [np.concatenate([fitted.theta, start]) for start in proposal.starts]
     best = max((fit(first, start, steps) for start in starts), key=lambda f: f.evidence)
-    if isinstance(proposal.effect, Trial) and proposal.effect.shape in ("step", "window"):
+    if isinstance(proposal.effect, Trial) and proposal.effect.jumps.size:
         best = refine_edges(best, proposal.name, proposal.effect, proposal.pair)
     more = replace(explanation, fit=best, prices={**explanation.prices, proposal.name: proposal.price})
     if not twice or more.here < explanation.here:
@@ -263,12 +263,15 @@ def _tracks(fitted: Fit) -> Sequence[IntegratedSets | Paths]:
 
 
 def refine_edges(fitted: Fit, name: str, trial: Trial, pair: Pair | None) -> Fit:
-    """A fit with the edges of a step or a window, which have no slope, where they explain most: two finer scans."""
+    """A fit with the edges of a step or a window, which have no slope, where they explain most: two finer scans.
+
+    The first reaches over all places at which no sample tells them apart.
+    """
     assert pair is not None
     width = float(np.median(np.diff(pair.edges)))
-    for share in (1.0, 0.12):
+    for share, gaps in ((1.0, 1.0), (0.12, 0.0)):
         for key in trial.fixed:
-            reach = share * width + (pair.gap(trial.fixed[key]) if share == 1.0 else 0.0)
+            reach = share * width + gaps * pair.gap(trial.fixed[key])
             tried = trial.fixed[key] + reach * np.linspace(-1.0, 1.0, SEARCH.edge_places)
             values = {k: np.full(len(tried), v) for k, v in {**fitted.values(name), **trial.fixed}.items()}
             sets = np.tile(fitted.theta, (len(tried), 1))
