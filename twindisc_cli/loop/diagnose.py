@@ -431,6 +431,15 @@ def _notes_on(case: Case) -> Iterator[str]:
                 f"assumed, and every significance in that channel rests on this; its {int(noise.kept.sum())} samples "
                 f"are asked for no more than {int(noise.kept.sum()) // SEARCH.samples_each} parameters"
             )
+        if noise.slow is not None:
+            one, many = (
+                f"a memory of {noise.slow.memories[0]:.0f} samples",
+                "memories from a sample to the whole record",
+            )
+            yield (
+                f"the noise of the {channel} wanders: {100.0 * noise.slow.share:.0f} % of its variance has "
+                f"{many if len(noise.slow.memories) > 1 else one}; a slow change has to stand out of that"
+            )
     if test.effects:
         yield (
             f"{' and '.join(test.effects)} declared: the parameters stay as given; taken out of the "
