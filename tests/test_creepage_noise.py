@@ -47,7 +47,7 @@ def test_scatter_without_memory_that_the_traction_does_not_show_is_left_out(nois
     found = steadied(*scattered(1, real=False, noise=noise), TIME, STEP)
     assert not found.told
     assert found.note is not None
-    assert "too little for the traction to tell" in found.note
+    assert "too little for the traction to separate" in found.note
     assert np.abs(found.creepage - LEVELS[STEP]).max() < 3.5 * ERROR / np.sqrt(40)
 
 

@@ -91,7 +91,7 @@ def run(files: Sequence[Path], folder: Path, *, force: bool) -> Imported:
     draft = _draft(looks, given, said)
     text = "\n".join(draft.lines) + "\n"
     given.clear()  # large files are not kept while they are read again
-    test = load_text(text, Path(path.name))
+    test = load_text(text, Path(path.name), as_recorded=True)
     text = _with_iterations(draft, text, test)
     for file in named:
         text = text.replace(_quoted(file), _quoted(Path(os.path.relpath(file, folder))))

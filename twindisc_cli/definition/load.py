@@ -47,8 +47,11 @@ def load(path: Path | str) -> Test:
     return load_text(_text(Path(path)), Path(path))
 
 
-def load_text(text: str, path: Path) -> Test:
-    """A definition by its text; measured files are sought beside `path`, which the messages name."""
+def load_text(text: str, path: Path, *, as_recorded: bool = False) -> Test:
+    """A definition by its text; measured files are sought beside `path`, which the messages name.
+
+    as_recorded: the measured creepages keep the noise of their measurement.
+    """
     definition = parse(text, str(path))
     rig = _rig(definition.rig, definition.material)
     history, per_iteration = _history_of(definition.history, rig)
@@ -63,7 +66,9 @@ def load_text(text: str, path: Path) -> Test:
     others = {name: _other(settings.pop(name), channel) for name, channel in further.items() if name in settings}
     sources = measurement.Sources(path.parent, **settings, per_iteration=per_iteration, columns=naming, others=others)
     try:
-        recorded = measurement.read(sources, rig=rig, history=history, provenance=table.provenance)
+        recorded = measurement.read(
+            sources, rig=rig, history=history, provenance=table.provenance, as_recorded=as_recorded
+        )
     except ContactError as error:
         raise ValidityError(str(error)).of(path) from error
     resolved = _resolved(definition, rig)

@@ -17,6 +17,7 @@ import numpy as np
 from twindisc_cli.errors import MeasurementError, Problem
 from twindisc_cli.measurement.channels import check_enough, check_time, read_temperature, read_traction
 from twindisc_cli.measurement.content import Content, read_bytes
+from twindisc_cli.measurement.creepage_noise import steadied
 from twindisc_cli.measurement.found_steps import counted
 from twindisc_cli.measurement.header import Column, Named, Naming
 from twindisc_cli.measurement.joined import joined
@@ -151,12 +152,19 @@ class _Traction:
     columns: Mapping[str, RecordedColumn] = field(default_factory=dict)
 
 
-def read(sources: Sources, *, rig: Rig, history: History | None, provenance: Provenance) -> Recorded:
-    """Every measured channel; MeasurementError holds the mistakes of all files. history None: it is found in them."""
+def read(
+    sources: Sources, *, rig: Rig, history: History | None, provenance: Provenance, as_recorded: bool = False
+) -> Recorded:
+    """Every measured channel; MeasurementError holds the mistakes of all files. history None: it is found in them.
+
+    as_recorded: the creepages keep the noise of their measurement, see creepage_noise.
+    """
     reading = _Reading(sources, rig)
     traction, named = _Traction(history=history), sources.columns
     with reading.gathered():
         traction = _traction(reading, history)
+        if not as_recorded:
+            traction = _without_creepage_noise(traction, reading)
     if traction.history is None:
         raise MeasurementError(reading.problems)
     history = counted(traction.history, sources.per_iteration) if history is None else traction.history
@@ -213,6 +221,17 @@ def _traction(reading: _Reading, history: History | None) -> _Traction:
         reading.counted(count, sources.traction)
         return _Traction(samples, history, columns=columns)
     return _Traction(history=history)
+
+
+def _without_creepage_noise(traction: _Traction, reading: _Reading) -> _Traction:
+    """Traction over time without the noise of its creepages; what was left out is a note of the file."""
+    samples = traction.samples
+    if samples is None or not np.isfinite(samples.time).all():
+        return traction
+    steady = steadied(samples.creepage, samples.ratio, samples.time, samples.step)
+    if steady.note:
+        reading.rows[-1] = replace(reading.rows[-1], notes=(steady.note, *reading.rows[-1].notes))
+    return replace(traction, samples=replace(samples, creepage=steady.creepage))
 
 
 def _temperature(reading: _Reading, history: History, traction: _Traction) -> TemperatureSamples:

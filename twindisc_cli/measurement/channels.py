@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from twindisc_cli.measurement.content import Content
-from twindisc_cli.measurement.creepage_noise import steadied
 from twindisc_cli.measurement.found_steps import Seen, begun_at_zero, find_steps, steps_of_curve, told
 from twindisc_cli.measurement.header import Column, Naming, declared
 from twindisc_cli.measurement.rows import RowCount
@@ -57,15 +56,10 @@ def read_traction(
         table.flag(columns["uncertainty"] <= 0.0, "uncertainty", lambda _: "must be greater than 0")
     table.check()
     unknown = np.full(len(table), np.nan)
-    creepage = columns["creepage"]
-    if "time" in columns:
-        steady = steadied(creepage, columns["traction ratio"], columns["time"], step)
-        creepage = steady.creepage
-        table.notes += [steady.note] if steady.note else []
     samples = TractionSamples(
         time=columns.get("time", unknown),
         step=step,
-        creepage=creepage,
+        creepage=columns["creepage"],
         ratio=columns["traction ratio"],
         uncertainty=columns.get("uncertainty", unknown),
     )

@@ -55,7 +55,7 @@ class Steadied:
         why = (
             "the traction does not follow: error of the tachometers"
             if self.told
-            else "without memory, too little for the traction to tell slip from error of the tachometers"
+            else "without memory, too little for the traction to separate slip from error of the tachometers"
         )
         size = f"the creepage scatters by {100.0 * self.std:.2g} % within the steps"
         return f"{size} and {why}, the mean of each step is taken"

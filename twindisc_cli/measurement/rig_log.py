@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from twindisc_cli.measurement.channels import FEWEST, check_kelvin, tolerance
 from twindisc_cli.measurement.content import Content
-from twindisc_cli.measurement.creepage_noise import steadied
 from twindisc_cli.measurement.found_steps import MOST_AVERAGES, Seen, find_steps, told
 from twindisc_cli.measurement.header import Column, Naming
 from twindisc_cli.measurement.log import (
@@ -109,13 +108,11 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
         zero = _zero_of_both_ways(ratio[kept], torque_zero, unit, steps)
         ratio = ratio - zero.value if zero is not None and zero.taken_off else ratio
     reason[driven] = _left(step, kept)[mean.block]
-    steady = steadied(mean.creepage[kept], ratio[kept], time[kept], step[kept])
     unknown = np.full(int(kept.sum()), np.nan)
-    samples = TractionSamples(time[kept], step[kept], steady.creepage, ratio[kept], uncertainty=unknown)
+    samples = TractionSamples(time[kept], step[kept], mean.creepage[kept], ratio[kept], uncertainty=unknown)
     columns = {name: RecordedColumn(time[kept], step[kept], values[kept]) for name, values in mean.others.items()}
     table.left_out |= {REASONS[code]: int(np.sum(reason == code)) for code in np.unique(reason) if code}
-    steadied_by = [steady.note] if steady.note else []
-    table.notes += (*steadied_by, *_notes(log, zero, result, mean.time, placed.history), *_too_slippery(log, ratio))
+    table.notes += (*_notes(log, zero, result, mean.time, placed.history), *_too_slippery(log, ratio))
     begin = float(mean.time[kept][0] - time[kept][0]) if np.any(kept) else 0.0
     return RigLog(samples, placed.history, begin, zero, table.count(int(np.sum(reason == 0))), columns)
 
