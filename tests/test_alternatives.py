@@ -102,7 +102,8 @@ def test_an_effect_that_fits_as_well_is_named_though_its_parameters_make_it_impr
     assert names(found) == (["severe_wear_transition"] if as_well else [])
 
 
-def test_the_set_of_an_effect_is_small_with_effects_before_laws() -> None:
+def test_the_set_of_an_effect_ends_where_it_is_probable_enough() -> None:
+    """In 88 % of the resamples, 85 % being asked; of three and more an effect beyond that is not named."""
     rising = [
         member(("wear", c), -1.0, RISING + k * OTHER) for c, k in (("energy", -0.5), ("power", 0.6), ("creepage", 2.0))
     ]
@@ -112,7 +113,4 @@ def test_the_set_of_an_effect_is_small_with_effects_before_laws() -> None:
     )
     shares = [0.25, 0.2, 0.15, 0.15, 0.12, 0.13]
     found = weighed(compared(shares, WARM, *rising, severe, settling), WARM.terms[0])
-    assert names(found) == [
-        "running_in_wear",
-        "severe_wear_transition",
-    ]
+    assert names(found) == ["wear over energy", "wear over creepage", "wear over power", "running_in_wear"]

@@ -312,6 +312,21 @@ def test_where_data_cannot_tell_no_single_name_is_told(test: Test) -> None:
     assert not any("cannot separate" in sentence for sentence in sentences.sentences(sure))
 
 
+@pytest.mark.parametrize("kind", [nothing, unknown])
+def test_what_is_not_excluded_where_nothing_is_named(test: Test, kind: Any) -> None:
+    others = Alternative(EffectTerm("third_body_layer"), 0.4), Alternative(LawTerm("mu", "creepage"), 0.07)
+    diagnosis = replace(kind(test), not_excluded=others)
+    names = "third-body layer (40 %) or a change of the coefficient of friction with creepage (7 %)"
+    assert any(said.startswith("Not excluded") and names in said for said in sentences.sentences(diagnosis))
+    assert "not excluded" not in " ".join(sentences.sentences(kind(test))).lower()
+    (line,) = [text for text in summary(diagnosis) if text.startswith("not excluded")]
+    assert line.endswith(": third_body_layer (40 %) or mu over creepage (7 %)")
+    assert result_of(diagnosis, [test], None).json["not_excluded"] == [
+        {"effect": "third_body_layer", "probability": 0.4},
+        {"quantity": "mu", "covariate": "creepage", "probability": 0.07},
+    ]
+
+
 def test_the_headline_error_is_on_data_held_out(test: Test) -> None:
     # 15 times the noise of 0.004, 1.1 times that where it is held out: 0.066; after 1.02 times the noise: 0.00408.
     assert "falls from 0.0660 to 0.00408 on data held out" in " ".join(sentences.sentences(found(test)))

@@ -84,6 +84,8 @@ def test_nothing_missing_is_said() -> None:
     assert found.effects == []
     assert found.laws == []
     assert found.unexplained == []
+    assert all(0.05 < other.probability < 0.5 for other in found.not_excluded)
+    assert sum(other.probability for other in found.not_excluded) < 1.0
     assert found.base["mu"].low <= 0.6 <= found.base["mu"].high
     assert found.base["convection_W_K"].value == pytest.approx(1.6, rel=0.01)
     assert found.base["K"].value == pytest.approx(1e-3, rel=0.03)
@@ -97,6 +99,7 @@ def test_falling_friction_is_named_with_its_parameters() -> None:
     assert found.verdict == "effects_found"
     assert list(named(found)) == ["falling_friction"]
     effect = named(found)["falling_friction"]
+    assert found.not_excluded == []
     assert effect.channel == "traction"
     assert len(effect.alternatives) <= 2
     value(effect, "ratio", 0.6)

@@ -306,3 +306,15 @@ def test_a_fit_ends_where_it_is_said_to() -> None:
     assert found.chi2 < 0.01
     values = [found.value(p)[0] for p in problem.parameters]
     assert values == pytest.approx([0.6, 0.5, 4.0], rel=0.01)
+
+
+def test_a_fit_where_every_strip_wears_by_its_own_k_ends_where_nothing_is_to_be_had() -> None:
+    """On the track that belongs to its parameters a step of Gauss and Newton would lower chi2 by less than 0.05."""
+    case = case_of(Instruments(channels=("traction", "profile")).record(FALLING, np.random.default_rng(3)))
+    problem = Problem([case], ("traction", "profile"), ("falling_friction", "severe_wear_transition"))
+    fitted = fit(problem)
+    here = at(problem, fitted.theta)
+    assert here.chi2 == pytest.approx(fitted.chi2, abs=0.01)
+    slope = here.jacobian.T @ here.residual
+    assert not here.pressed.any()
+    assert slope @ here.covariance @ slope < 0.05

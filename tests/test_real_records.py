@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from records.answers import choice, come_back, foretold, holds, of_halves
+from records.answers import Back, choice, come_back, foretold, holds, of_halves
 from records.errors import of_split
 from records.figure import explained
 from records.sources import records, shipped
@@ -35,20 +35,21 @@ def test_the_answer_to_the_locomotive_raises_no_error_of_what_was_held_out() -> 
 
 
 @cache
-def halves() -> list[tuple[float, bool]]:
-    """Names in halves of the locomotive's curve: probability, and whether they come back in the other half."""
+def halves() -> list[Back]:
+    """What becomes of names in halves of the locomotive's curve in the other half."""
     return come_back(of_halves("eurosprinter", seed) for seed in range(SPLITS))
 
 
 @pytest.mark.xfail(reason="a half without its held-out samples names what the other does in 12 of 17", strict=False)
 def test_what_one_half_of_eurosprinter_names_is_in_the_set_of_the_other() -> None:
     """In four of five, over splits at random: no formula is exact there, and a name must come back."""
-    assert np.mean([right for _, right in halves()]) >= 0.8
+    assert np.mean([back.found for back in halves()]) >= 0.8
 
 
 def test_names_of_eurosprinter_come_back_as_often_as_their_probability_says() -> None:
     assert halves()
-    assert np.mean([probability for probability, _ in halves()]) <= np.mean([right for _, right in halves()]) + 0.1
+    found, reported = (np.mean([getattr(back, of) for back in halves()]) for of in ("found", "probability"))
+    assert reported <= found + 0.1
 
 
 FALLS = pytest.mark.xfail(reason="friction falls above 6 %, where nothing below says so", strict=False)

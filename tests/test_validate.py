@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from rigs import Instruments, Plant, history
+from rigs import Floats, Instruments, Plant, history, running
 
 from twindisc_cli.laws.law import Law, warnings
+from twindisc_cli.loop.explain import explain
 from twindisc_cli.loop.fit import fit, linearised
 from twindisc_cli.loop.problem import Problem, case_of
+from twindisc_cli.loop.terms import LawTerm
 from twindisc_cli.loop.thresholds import ACCEPTANCE, SEARCH
 from twindisc_cli.loop.validate import Elsewhere, drawn_levels, predict_test
+from twindisc_cli.model.experiment import History
 from twindisc_cli.model.forward import ForwardModel, Prediction
 
 COURSE = history((0.01, 0.02, 0.05, 0.08), 1)
@@ -72,6 +76,26 @@ def test_what_is_foretold_is_judged_by_the_covariance_of_noise_parameters_and_re
         assert told[off][0] == pytest.approx(density)
     assert told[0.0][0] - told[0.02][0] < 2.0
     assert told[0.0][0] - told[0.3][0] > SEARCH.effect_evidence
+
+
+def test_what_only_the_predicted_test_separates_is_separated_by_it() -> None:
+    """Friction over the greatest creepage so far, which on a rising ramp is the creepage, and up and down is not."""
+
+    def friction(of: History) -> Callable[[Floats, Floats, Floats], Floats]:
+        greatest = np.maximum.accumulate(of.creepage)
+        return lambda time, _c, _n: 0.6 - 0.15 * np.exp(-(((greatest[running(of, time)] - 0.03) / 0.015) ** 2))
+
+    rising, falling = (0.005, 0.01, 0.02, 0.03, 0.05, 0.08), (0.03, 0.01, 0.05, 0.02, 0.08, 0.005)
+    tests = [
+        Instruments(channels=("traction",)).record(Plant(of, mu=friction(of)), np.random.default_rng(seed))
+        for seed, of in enumerate((history(rising, 2), history(falling, 2)))
+    ]
+    alone, both = (
+        explain(tests[:1], validate=other, quick=True, progress=lambda _what, _share: None)
+        for other in (None, tests[1])
+    )
+    assert LawTerm("mu", "greatest_creepage") not in alone.answer.labels
+    assert both.answer.labels == {LawTerm("mu", "greatest_creepage")}
 
 
 def test_the_level_of_a_test_that_is_only_predicted_is_that_of_the_middle_of_those_fitted() -> None:

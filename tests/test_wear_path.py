@@ -7,7 +7,7 @@ import pytest
 from rigs import RADIUS, rig
 
 from twindisc_cli.model.experiment import Contact
-from twindisc_cli.model.integration import Setup, integrate
+from twindisc_cli.model.integration import Loaded, Setup, integrate
 from twindisc_cli.model.patch import weighted_paths
 from twindisc_cli.model.wear_path import WearPath, first_section, grid, wear_path
 from twindisc_cli.model.wear_path.integrated import integrated_path
@@ -229,3 +229,15 @@ def test_the_worn_zone_ends_where_two_percent_of_the_depth_are_left() -> None:
     unworn, worn = edges_of(y, depth, np.array([0.2, 0.3]))
     assert unworn == 0.2
     assert worn == pytest.approx(0.7 * np.sqrt(0.98), rel=1e-3)
+
+
+@pytest.mark.parametrize("contact", ["hertz", "half_space"])
+def test_where_only_strips_out_of_contact_would_wear_all_in_contact_do(contact: Contact) -> None:
+    """As by a threshold that only the first strips passed, before they came out of contact: the volume is kept."""
+    of, y, nodes = rig(), np.linspace(-1.5e-3, 1.5e-3, 61), np.array([0.0, 1e-10, 3e-10])
+
+    def outside(_step: int, _y: np.ndarray, loaded: Loaded) -> np.ndarray:
+        return np.where(loaded.line_load > 0.0, 0.0, 1.0)
+
+    worn = integrate(Setup(of, contact), y, nodes, weights=outside).depth[0]
+    assert worn.sum(axis=1) * (y[1] - y[0]) == pytest.approx(nodes, rel=0.02)

@@ -26,14 +26,16 @@ def silent(_what: str, _share: float) -> None:
 
 @dataclass(frozen=True)
 class Said:
-    """What is named with its probability, and with it all that these data cannot tell from it.
+    """What is named with its probability, and with it all that these data cannot tell from it, or from nothing.
 
-    forms: the effects of which a law that is named does nine tenths, by its name. parameters of the terms, base
+    sets: the probability of a name and of what cannot be told from it together, by the name. forms: the effects of
+    which a law that is named does nine tenths, by its name. parameters of the terms, base
     parameters and curves of the laws, each with its interval, by name.
     """
 
     named: dict[str, float]
     near: set[str]
+    sets: dict[str, float]
     forms: dict[str, set[str]]
     parameters: dict[str, Estimate]
     base: dict[str, Estimate]
@@ -42,8 +44,11 @@ class Said:
 
 def said(answer: Diagnosis) -> Said:
     """The names in an answer."""
-    named = {e.name: e.probability for e in answer.effects}
-    named |= {f"{law.law.quantity} over {law.law.covariate}": law.probability for law in answer.laws}
+    terms = {e.name: e for e in answer.effects} | {
+        f"{law.law.quantity} over {law.law.covariate}": law for law in answer.laws
+    }
+    named = {name: term.probability for name, term in terms.items()}
+    sets = {n: t.probability + sum(other.probability for other in t.alternatives) for n, t in terms.items()}
     beside = {str(other.term) for found in (*answer.effects, *answer.laws) for other in found.alternatives}
     parameters = {f"{t.name}.{key}": e for t in (*answer.effects, *answer.laws) for key, e in t.parameters.items()}
     curves = {law.name: law.curve for law in answer.laws}
@@ -51,8 +56,9 @@ def said(answer: Diagnosis) -> Said:
         f"{law.law.quantity} over {law.law.covariate}": {effect for effect, share in law.resembles if share > 0.9}
         for law in answer.laws
     }
+    beside |= {str(other.term) for other in answer.not_excluded}
     near = {*named, *beside}.union(*forms.values())
-    return Said(named, near, forms, parameters, dict(answer.base), curves)
+    return Said(named, near, sets, forms, parameters, dict(answer.base), curves)
 
 
 def of_parts(test: Experiment, parts: int, seed: int) -> list[Said]:
@@ -69,11 +75,20 @@ def of_halves(name: str, seed: int) -> tuple[Said, Said]:
     return one, two
 
 
-def come_back(splits: Iterable[Sequence[Said]]) -> list[tuple[float, bool]]:
-    """Of every name in a part its probability, and whether it, or the effect it is a form of, is in another's set."""
+@dataclass(frozen=True)
+class Back:
+    """A name in a part: its probability, its set's, and whether it, or an effect it is a form of, is in another set."""
+
+    probability: float
+    of_set: float
+    found: bool
+
+
+def come_back(splits: Iterable[Sequence[Said]]) -> list[Back]:
+    """What becomes of every name in a part in every other part."""
     both = [(own, other) for parts in splits for own in parts for other in parts if own is not other]
     return [
-        (probability, bool({name, *own.forms.get(name, ())} & other.near))
+        Back(probability, min(own.sets[name], 1.0), bool({name, *own.forms.get(name, ())} & other.near))
         for own, other in both
         for name, probability in own.named.items()
     ]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .answers import Back
 from .errors import Errors
 
 KIND = {"b": "blocks", "f": "folds", "l": "groups"}
@@ -14,11 +15,11 @@ KIND = {"b": "blocks", "f": "folds", "l": "groups"}
 
 @dataclass(frozen=True)
 class Halves:
-    """Of every name in a part of a record its probability, and whether it is in the set of another part."""
+    """What becomes of every name in a part of a record in the other parts."""
 
     record: str
     kind: str
-    back: list[tuple[float, bool]]
+    back: list[Back]
 
 
 def table(errors: Sequence[Errors], parts: Sequence[Halves]) -> str:
@@ -37,13 +38,16 @@ def table(errors: Sequence[Errors], parts: Sequence[Halves]) -> str:
         lines += _summary(kind, [one for one in errors if KIND[one.split[0]] == kind])
     for part in parts:
         if part.back:
-            share, reported = (float(np.mean([pair[i] for pair in part.back])) for i in (1, 0))
-            lines.append(f"{part.record}, {part.kind}: named in another's set {share:.0%}, reported {reported:.2f}")
+            lines.append(f"{part.record}, {part.kind}: {_shares(part.back)}")
     if sum(bool(part.back) for part in parts) > 1:
-        back = [pair for part in parts for pair in part.back]
-        share, reported = (float(np.mean([pair[i] for pair in back])) for i in (1, 0))
-        lines.append(f"all parts: named in another's set {share:.0%} (>= 80 %), reported {reported:.2f} (within 0.1)")
+        lines.append(f"all parts (>= 80 %): {_shares([back for part in parts for back in part.back])}")
     return "\n".join(lines)
+
+
+def _shares(back: Sequence[Back]) -> str:
+    """How often a name is in another's set, beside what is reported of it and of its set."""
+    found, name, of_set = (float(np.mean([getattr(b, of) for b in back])) for of in ("found", "probability", "of_set"))
+    return f"named in another's set {found:.0%}; reported of the set {of_set:.0%}, of the name {name:.0%}"
 
 
 def _summary(kind: str, errors: Sequence[Errors]) -> list[str]:

@@ -35,7 +35,7 @@ from twindisc_cli.loop.terms import Alternative, EffectTerm
 from twindisc_cli.report import sentences
 from twindisc_cli.report.close_loop import render
 from twindisc_cli.report.levels import WANDERS, level_json, level_text
-from twindisc_cli.report.words import channel_name, listed, number, p_value, unit, with_error
+from twindisc_cli.report.words import channel_name, listed, number, p_value, percent, unit, with_error
 from twindisc_cli.results import Result, or_null
 from twindisc_cli.version import __version__
 
@@ -123,6 +123,9 @@ def summary(diagnosis: Diagnosis) -> list[str]:
     lines = [f"{diagnosis.verdict}: {sentences.sentences(diagnosis)[0]}", *sentences.difference(diagnosis)]
     lines += [_error_line(channel_name(channel), error) for channel, error in diagnosis.errors.items()]
     lines += [_term_line(term) for terms in sentences.together(diagnosis).values() for term in terms]
+    if diagnosis.not_excluded:
+        beside = [f"{other.term} ({percent(other.probability)})" for other in diagnosis.not_excluded]
+        lines.append(f"not excluded, though too little speaks for it: {listed(beside, 'or')}")
     if diagnosis.unexplained and diagnosis.verdict != "unexplained":
         least = p_value(min(left.p_value for left in diagnosis.unexplained))
         lines.append(f"unexplained: {listed(sentences.open_questions(diagnosis))} ({least})")
@@ -192,6 +195,7 @@ def _json(diagnosis: Diagnosis) -> dict[str, Any]:
         "verdict": diagnosis.verdict,
         "effects": [_effect(effect) for effect in diagnosis.effects],
         "laws": [_law(result) for result in diagnosis.laws],
+        "not_excluded": [_alternative(alternative) for alternative in diagnosis.not_excluded],
         "unexplained": [
             {key: getattr(left, key) for key in ("channel", "covariate", "kind", "share_of_variance", "p_value")}
             for left in diagnosis.unexplained
@@ -245,7 +249,7 @@ def _law(result: FoundLaw) -> dict[str, Any]:
 
 
 def _alternative(alternative: Alternative) -> dict[str, Any]:
-    """What cannot be told from a law: an effect, or a quantity and a covariate, with its probability."""
+    """What cannot be told from a law or nothing: an effect, or a quantity and a covariate, with its probability."""
     term = alternative.term
     law = {} if isinstance(term, EffectTerm) else {"quantity": term.quantity, "covariate": term.covariate}
     what = {"effect": term.name} if isinstance(term, EffectTerm) else law

@@ -86,7 +86,7 @@ def weighed(compared: Compared, name: str) -> Weighed:
     An effect of which the law over its own covariate is another form is as probable as both, and both are named.
     What does something else than the term where it is added in its place is no alternative. The set ends where it is
     probable enough; while it is small, with the effects of the catalogue that are left, or that fit as well and are
-    less probable for their parameters alone. That of an effect is small, with effects before laws.
+    less probable for their parameters alone.
     """
     own = compared.answer.term(name)
     places = {own: compared.answer} | compared.in_place_of(name)
@@ -112,16 +112,15 @@ def _small_set(
     compared: Compared, own: Term, places: Mapping[Term, Explanation], held: float, together: Mapping[Term, float]
 ) -> list[Alternative]:
     """The terms that are named beside a term that is held with this probability, by falling probability."""
-    laws, effects = list[Alternative](), list[Alternative]()
+    beside = list[Alternative]()
     for term, share in sorted(together.items(), key=lambda pair: (-pair[1], str(pair[0]))):
-        few = isinstance(term, EffectTerm) and len(effects) + 1 < RESAMPLING.small_set
+        counted = beside if isinstance(own, EffectTerm) else [a for a in beside if isinstance(a.term, EffectTerm)]
+        few = isinstance(term, EffectTerm) and len(counted) + 1 < RESAMPLING.small_set
         likely = share > RESAMPLING.rival_share and (few or held < RESAMPLING.set_share)
         if likely or (few and term in places and _fits_as_well(compared.answer, places[term])):
-            (effects if isinstance(term, EffectTerm) else laws).append(Alternative(term, share))
+            beside.append(Alternative(term, share))
         held += share
-    if isinstance(own, EffectTerm):
-        return [*effects, *laws][: RESAMPLING.small_set - 1]
-    return sorted([*effects, *laws], key=lambda alternative: -alternative.probability)
+    return beside
 
 
 def _stand_ins(compared: Compared, name: str, member: Explanation) -> list[Term]:

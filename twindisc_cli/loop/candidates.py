@@ -15,12 +15,13 @@ from twindisc_cli.laws.trial import Trial, formula
 from twindisc_cli.loop.channels.mass import weighed_stops
 from twindisc_cli.loop.channels.profile import recorded_stops
 from twindisc_cli.loop.fit import Fit
-from twindisc_cli.loop.learn import Pair, Response, is_timed, pairs, typical_change
+from twindisc_cli.loop.learn import Pair, Response, equal_here, is_timed, pairs, responses, typical_change
 from twindisc_cli.loop.problem import Problem, known_sensors, parameters_of
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.terms import in_test
 from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.model.experiment import Floats
+from twindisc_cli.model.forward import Prediction
 
 SIZES = (1.0, 0.25)  # of the typical size: a response may be steep or saturated
 DECADES = (2.5, 5.5)  # of a factor that spans decades: its logarithm over that of the typical one
@@ -85,6 +86,12 @@ def laws(fitted: Fit, known: Sequence[Response] | None = None) -> list[Proposal]
             start = np.array([p.inner(p.start) for p in parameters_of(name, trial)])
             results.append(Proposal(name, trial, [start], promise - own, price + own, pair))
     return results
+
+
+def laws_elsewhere(fitted: Fit, quantity: str, covariate: str, other: Prediction) -> list[Proposal]:
+    """A law over the covariates that run as its own does in the tests that are fitted, and do not in another."""
+    equal = equal_here(fitted, quantity, covariate, other)
+    return [law for over in equal for law in laws(fitted, responses(fitted, quantity, over))]
 
 
 def warmed(effect: Effect) -> str | None:

@@ -95,6 +95,7 @@ def diagnose(
         blind=outcome.blind,
         seconds=monotonic() - started,
         difference=_difference(outcome),
+        not_excluded=_not_excluded(outcome),
     )
 
 
@@ -164,6 +165,26 @@ def _found(outcome: Outcome, weights: Mapping[str, Weighed]) -> tuple[list[Found
                 FoundEffect(term.name, channel, parameters, tuple(rivals), probability, strength, remains, term.test)
             )
     return effects, laws
+
+
+def _not_excluded(outcome: Outcome) -> list[Alternative]:
+    """Where nothing is given: what the resamples choose all the same, until that and nothing are probable enough.
+
+    Not what is refused: it raises an error, or stands at a bound.
+    """
+    if outcome.answer.terms:
+        return []
+    chances, held = dict[Term, float](), 0.0
+    for member, share in zip(outcome.members, outcome.shares, strict=True):
+        held += float(share) if not member.terms else 0.0
+        if not member.fit.at_bound and member.labels not in outcome.refused:
+            chances |= {term: chances.get(term, 0.0) + float(share) for term in member.labels}
+    beside = list[Alternative]()
+    for term, share in sorted(chances.items(), key=lambda pair: (-pair[1], str(pair[0]))):
+        if share > RESAMPLING.rival_share and held < RESAMPLING.set_share:
+            beside.append(Alternative(term, share))
+        held += share
+    return beside
 
 
 def _strength(outcome: Outcome, name: str, probability: float, rivals: Sequence[Alternative]) -> Strength:
@@ -304,8 +325,9 @@ def _tried(outcome: Outcome, weights: Mapping[str, Weighed]) -> list[CandidateRe
         places = {outcome.answer.term(name): outcome.answer} | outcome.compared.in_place_of(name)
         tried += [_place(outcome, name, short, member, term, weights[name]) for term, member in places.items()]
     if not outcome.answer.terms:
+        beside = _not_excluded(outcome)
         tried = [
-            _place(outcome, "", outcome.search.base, member, term, Weighed(np.nan, (), {term: float(share)}, {}))
+            _place(outcome, "", outcome.search.base, member, term, Weighed(np.nan, beside, {term: float(share)}, {}))
             for member, share in zip(outcome.members, outcome.shares, strict=True)
             for term in member.labels
             if len(member.labels) == 1 or member.labels in outcome.refused

@@ -218,6 +218,7 @@ class Diagnosis:
     step_scatter: scatter between steps beyond the noise, by something that is in none of the terms.
     same_on_all: whether a choice on all samples would give the same terms, None where not asked.
     blind: whether the held-out samples had no say in the choice.
+    not_excluded: where nothing was added, what the resamples choose all the same, by falling probability.
     """
 
     verdict: Verdict
@@ -240,6 +241,7 @@ class Diagnosis:
     seconds: float
     difference: str = ""
     levels: Mapping[str, Levels] = field(default_factory=dict)
+    not_excluded: Sequence[Alternative] = ()
 
     @property
     def terms(self) -> list[FoundTerm]:

@@ -29,6 +29,8 @@ TYPICAL = 3.0  # typical sizes: the width of the prior of a size
 FREE = 4.0  # fall of chi2 of two standard deviations, which a bound must cost to be held there
 EDGE = 1e-3
 """Nearer to a bound than this share of the range a parameter is at it."""
+MOST_TRACKS, SAME_TRACK = 6, 0.01
+"""Tracks that are integrated at most, and the fall of chi2 to be had on a new one below which it is the last."""
 
 
 @dataclass(frozen=True)
@@ -123,6 +125,12 @@ def fit(problem: Problem, start: Floats | None = None, most_steps: int = MOST_ST
     theta = np.clip(problem.start() if start is None else start, lower + margin, upper - margin)
     if len(theta) == 0:
         return at(problem, theta)
+    return (_on_its_tracks if problem.needs_tracks else _fit)(problem, theta, most_steps)
+
+
+def _fit(problem: Problem, theta: Floats, most_steps: int) -> Fit:
+    """Fit all parameters from inner start values (parameter,) within the bounds."""
+    lower, upper = problem.bounds
     target = problem.discount(problem.measured)
     prior = np.eye(len(theta))[problem.normal]
     memory: dict[bytes, tuple[Floats, Floats, Floats]] = {}
@@ -154,6 +162,23 @@ def fit(problem: Problem, start: Floats | None = None, most_steps: int = MOST_ST
         max_nfev=most_steps,
     )
     return _summarised(problem, np.asarray(result.x), *evaluated(np.asarray(result.x))[:2])
+
+
+def _on_its_tracks(problem: Problem, start: Floats, most_steps: int) -> Fit:
+    """A fit on the track as integrated where the last fit ended, until that track is the one it was fitted on.
+
+    The derivatives are those on one track in any case: such a fit, too, ends where they are orthogonal to the residual.
+    """
+    own, theta, results = problem.followed(start), start, list[Fit]()
+    while len(results) < MOST_TRACKS:
+        near = _fit(own, theta, most_steps)
+        own, theta = problem.followed(near.theta), near.theta
+        again = at(own, theta)
+        results.append(again)
+        slope = again.jacobian.T @ (again.residual - near.residual)
+        if slope @ again.covariance @ slope < SAME_TRACK:
+            break
+    return replace(max(results, key=lambda result: result.evidence), problem=problem)
 
 
 def at(problem: Problem, theta: Floats) -> Fit:

@@ -291,25 +291,38 @@ def _pair(fitted: Fit, span: Floats, response: Response, samples: int, test: str
     return Pair(response.quantity, response.covariate, edges, centres, A, g, response.typical, samples, test)
 
 
-def responses(fitted: Fit) -> list[Response]:
-    """The responses of the samples to every quantity over every covariate, where a fit is."""
+def responses(fitted: Fit, quantity: str = "", covariate: str = "") -> list[Response]:
+    """The responses of the samples to every quantity over every covariate, or to one over one, where a fit is."""
     problem = fitted.problem.followed(fitted.theta)
     predictions = problem.predict(fitted.theta[None])
     plain = problem.white(predictions)[0]
     results = []
-    for quantity, of in QUANTITIES.items():
+    for name in [quantity] if quantity else QUANTITIES:
+        of = QUANTITIES[name]
         if of.channel not in problem.channels:
             continue
-        typical = typical_change(fitted, quantity)
+        typical = typical_change(fitted, name)
         level = 0.01 if of.kind == "factor" else 0.03 * typical
         if level == 0.0:
             continue  # a channel that does not change has no size that a shift could have
-        for covariate in _distinct(predictions, (*of.covariates, *_columns(fitted.problem, of))):
-            edges = _edges(fitted, predictions, covariate)
+        every = [covariate] if covariate else _distinct(predictions, (*of.covariates, *_columns(fitted.problem, of)))
+        for over in every:
+            edges = _edges(fitted, predictions, over)
             if edges is not None:
-                rows = _bin_rows(problem, fitted.theta, quantity, covariate, edges, level)
-                results.append(Response(quantity, covariate, edges, np.nan_to_num((rows - plain) / level).T, typical))
+                rows = _bin_rows(problem, fitted.theta, name, over, edges, level)
+                results.append(Response(name, over, edges, np.nan_to_num((rows - plain) / level).T, typical))
     return results
+
+
+def equal_here(fitted: Fit, quantity: str, covariate: str, other: Prediction) -> list[str]:
+    """Covariates of a quantity that run as one does in all tests that are fitted, and do not in another."""
+    if covariate == "y_over_edge":
+        return []
+    here = fitted.problem.predict(fitted.theta[None])
+    of, one = QUANTITIES[quantity], (_unit(here, covariate), _unit([other], covariate))
+    same = [name for name in of.covariates if name not in (covariate, "y_over_edge")]
+    same = [name for name in same if np.allclose(_unit(here, name), one[0], atol=1e-6)]
+    return [name for name in same if not np.allclose(_unit([other], name), one[1], atol=1e-6)]
 
 
 def _columns(problem: Problem, of: Quantity) -> list[str]:
@@ -356,12 +369,17 @@ def _distinct(predictions: list[Prediction], covariates: Sequence[str]) -> list[
     kept: dict[str, Floats] = {}
     for name in covariates:
         if name != "y_over_edge":
-            values = _along(predictions, name)
-            unit = (values - values.min()) / max(float(np.ptp(values)), 1e-300)
+            unit = _unit(predictions, name)
             if any(np.allclose(unit, other, atol=1e-6) for other in kept.values()):
                 continue
             kept[name] = unit
     return [name for name in covariates if name in kept or name == "y_over_edge"]
+
+
+def _unit(predictions: list[Prediction], covariate: str) -> Floats:
+    """A covariate over its range, 0 to 1, at all operating points of all tests that last (point,)."""
+    values = _along(predictions, covariate)
+    return np.asarray((values - values.min()) / max(float(np.ptp(values)), 1e-300))
 
 
 def _along(predictions: list[Prediction], covariate: str) -> Floats:

@@ -302,6 +302,11 @@ class Problem:
             for i, case in enumerate(self.cases)
         ]
 
+    @property
+    def needs_tracks(self) -> bool:
+        """Whether every prediction integrates a track, which none is given for."""
+        return self.tracks is None and (self.is_local or any(case.model.loads_change for case in self.cases))
+
     def followed(self, theta: Floats) -> Problem:
         """The same problem on the tracks of inner parameters (parameter,) nearby, for which no integration is
         needed."""

@@ -19,7 +19,7 @@ import numpy as np
 from twindisc_cli.effects._effect import Effect
 from twindisc_cli.laws.law import law_key
 from twindisc_cli.laws.trial import Trial
-from twindisc_cli.loop.candidates import Proposal, effects, flash_law, proposals, warmed
+from twindisc_cli.loop.candidates import Proposal, effects, flash_law, laws_elsewhere, proposals, warmed
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.fit import MOST_STEPS, Fit, carried, fit, refit
 from twindisc_cli.loop.learn import Pair, Response, responses
@@ -137,7 +137,7 @@ def search(
     while (
         best.labels not in known
         and len(best.terms) < SEARCH.most_terms
-        and not (len(best.terms) > 1 and _nothing_left(best))
+        and not (best.terms and _nothing_left(best))
         and not (best.terms and enough is not None and enough(best, base))
     ):
         known.add(best.labels)
@@ -171,7 +171,8 @@ def refitted(explanation: Explanation) -> Explanation:
 def extended(explanation: Explanation, known: Sequence[Response] | None = None) -> list[Explanation]:
     """The explanation with each of the most promising terms added, by falling evidence; known: responses nearby."""
     explanations = _most_promising(explanation, proposals(explanation.fit, known))
-    return by_falling([*explanations, *_flashes(explanation, explanations)], evidence_of)
+    beside = [*_flashes(explanation, explanations), *_over_others(explanation, explanations)]
+    return by_falling([*explanations, *beside], evidence_of)
 
 
 def _most_promising(explanation: Explanation, proposed: Sequence[Proposal]) -> list[Explanation]:
@@ -187,7 +188,7 @@ def _most_promising(explanation: Explanation, proposed: Sequence[Proposal]) -> l
         if _asks_too_much(explanation.fit.problem, proposal):
             continue
         count[proposal.is_law] += 1
-        explanations.append(_with(explanation, proposal))
+        explanations.append(_with(explanation, proposal, SEARCH.least_share * best))
         best = max(best, explanations[-1].here - explanation.here)
     return explanations
 
@@ -224,23 +225,40 @@ def _flashes(explanation: Explanation, explanations: Sequence[Explanation]) -> l
 
     Which of the two counts shows in how the disc lags behind the contact; where it does not, both stand in the set.
     """
-    best = max((e.evidence for e in explanations), default=0.0)
     quantities = {
         quantity
-        for e in explanations
-        if (best - e.evidence) / e.temperature < SEARCH.equivalent
-        and (quantity := warmed(e.effect(e.terms[-1]))) is not None
+        for e in _within_reach(explanations)
+        if (quantity := warmed(e.effect(e.terms[-1]))) is not None
         and law_key(quantity, "flash_temperature") not in e.terms
     }
     proposed = [flash_law(explanation.fit, quantity) for quantity in sorted(quantities)]
     return [_with(explanation, proposal) for proposal in proposed if proposal is not None]
 
 
-def _with(explanation: Explanation, proposal: Proposal) -> Explanation:
+def _over_others(explanation: Explanation, explanations: Sequence[Explanation]) -> list[Explanation]:
+    """Beside each law that is within reach, the same over what only the test that is predicted separates from it."""
+    if explanation.elsewhere is None:
+        return []
+    new = [e.effect(e.terms[-1]) for e in _within_reach(explanations)]
+    named = {(law.quantity, law.covariate) for law in new if isinstance(law, Trial) and not law.test}
+    if not named:
+        return []
+    other = explanation.elsewhere.prediction(explanation.fit)
+    proposed = [p for pair in sorted(named) for p in laws_elsewhere(explanation.fit, *pair, other) if not p.effect.test]
+    return [_with(explanation, proposal) for proposal in proposed]
+
+
+def _within_reach(explanations: Sequence[Explanation]) -> list[Explanation]:
+    """Those that cannot be told from the best of them, here: another test may speak against all."""
+    best = max((e.here for e in explanations), default=0.0)
+    return [e for e in explanations if (best - e.here) / e.temperature < SEARCH.equivalent]
+
+
+def _with(explanation: Explanation, proposal: Proposal, enough: float = 0.0) -> Explanation:
     """An explanation with one more term.
 
-    Where K differs from strip to strip, the term is fitted on the track as it is without it, and where it says anything
-    there, on its own.
+    Where K differs from strip to strip, the term is fitted on the track as it is without it, and where it says enough
+    there [nats], on its own.
     """
     fitted = explanation.fit
     problem = fitted.problem.with_terms(*fitted.terms, proposal.name, trial=_trial(proposal))
@@ -252,7 +270,7 @@ def _with(explanation: Explanation, proposal: Proposal) -> Explanation:
     if isinstance(proposal.effect, Trial) and proposal.effect.jumps.size:
         best = refine_edges(best, proposal.name, proposal.effect, proposal.pair)
     more = replace(explanation, fit=best, prices={**explanation.prices, proposal.name: proposal.price})
-    if not twice or more.here < explanation.here:
+    if not twice or more.here < explanation.here + enough:
         return more
     return replace(more, fit=fit(replace(best.problem, tracks=None), best.theta))
 
@@ -455,19 +473,24 @@ def swap_and_drop(
     """Exchange terms for better ones and leave out those that say too little, until nothing changes.
 
     A term is exchanged for what does a part of what it does; what explains something else is added beside it later.
-    With the answer come, for each of its terms, the explanations in which another stands in its place; for its newest
-    term these are those just tried.
+    With the answer come, for each of its terms, the explanations in which another stands in its place. What was tried
+    beside the same other terms is not sought again, but fitted with the nuisances of the answer.
     """
     newest = [name for name in explanation.terms if name not in before.terms]
     known = {newest[0]: judged_alike(explanation, [before, *ranked(tried)])} if len(newest) == 1 else {}
+    beside = {before.labels: tried} if tried else {}
     for _ in range(SEARCH.most_terms):
         rivals = dict[str, Sequence[Explanation]](known)
-        seen = responses(explanation.fit) if set(explanation.terms) - set(rivals) else []
+        seen: Sequence[Response] | None = None
         for name in explanation.terms:
             if name in rivals:
                 continue
             shorter = without(explanation, name)
-            others = extended(shorter, seen)
+            if shorter.labels in beside:
+                others = judged_alike(explanation, ranked(beside[shorter.labels]))
+            else:
+                seen = responses(explanation.fit) if seen is None else seen
+                others = beside[shorter.labels] = extended(shorter, seen)
             better = chosen(shorter, [explanation, *(e for e in others if _stands_for(e, explanation, shorter))])
             if better is None:
                 explanation, known = shorter, {}

@@ -117,6 +117,11 @@ class Elsewhere:
 
     problem: Problem
 
+    def prediction(self, fitted: Fit) -> Prediction:
+        """The test as a fit of others predicts it."""
+        problem = self.problem.with_terms(*fitted.terms, trial=fitted.problem.trial)
+        return problem.predict(carried(problem, fitted)[None])[0]
+
     def density(self, fitted: Fit) -> tuple[float, float]:
         """Logarithm of the density that a fit of others predicts for the test, and the chi2 of what it misses."""
         problem = self.problem.with_terms(*fitted.terms, trial=fitted.problem.trial)

@@ -237,8 +237,12 @@ def _ahead(last: StripContact, contact: StripContact, part: float) -> StripConta
 
 
 def _worn(spread: Floats, weights: Floats, line_load: Floats, *, mirrored: bool) -> Floats:
-    """Depth per section [1/m], (case, strip), whose sum is that of the load however the weights are off their mean."""
+    """Depth per section [1/m], (case, strip), whose sum is that of the load however the weights are off their mean.
+
+    Where only strips wear that have come out of contact, all in contact do.
+    """
     weighted = weights * line_load
+    weighted = np.where(_total(weighted, mirrored) > 0.0, weighted, line_load)
     off = _total(line_load, mirrored) / _total(weighted, mirrored)
     return np.asarray((off * weighted) @ spread.T)
 

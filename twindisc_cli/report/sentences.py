@@ -231,7 +231,7 @@ def _what_is_unexplained(diagnosis: Diagnosis) -> list[str]:
     rest, refused = open_questions(diagnosis), _refused(diagnosis)
     parts = [f"Something is missing in the {listed(_open(diagnosis))} that no effect and no learnt law explains"]
     first = f"{parts[0]}: {'; '.join(rest)}." if rest else f"{parts[0]}."
-    return [first, *refused, *scatter(diagnosis), *difference(diagnosis)]
+    return [first, *refused, *scatter(diagnosis), *_not_excluded(diagnosis), *difference(diagnosis)]
 
 
 def _open(diagnosis: Diagnosis) -> list[str]:
@@ -262,7 +262,14 @@ def scatter(diagnosis: Diagnosis) -> list[str]:
 
 def _nothing_missing(diagnosis: Diagnosis) -> list[str]:
     seen = listed([channel_name(c) for c in channels() if c in diagnosis.errors])
-    return [f"Nothing is missing: model and measured {seen} agree within noise and tolerances.", *difference(diagnosis)]
+    first = f"Nothing is missing: model and measured {seen} agree within noise and tolerances."
+    return [first, *_not_excluded(diagnosis), *difference(diagnosis)]
+
+
+def _not_excluded(diagnosis: Diagnosis) -> list[str]:
+    """What may be missing all the same, where nothing was added."""
+    names = [f"{term_name(other.term)} ({percent(other.probability)})" for other in diagnosis.not_excluded]
+    return [f"Not excluded, though too little speaks for it: {listed(names, 'or')}."] if names else []
 
 
 def open_questions(diagnosis: Diagnosis) -> list[str]:
@@ -319,7 +326,9 @@ def outcome(diagnosis: Diagnosis, tried: CandidateResult) -> str:
     if tried.chosen:
         return "added to the model"
     beside = {other.term for term in diagnosis.terms if term.key == tried.replaces for other in term.alternatives}
-    return "cannot be separated from what was added" if tried.term in beside else "fits as well, less probable"
+    if tried.term in beside:
+        return "cannot be separated from what was added"
+    return "fits as well, less probable" if diagnosis.terms else "not excluded, too little speaks for it"
 
 
 def length(gain: float) -> float:
