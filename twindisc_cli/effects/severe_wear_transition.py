@@ -24,7 +24,8 @@ from twindisc_cli.effects._state import Floats, State
 
 def apply(s: State, *, ratio: Floats, critical_N_mm2: Floats, width: Floats) -> State:
     """Scale the wear coefficient of the strips above the transition."""
-    severe = 0.5 + 0.5 * np.tanh(np.log(np.maximum(s.wear_index, 1e-30) / (1e6 * critical_N_mm2)) / (2.0 * width))
+    with np.errstate(over="ignore"):  # far below the transition
+        severe = 1.0 / (1.0 + np.exp((np.log(1e6 * critical_N_mm2) - np.log(np.maximum(s.wear_index, 1e-30))) / width))
     return s.replace(wear_factor=s.wear_factor * (1.0 + (ratio - 1.0) * severe))
 
 
