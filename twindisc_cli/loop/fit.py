@@ -125,7 +125,8 @@ def fit(problem: Problem, start: Floats | None = None, most_steps: int = MOST_ST
     theta = np.clip(problem.start() if start is None else start, lower + margin, upper - margin)
     if len(theta) == 0:
         return at(problem, theta)
-    return (_on_its_tracks if problem.needs_tracks else _fit)(problem, theta, most_steps)
+    own = problem.is_integrated and problem.tracks is None
+    return (_on_its_tracks if own else _fit)(problem, theta, most_steps)
 
 
 def _fit(problem: Problem, theta: Floats, most_steps: int) -> Fit:

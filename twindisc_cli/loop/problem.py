@@ -303,14 +303,14 @@ class Problem:
         ]
 
     @property
-    def needs_tracks(self) -> bool:
-        """Whether every prediction integrates a track, which none is given for."""
-        return self.tracks is None and (self.is_local or any(case.model.loads_change for case in self.cases))
+    def is_integrated(self) -> bool:
+        """Whether tracks are found by an integration."""
+        return self.is_local or any(case.model.loads_change for case in self.cases)
 
     def followed(self, theta: Floats) -> Problem:
         """The same problem on the tracks of inner parameters (parameter,) nearby, for which no integration is
         needed."""
-        if not (self.is_local or any(case.model.loads_change for case in self.cases)):
+        if not self.is_integrated:
             return self
         return replace(self, tracks=[prediction.paths.first for prediction in self.predict(theta[None])])
 
