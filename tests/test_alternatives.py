@@ -103,7 +103,7 @@ def test_an_effect_that_fits_as_well_is_named_though_its_parameters_make_it_impr
 
 
 def test_the_set_of_an_effect_ends_where_it_is_probable_enough() -> None:
-    """In 88 % of the resamples, 85 % being asked; of three and more an effect beyond that is not named."""
+    """In 86 % of the resamples, 85 % being asked: effects first, then laws."""
     rising = [
         member(("wear", c), -1.0, RISING + k * OTHER) for c, k in (("energy", -0.5), ("power", 0.6), ("creepage", 2.0))
     ]
@@ -111,6 +111,6 @@ def test_the_set_of_an_effect_ends_where_it_is_probable_enough() -> None:
         member((name,), -2.0, RISING - k * OTHER)
         for name, k in (("severe_wear_transition", 0.7), ("running_in_wear", 0.4))
     )
-    shares = [0.25, 0.2, 0.15, 0.15, 0.12, 0.13]
+    shares = [0.25, 0.2, 0.15, 0.14, 0.12, 0.14]
     found = weighed(compared(shares, WARM, *rising, severe, settling), WARM.terms[0])
-    assert names(found) == ["wear over energy", "wear over creepage", "wear over power", "running_in_wear"]
+    assert names(found) == ["running_in_wear", "severe_wear_transition", "wear over energy", "wear over power"]

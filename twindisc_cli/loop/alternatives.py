@@ -111,15 +111,24 @@ def weighed(compared: Compared, name: str) -> Weighed:
 def _small_set(
     compared: Compared, own: Term, places: Mapping[Term, Explanation], held: float, together: Mapping[Term, float]
 ) -> list[Alternative]:
-    """The terms that are named beside a term that is held with this probability, by falling probability."""
-    beside = list[Alternative]()
+    """The terms that are named beside a term that is held with this probability, by falling probability.
+
+    Beside an effect effects come first, and laws while the set is small or not probable enough.
+    """
+    laws, effects, reached = list[Alternative](), list[Alternative](), held
     for term, share in sorted(together.items(), key=lambda pair: (-pair[1], str(pair[0]))):
-        counted = beside if isinstance(own, EffectTerm) else [a for a in beside if isinstance(a.term, EffectTerm)]
-        few = isinstance(term, EffectTerm) and len(counted) + 1 < RESAMPLING.small_set
-        likely = share > RESAMPLING.rival_share and (few or held < RESAMPLING.set_share)
+        few = isinstance(term, EffectTerm) and len(effects) + 1 < RESAMPLING.small_set
+        likely = share > RESAMPLING.rival_share and (few or reached < RESAMPLING.set_share)
         if likely or (few and term in places and _fits_as_well(compared.answer, places[term])):
-            beside.append(Alternative(term, share))
-        held += share
+            (effects if isinstance(term, EffectTerm) else laws).append(Alternative(term, share))
+        reached += share
+    if not isinstance(own, EffectTerm):
+        return sorted([*effects, *laws], key=lambda alternative: -alternative.probability)
+    beside = list[Alternative]()
+    for alternative in [*effects, *laws]:
+        if len(beside) + 1 < RESAMPLING.small_set or held < RESAMPLING.set_share:
+            beside.append(alternative)
+            held += alternative.probability
     return beside
 
 
