@@ -104,11 +104,16 @@ def weighed(compared: Compared, name: str) -> Weighed:
     held = together.pop(own, 0.0)
     forms = {term for term in chances if _is_form(compared, name, term, places) and same.get(term) != own}
     probability = min(held + sum(chances[term] for term in forms), 1.0)
-    near = _small_set(compared, own, places, held, together)
+    near = _named_beside(compared, own, places, held, together)
     return Weighed(probability if np.isfinite(compared.shares).all() else np.nan, near, chances, same)
 
 
-def _small_set(
+def by_probability(chances: Mapping[Term, float]) -> list[tuple[Term, float]]:
+    """Terms with their probability, by falling probability, and then by name."""
+    return sorted(chances.items(), key=lambda pair: (-pair[1], str(pair[0])))
+
+
+def _named_beside(
     compared: Compared, own: Term, places: Mapping[Term, Explanation], held: float, together: Mapping[Term, float]
 ) -> list[Alternative]:
     """The terms that are named beside a term that is held with this probability, by falling probability.
@@ -116,7 +121,7 @@ def _small_set(
     Beside an effect effects come first, and laws while the set is small or not probable enough.
     """
     laws, effects, reached = list[Alternative](), list[Alternative](), held
-    for term, share in sorted(together.items(), key=lambda pair: (-pair[1], str(pair[0]))):
+    for term, share in by_probability(together):
         few = isinstance(term, EffectTerm) and len(effects) + 1 < RESAMPLING.small_set
         likely = share > RESAMPLING.rival_share and (few or reached < RESAMPLING.set_share)
         if likely or (few and term in places and _fits_as_well(compared.answer, places[term])):

@@ -88,10 +88,11 @@ def laws(fitted: Fit, known: Sequence[Response] | None = None) -> list[Proposal]
     return results
 
 
-def laws_elsewhere(fitted: Fit, quantity: str, covariate: str, other: Prediction) -> list[Proposal]:
-    """A law over the covariates that run as its own does in the tests that are fitted, and do not in another."""
-    equal = equal_here(fitted, quantity, covariate, other)
-    return [law for over in equal for law in laws(fitted, responses(fitted, quantity, over))]
+def laws_elsewhere(fitted: Fit, named: Sequence[tuple[str, str]], other: Prediction) -> list[Proposal]:
+    """Laws, by quantity and covariate, over what runs as the covariate in the tests that are fitted, not in another."""
+    here = fitted.problem.predict(fitted.theta[None])
+    wanted = [(quantity, over) for quantity, own in named for over in equal_here(here, quantity, own, other)]
+    return laws(fitted, responses(fitted, wanted)) if wanted else []
 
 
 def warmed(effect: Effect) -> str | None:

@@ -11,7 +11,7 @@ import numpy as np
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.law import Law, formula_text, law_key, warnings
 from twindisc_cli.laws.trial import Trial
-from twindisc_cli.loop.alternatives import Weighed, weighed
+from twindisc_cli.loop.alternatives import Weighed, by_probability, weighed
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.channels.profile import recorded_stops
 from twindisc_cli.loop.channels.traction import friction_is_given
@@ -73,6 +73,7 @@ def diagnose(
     left, scattered = _left(outcome, before), step_scatter(outcome.answer.fit)
     weights = {name: weighed(outcome.compared, name) for name in outcome.answer.terms}
     effects, laws = _found(outcome, weights)
+    not_excluded = _not_excluded(outcome)
     progress("next experiment", 0.95)
     return Diagnosis(
         verdict=_verdict(outcome, effects, laws, [*left, *scattered]),
@@ -81,7 +82,7 @@ def diagnose(
         unexplained=left,
         errors={channel: _error(channel, outcome) for channel in outcome.problem.channels},
         base=base_parameters(outcome),
-        tried=_tried(outcome, weights),
+        tried=_tried(outcome, weights, not_excluded),
         curves=_curves(outcome),
         p_values={channel: rest.p_value for channel, rest in before.items()},
         held_out_steps={test.name: steps_withheld(test) for test in tests},
@@ -95,7 +96,7 @@ def diagnose(
         blind=outcome.blind,
         seconds=monotonic() - started,
         difference=_difference(outcome),
-        not_excluded=_not_excluded(outcome),
+        not_excluded=not_excluded,
     )
 
 
@@ -180,7 +181,7 @@ def _not_excluded(outcome: Outcome) -> list[Alternative]:
         if not member.fit.at_bound and member.labels not in outcome.refused:
             chances |= {term: chances.get(term, 0.0) + float(share) for term in member.labels}
     beside = list[Alternative]()
-    for term, share in sorted(chances.items(), key=lambda pair: (-pair[1], str(pair[0]))):
+    for term, share in by_probability(chances):
         if share > RESAMPLING.rival_share and held < RESAMPLING.set_share:
             beside.append(Alternative(term, share))
         held += share
@@ -316,7 +317,9 @@ def _curves(outcome: Outcome) -> list[Curve]:
     return curves
 
 
-def _tried(outcome: Outcome, weights: Mapping[str, Weighed]) -> list[CandidateResult]:
+def _tried(
+    outcome: Outcome, weights: Mapping[str, Weighed], not_excluded: Sequence[Alternative]
+) -> list[CandidateResult]:
     """What was tried in the place of each term, the answer's own term among it."""
     tried = []
     for name in outcome.answer.terms:
@@ -325,9 +328,9 @@ def _tried(outcome: Outcome, weights: Mapping[str, Weighed]) -> list[CandidateRe
         places = {outcome.answer.term(name): outcome.answer} | outcome.compared.in_place_of(name)
         tried += [_place(outcome, name, short, member, term, weights[name]) for term, member in places.items()]
     if not outcome.answer.terms:
-        beside = _not_excluded(outcome)
+        base = outcome.search.base
         tried = [
-            _place(outcome, "", outcome.search.base, member, term, Weighed(np.nan, beside, {term: float(share)}, {}))
+            _place(outcome, "", base, member, term, Weighed(np.nan, not_excluded, {term: float(share)}, {}))
             for member, share in zip(outcome.members, outcome.shares, strict=True)
             for term in member.labels
             if len(member.labels) == 1 or member.labels in outcome.refused

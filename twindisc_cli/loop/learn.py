@@ -291,34 +291,35 @@ def _pair(fitted: Fit, span: Floats, response: Response, samples: int, test: str
     return Pair(response.quantity, response.covariate, edges, centres, A, g, response.typical, samples, test)
 
 
-def responses(fitted: Fit, quantity: str = "", covariate: str = "") -> list[Response]:
-    """The responses of the samples to every quantity over every covariate, or to one over one, where a fit is."""
+def responses(fitted: Fit, wanted: Sequence[tuple[str, str]] | None = None) -> list[Response]:
+    """The responses of the samples to quantities over covariates, where a fit is: to those wanted, or to every one."""
     problem = fitted.problem.followed(fitted.theta)
     predictions = problem.predict(fitted.theta[None])
     plain = problem.white(predictions)[0]
     results = []
-    for name in [quantity] if quantity else QUANTITIES:
-        of = QUANTITIES[name]
-        if of.channel not in problem.channels:
-            continue
-        typical = typical_change(fitted, name)
-        level = 0.01 if of.kind == "factor" else 0.03 * typical
-        if level == 0.0:
-            continue  # a channel that does not change has no size that a shift could have
-        every = [covariate] if covariate else _distinct(predictions, (*of.covariates, *_columns(fitted.problem, of)))
-        for over in every:
-            edges = _edges(fitted, predictions, over)
-            if edges is not None:
-                rows = _bin_rows(problem, fitted.theta, name, over, edges, level)
-                results.append(Response(name, over, edges, np.nan_to_num((rows - plain) / level).T, typical))
+    for quantity, covariate in _searched(problem, predictions) if wanted is None else wanted:
+        typical = typical_change(fitted, quantity)
+        level = 0.01 if QUANTITIES[quantity].kind == "factor" else 0.03 * typical
+        edges = _edges(fitted, predictions, covariate)
+        # A channel that does not change has no size that a shift could have.
+        if level > 0.0 and edges is not None:
+            rows = _bin_rows(problem, fitted.theta, quantity, covariate, edges, level)
+            results.append(Response(quantity, covariate, edges, np.nan_to_num((rows - plain) / level).T, typical))
     return results
 
 
-def equal_here(fitted: Fit, quantity: str, covariate: str, other: Prediction) -> list[str]:
-    """Covariates of a quantity that run as one does in all tests that are fitted, and do not in another."""
+def _searched(problem: Problem, predictions: list[Prediction]) -> Iterator[tuple[str, str]]:
+    """Every quantity that the channels show, over every covariate that runs unlike the others."""
+    for quantity, of in QUANTITIES.items():
+        if of.channel in problem.channels:
+            for covariate in _distinct(predictions, (*of.covariates, *_columns(problem, of))):
+                yield quantity, covariate
+
+
+def equal_here(here: list[Prediction], quantity: str, covariate: str, other: Prediction) -> list[str]:
+    """Covariates of a quantity that run as one does in all tests here, and do not in another."""
     if covariate == "y_over_edge":
         return []
-    here = fitted.problem.predict(fitted.theta[None])
     of, one = QUANTITIES[quantity], (_unit(here, covariate), _unit([other], covariate))
     same = [name for name in of.covariates if name not in (covariate, "y_over_edge")]
     same = [name for name in same if np.allclose(_unit(here, name), one[0], atol=1e-6)]

@@ -244,8 +244,8 @@ def _over_others(explanation: Explanation, explanations: Sequence[Explanation]) 
     if not named:
         return []
     other = explanation.elsewhere.prediction(explanation.fit)
-    proposed = [p for pair in sorted(named) for p in laws_elsewhere(explanation.fit, *pair, other) if not p.effect.test]
-    return [_with(explanation, proposal) for proposal in proposed]
+    proposed = laws_elsewhere(explanation.fit, sorted(named), other)
+    return [_with(explanation, proposal) for proposal in proposed if not proposal.effect.test]
 
 
 def _within_reach(explanations: Sequence[Explanation]) -> list[Explanation]:

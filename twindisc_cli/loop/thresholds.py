@@ -62,7 +62,7 @@ class Search:
                             share of what a law takes away that an effect must take to be tried as one of two in its
                             place, and how many such effects are.
     nothing_left            significance above which no further term is looked for: where a second one was found in
-                            tests of the seeds, it was 0.001 and less in a channel.
+                            tests of the seeds, it was 0.002 and less in a channel.
     fitted_at_least, least_promise
                             effects that are fitted in any case if they promise no less than this [nats]: a formula
                             often does better than it promises to first order.

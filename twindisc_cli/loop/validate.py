@@ -117,14 +117,18 @@ class Elsewhere:
 
     problem: Problem
 
+    def _with_terms_of(self, fitted: Fit) -> Problem:
+        """The test with the terms of a fit of others."""
+        return self.problem.with_terms(*fitted.terms, trial=fitted.problem.trial)
+
     def prediction(self, fitted: Fit) -> Prediction:
         """The test as a fit of others predicts it."""
-        problem = self.problem.with_terms(*fitted.terms, trial=fitted.problem.trial)
+        problem = self._with_terms_of(fitted)
         return problem.predict(carried(problem, fitted)[None])[0]
 
     def density(self, fitted: Fit) -> tuple[float, float]:
         """Logarithm of the density that a fit of others predicts for the test, and the chi2 of what it misses."""
-        problem = self.problem.with_terms(*fitted.terms, trial=fitted.problem.trial)
+        problem = self._with_terms_of(fitted)
         miss, slopes = linearised(problem, carried(problem, fitted), problem.discount(problem.measured))
         places = {(p.name, p.case): i for i, p in enumerate(fitted.problem.parameters)}
         shared = [i for i, p in enumerate(problem.parameters) if (p.name, p.case) in places]
