@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from rigs import Instruments, Plant, experiment, history, running, spread, traction_samples
+from rigs import Floats, Instruments, Plant, experiment, history, running, spread, traction_samples
 
 from twindisc_cli.loop.diagnose import diagnose
 from twindisc_cli.loop.fit import fit, plain_fit
 from twindisc_cli.loop.holdout import held_out_steps, steps_withheld, withheld, without
-from twindisc_cli.loop.judge import Judged, judge
+from twindisc_cli.loop.judge import Judged, Kind, judge
 from twindisc_cli.loop.problem import problem_of
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.model.experiment import Experiment, Measured, TemperatureSamples
@@ -196,6 +197,39 @@ def test_held_out_errors_are_of_a_fit_without_them(both: tuple[Judged, Judged]) 
     assert one.error("temperature", "unseen_after", held_out=True) < 0.3 * two.error(
         "temperature", "unseen_after", held_out=True
     )
+
+
+class Missed(Judged):
+    """A base and a revised model that miss held-out samples of known noise by so much."""
+
+    sizes: dict[str, tuple[float, float]]
+
+    @classmethod
+    def by(cls, **sizes: tuple[float, float]) -> Missed:
+        """Errors of the two over the noise, by channel."""
+        some = SimpleNamespace(problem=SimpleNamespace(channels=list(sizes)))
+        missed = cls(*[some] * 4, masks=[])
+        object.__setattr__(missed, "sizes", sizes)
+        return missed
+
+    def misses(self, channel: str, kind: Kind, *, held_out: bool, decided: bool = False) -> Floats:
+        drawn = np.random.default_rng(len(channel)).standard_normal(240)
+        return self.sizes[channel][kind == "unseen_after"] * drawn / np.sqrt(np.mean(drawn**2))
+
+    def noise(self, channel: str) -> float:
+        return 1.0
+
+
+def test_what_is_predicted_within_its_noise_is_no_rise() -> None:
+    assert Missed.by(traction=(1.0, 1.14)).rises(held_out=True) == []
+    assert Missed.by(traction=(1.0, 1.14)).rises(held_out=False) == ["traction"]
+    assert Missed.by(traction=(1.0, 1.17)).rises(held_out=True) == ["traction"]
+
+
+def test_a_small_rise_in_one_channel_is_chance_where_all_together_are_predicted_better() -> None:
+    assert Missed.by(traction=(2.0, 1.2), temperature=(1.1, 1.2)).rises(held_out=True) == []
+    assert Missed.by(traction=(1.2, 1.2), temperature=(1.1, 1.2)).rises(held_out=True) == ["temperature"]
+    assert Missed.by(traction=(2.0, 1.2), temperature=(1.1, 1.4)).rises(held_out=True) == ["temperature"]
 
 
 # ------------------------------------------------------------------------------------------------ blind

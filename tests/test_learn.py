@@ -190,6 +190,17 @@ def test_what_is_the_same_in_all_steps_is_not_tried() -> None:
     assert not covariates & {"load", "pressure", "rolling_speed", "order"}
 
 
+def test_a_law_of_friction_changes_only_where_traction_was_measured() -> None:
+    """The slowest step and the fastest have no samples: what friction was there shows in the wear alone."""
+    inside = (AT > 0.015) & (AT < 0.09)
+    samples = traction_samples(COURSE, TIME[inside], 0.6 * AT[inside] ** 0.1, SIGMA)
+    test = experiment(COURSE, thermal=None, measured=Measured(traction=samples))
+    found = [p for p in pairs(fit(Problem([case_of(test)], ("traction",)))) if p.covariate == "creepage"]
+    assert {pair.quantity for pair in found} >= {"mu", "traction_ratio"}
+    for pair in found:
+        assert pair.edges[[0, -1]] == pytest.approx([2.0, 6.0]), "from the slowest step measured to the fastest [%]"
+
+
 @pytest.mark.parametrize(("samples", "knots"), [(600, 20), (36, 12), (9, 3)])
 def test_a_curve_has_no_more_knots_than_a_third_of_the_samples(samples: int, knots: int) -> None:
     edges = np.linspace(0.0, 1.0, 61)

@@ -283,7 +283,7 @@ def _error(channel: str, outcome: Outcome) -> ChannelError:
     noises = [case.noise[channel] for case in outcome.problem.cases if channel in case.noise]
     return ChannelError(
         unit=of.unit,
-        noise=of.factor * float(np.sqrt(np.mean([n.std**2 for n in noises]))),
+        noise=of.factor * judged.noise(channel),
         correlation=float(np.mean([n.correlation for n in noises])),
         before=of.factor * judged.error(channel, "before", held_out=False),
         after=of.factor * judged.error(channel, "after", held_out=False),

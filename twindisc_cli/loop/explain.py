@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -128,10 +128,11 @@ def chosen_on_all(judged: Judged, members: Sequence[Explanation]) -> frozenset[T
 
 @dataclass(frozen=True)
 class Refusal:
-    """Why an explanation is not given, and whether it is the samples held out that say so."""
+    """Why an explanation is not given; whether the samples held out say so, or only that others are more probable."""
 
     why: str
     held_out: bool = False
+    improbable: bool = False
 
 
 def most_probable(compared: Compared) -> Explanation:
@@ -177,7 +178,7 @@ def _given(
     seen_before: Fit,
     masks: Sequence[Mapping[str, Mask]],
 ) -> tuple[Judged, dict[frozenset[Term], Refusal]]:
-    """The first explanation that nothing speaks against: the answer, others by their weight, parts of it, the base.
+    """The first explanation that nothing speaks against: the answer, others by their weight, parts of these, the base.
 
     What says no more than the base model does is no answer, whatever was refused before it.
     """
@@ -185,16 +186,24 @@ def _given(
     known = [(m, w) for m, w in zip(compared.members, compared.weights, strict=True) if m.labels != answer.labels]
     known = [(m, w) for m, w in known if m.evidence - compared.base.evidence > SEARCH.effect_evidence]
     others = [m for m, _ in sorted(known, key=lambda pair: -pair[1])]
-    shorter = [m for m in others if m.labels < answer.labels]
-    for member in [answer, *others[: ACCEPTANCE.most_refused], *shorter, compared.base]:
+    first = [answer, *others[: ACCEPTANCE.most_refused]]
+    parts = [m for m in others if any(m.labels < other.labels for other in first)]
+    for member in [*first, *parts, compared.base]:
         if member.labels in refused:
             continue
         judged = judge(member, before, seen_before, masks)
-        refusal = _refusal(replace(compared, answer=member), judged, unseen)
+        out = {labels for labels, why in refused.items() if not why.improbable}
+        refusal = _refusal(replace(_without(compared, out), answer=member), judged, unseen)
         if refusal is None:
             break
         refused[member.labels] = refusal
     return judged, refused
+
+
+def _without(compared: Compared, refused: Container[frozenset[Term]]) -> Compared:
+    """The same with all weight on what was not refused."""
+    left = compared.shares * np.array([member.labels not in refused for member in compared.members])
+    return replace(compared, shares=left / left.sum()) if left.sum() > 0.0 else compared
 
 
 def _refusal(compared: Compared, judged: Judged, other: Case | None) -> Refusal | None:
@@ -207,7 +216,7 @@ def _refusal(compared: Compared, judged: Judged, other: Case | None) -> Refusal 
         return Refusal(f"has a parameter of {' and '.join(loose)} at a bound, or fixed by nothing")
     rare = [str(answer.term(name)) for name in answer.terms if _is_rare(compared, name)]
     if rare:
-        return Refusal(f"names {' and '.join(rare)}, which few resamples choose")
+        return Refusal(f"names {' and '.join(rare)}, which few resamples choose", improbable=True)
     raised = judged.rises(held_out=False) or (_raised_elsewhere(judged, other) if other is not None else [])
     unseen = judged.rises(held_out=True)
     if raised or unseen:
@@ -218,21 +227,27 @@ def _refusal(compared: Compared, judged: Judged, other: Case | None) -> Refusal 
 
 
 def _is_rare(compared: Compared, name: str) -> bool:
-    """Whether a term is too improbable to be given; not where nothing was resampled."""
-    channel = compared.answer.fit.problem.shown_in(compared.answer.effect(name))
-    return weighed(compared, name).probability * (1.0 - compared.remains(channel)) < RESAMPLING.least_probability
+    """Whether a term is too improbable to be given, or all that stands in its place; not where nothing was resampled.
+
+    Where several share its place, each is improbable, and one is given with the others beside it.
+    """
+    found = weighed(compared, name)
+    explained = 1.0 - compared.remains(compared.answer.fit.problem.shown_in(compared.answer.effect(name)))
+    together = found.probability + sum(other.probability for other in found.alternatives)
+    return together * explained < RESAMPLING.least_probability or found.probability < RESAMPLING.rival_share
 
 
 def _is_loose(answer: Explanation, name: str) -> bool:
-    """Whether a size of an effect stands at a bound, or can be anything within its bounds.
+    """Whether every size of an effect stands at a bound, or can be anything within its bounds.
 
-    Parameters that only shape it may be loose: they are named in a note, and the effect is then possible at most.
+    Parameters that only shape it may be loose, and one size of several: they are named in a note, and the effect is
+    then possible at most.
     """
     effect = answer.effect(name)
     if isinstance(effect, Trial):
         return False
     sizes = {p.name for p in effect.params if p.off is not None}
-    return bool(sizes & set(unfixed(effect, term_parameters(answer.fit, name))))
+    return sizes <= set(unfixed(effect, term_parameters(answer.fit, name)))
 
 
 def _raised_elsewhere(judged: Judged, test: Case) -> list[str]:

@@ -81,6 +81,11 @@ class Judged:
         """Root mean square of measured minus predicted; NaN without samples."""
         return rms(self.misses(channel, kind, held_out=held_out))
 
+    def noise(self, channel: str) -> float:
+        """Root mean square of the noise of a channel over the tests, in SI units."""
+        stds = [case.noise[channel].std for case in self.before.problem.cases if channel in case.noise]
+        return float(np.sqrt(np.mean(np.square(stds))))
+
     def _open(self, number: int, channel: str) -> Mask:
         """Samples of a test held out where a law jumps between two that are fitted: in which of them, nothing tells."""
         held_out = self.masks[number][channel]
@@ -97,17 +102,24 @@ class Judged:
         """Channels in which the revised model errs more than the base, on samples held out or on the others.
 
         Both are fitted without the samples held out. Held-out samples that are far from both models are of another
-        state than those fitted, and judge neither.
+        state than those fitted, and judge neither; nor do those that are predicted within their noise. A small rise is
+        up to chance where all channels together are predicted better.
         """
-        results = []
+        judged = dict[str, tuple[Floats, Floats]]()
         for channel in self.before.problem.channels:
-            base = self.error(channel, "unseen_before", held_out=False)
             before = self.misses(channel, "unseen_before", held_out=held_out, decided=True)
             after = self.misses(channel, "unseen_after", held_out=held_out, decided=True)
-            foreign = held_out and min(rms(before), rms(after)) > ACCEPTANCE.foreign_state * base
-            if not foreign and rises(before, after):
-                results.append(channel)
-        return results
+            base = self.error(channel, "unseen_before", held_out=False)
+            if not (held_out and min(rms(before), rms(after)) > ACCEPTANCE.foreign_state * base):
+                judged[channel] = before, after
+        falls = [(np.sum(old**2) - np.sum(new**2)) / self.noise(c) ** 2 for c, (old, new) in judged.items()]
+        better = held_out and bool(sum(falls) > 0.0)
+        return [
+            channel
+            for channel, (before, after) in judged.items()
+            if not (held_out and rms(after) < ACCEPTANCE.predicted * self.noise(channel))
+            and rises(before, after, far=better)
+        ]
 
 
 def about_jumps(covariate: str, places: Floats, known: Floats, values: Floats) -> Mask:
@@ -120,8 +132,11 @@ def about_jumps(covariate: str, places: Floats, known: Floats, values: Floats) -
     return np.asarray((above == np.searchsorted(known, values, side="right")) & np.isin(above, jumps))
 
 
-def rises(before: Floats, after: Floats) -> bool:
-    """Whether misses (sample,) grew from before to after: by more than blocks of neighbours scatter, or by far."""
+def rises(before: Floats, after: Floats, *, far: bool = False) -> bool:
+    """Whether misses (sample,) grew from before to after: by more than blocks of neighbours scatter, or by far.
+
+    far: only what grew by far counts.
+    """
     if len(before) < ACCEPTANCE.fewest_judged:
         return False
     growth = rms(after) / max(rms(before), 1e-300) - 1.0
@@ -129,7 +144,7 @@ def rises(before: Floats, after: Floats) -> bool:
     means = np.array([part.mean() for part in parts])
     chance = float(means.std(ddof=1)) / np.sqrt(len(means))
     sure = float(means.mean()) > ACCEPTANCE.growth_errors * chance
-    return bool(growth > ACCEPTANCE.growth_at_most or (growth > ACCEPTANCE.growth and sure))
+    return bool(growth > ACCEPTANCE.growth_at_most or (growth > ACCEPTANCE.growth and sure and not far))
 
 
 def judge(member: Explanation, before: Fit, seen_before: Fit, masks: Sequence[Mapping[str, Mask]]) -> Judged:

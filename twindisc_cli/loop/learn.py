@@ -301,6 +301,8 @@ def responses(fitted: Fit, wanted: Sequence[tuple[str, str]] | None = None) -> l
         typical = typical_change(fitted, quantity)
         level = 0.01 if QUANTITIES[quantity].kind == "factor" else 0.03 * typical
         edges = _edges(fitted, predictions, covariate)
+        if edges is not None and QUANTITIES[quantity].channel in ("traction", "temperature"):
+            edges = _sampled(edges, problem, predictions, covariate)
         # A channel that does not change has no size that a shift could have.
         if level > 0.0 and edges is not None:
             rows = _bin_rows(problem, fitted.theta, quantity, covariate, edges, level)
@@ -388,6 +390,22 @@ def _along(predictions: list[Prediction], covariate: str) -> Floats:
     of = covariate_of(covariate).of
     values = [np.broadcast_to(of(p.state), (1, len(p.state.time)))[0][p.state.duration > 0.0] for p in predictions]
     return np.concatenate(values)
+
+
+def _sampled(edges: Floats, problem: Problem, predictions: list[Prediction], covariate: str) -> Floats | None:
+    """The bins in which there are samples of traction or temperature; None where these are in one.
+
+    In steps without any of them a law would be free to make up for what it lacks elsewhere, as in the wear.
+    """
+    rows, of = list[Floats](), covariate_of(covariate).of
+    for case, prediction in zip(problem.cases, predictions, strict=True):
+        points = case.model.points
+        values = np.broadcast_to(of(prediction.state), (1, len(points.time)))[0]
+        rows += [values[points.of_traction], values[points.of_temperature]]
+    known = np.concatenate(rows)
+    low, high = known.min(), known.max()
+    inner = edges[(low < edges) & (edges < high)]
+    return np.array([max(edges[0], low), *inner, min(edges[-1], high)]) if inner.size else None
 
 
 def _edges(fitted: Fit, predictions: list[Prediction], covariate: str) -> Floats | None:
