@@ -301,7 +301,7 @@ def responses(fitted: Fit, wanted: Sequence[tuple[str, str]] | None = None) -> l
         typical = typical_change(fitted, quantity)
         level = 0.01 if QUANTITIES[quantity].kind == "factor" else 0.03 * typical
         edges = _edges(fitted, predictions, covariate)
-        if edges is not None and QUANTITIES[quantity].channel in ("traction", "temperature"):
+        if edges is not None and QUANTITIES[quantity].stage in ("operation", "friction", "traction"):
             edges = _sampled(edges, problem, predictions, covariate)
         # A channel that does not change has no size that a shift could have.
         if level > 0.0 and edges is not None:
@@ -393,9 +393,10 @@ def _along(predictions: list[Prediction], covariate: str) -> Floats:
 
 
 def _sampled(edges: Floats, problem: Problem, predictions: list[Prediction], covariate: str) -> Floats | None:
-    """The bins in which there are samples of traction or temperature; None where these are in one.
+    """The bins of a law of friction with samples of traction or temperature in them; None where these are in one.
 
-    In steps without any of them a law would be free to make up for what it lacks elsewhere, as in the wear.
+    In steps without any of them it would be free to make up for what is missing elsewhere, as in the wear. The disc's
+    temperature remembers what was before its samples, and the wear all that was.
     """
     rows, of = list[Floats](), covariate_of(covariate).of
     for case, prediction in zip(problem.cases, predictions, strict=True):
