@@ -7,10 +7,11 @@ from functools import cache
 
 import numpy as np
 import pytest
-from rigs import Floats, experiment, history, spread, traction_samples
+from rigs import Floats, Instruments, Plant, experiment, history, spread, traction_samples
 from scipy.integrate import quad
 
-from twindisc_cli.loop.fit import fit
+from twindisc_cli.loop.fit import fit, plain_fit
+from twindisc_cli.loop.holdout import without
 from twindisc_cli.loop.learn import LENGTHS, LEVELS, Pair, pairs
 from twindisc_cli.loop.problem import Problem, case_of
 from twindisc_cli.model.experiment import History, Measured
@@ -190,14 +191,19 @@ def test_what_is_the_same_in_all_steps_is_not_tried() -> None:
     assert not covariates & {"load", "pressure", "rolling_speed", "order"}
 
 
-def test_a_law_of_friction_changes_only_where_traction_was_measured() -> None:
-    """The slowest step and the fastest have no samples: what friction was there shows in the wear alone."""
-    inside = (AT > 0.015) & (AT < 0.09)
-    samples = traction_samples(COURSE, TIME[inside], 0.6 * AT[inside] ** 0.1, SIGMA)
-    test = experiment(COURSE, thermal=None, measured=Measured(traction=samples))
-    every = pairs(fit(Problem([case_of(test)], ("traction",))))
+@pytest.mark.parametrize(("channels", "ends"), [(("traction", "profile"), [2.0, 6.0]), (("traction",), [1.5, 9.0])])
+def test_where_wear_was_measured_a_law_of_friction_changes_only_where_traction_was(
+    channels: tuple[str, ...], ends: list[float]
+) -> None:
+    """The slowest step and the fastest have no traction: what friction was there shows in the wear alone."""
+    test = Instruments(each=4).record(Plant(COURSE), np.random.default_rng(1))
+    test = replace(test, thermal=None, measured=replace(test.measured, temperature=None))
+    assert test.measured.traction is not None
+    creepage = test.measured.traction.creepage
+    test = without(test, {"traction": (creepage < 0.016) | (creepage > 0.08)})
+    every = pairs(plain_fit(Problem([case_of(test)], channels)))
     found = {pair.quantity: pair for pair in every if pair.covariate == "creepage"}
-    assert found["mu"].edges[[0, -1]] == pytest.approx([2.0, 6.0]), "the slowest step measured, and the fastest [%]"
+    assert found["mu"].edges[[0, -1]] == pytest.approx(ends), "the slowest step that counts, and the fastest [%]"
 
 
 @pytest.mark.parametrize(("samples", "knots"), [(600, 20), (36, 12), (9, 3)])

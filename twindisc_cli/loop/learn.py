@@ -301,7 +301,8 @@ def responses(fitted: Fit, wanted: Sequence[tuple[str, str]] | None = None) -> l
         typical = typical_change(fitted, quantity)
         level = 0.01 if QUANTITIES[quantity].kind == "factor" else 0.03 * typical
         edges = _edges(fitted, predictions, covariate)
-        if edges is not None and QUANTITIES[quantity].stage in ("operation", "friction", "traction"):
+        felt = QUANTITIES[quantity].stage in ("operation", "friction", "traction")
+        if edges is not None and felt and {"profile", "mass"} & set(problem.channels):
             edges = _sampled(edges, problem, predictions, covariate)
         # A channel that does not change has no size that a shift could have.
         if level > 0.0 and edges is not None:
