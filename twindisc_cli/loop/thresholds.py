@@ -118,13 +118,13 @@ class Acceptance:
     foreign_state           error of the base model on held-out samples, over its error on those fitted, beyond which
                             they are of another state, where the revised model is no nearer to them.
     growth_errors           standard errors at which a growth of an error is significant.
-    predicted               error over the noise up to which a test that is only predicted counts as predicted [1].
+    predicted               error over the noise up to which samples that were not fitted count as predicted [1].
     judged_blocks, fewest_judged
                             blocks of neighbours this is taken from, and samples below which nothing is judged.
     repeat_scatter          scatter of mu, K and the convection from a test to its repeat, in their logarithms: a test
                             that is only predicted speaks of the shape, not of the level.
     near_bound              share of a parameter's range from a bound at which it counts as being there.
-    most_refused            other answers that are judged where the best raises an error, before parts of it are.
+    most_refused            other answers that are judged where the best raises an error, before parts of these are.
     spare_stops             fewer profiles beyond the parameters than this hardly test the form of a law of wear.
     """
 
@@ -158,8 +158,8 @@ class Resampling:
     resembles               share from which on a learnt law is said to resemble an effect.
     stands_for              share of a term's response that something must have to stand for it: the true ones of the
                             seeds had 0.38 and more, what stood for nothing 0.2 and less.
-    least_probability       share of the resamples below which a term is not given as found: four in five choose against
-                            it.
+    least_probability       share of the resamples below which a term, with what cannot be told from it, is not given
+                            as found: four in five choose against it.
     share_error             difference of shares of the resamples that is up to chance: two standard errors of a
                             hundred.
     rival_share             share of the resamples from which on an explanation is named as an alternative.
