@@ -19,6 +19,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import logsumexp
 
+from twindisc_cli.effects._effect import FIRST_SEEN
 from twindisc_cli.laws.covariates import Column, covariate_of
 from twindisc_cli.laws.law import law_key
 from twindisc_cli.laws.quantities import MULTIPLIED, QUANTITIES, Quantity
@@ -298,16 +299,15 @@ def responses(fitted: Fit, wanted: Sequence[tuple[str, str]] | None = None) -> l
     plain = problem.white(predictions)[0]
     results = []
     for quantity, covariate in _searched(problem, predictions) if wanted is None else wanted:
-        typical = typical_change(fitted, quantity)
-        level = 0.01 if QUANTITIES[quantity].kind == "factor" else 0.03 * typical
-        edges = _edges(fitted, predictions, covariate)
-        felt = QUANTITIES[quantity].stage in ("operation", "friction", "traction")
-        if edges is not None and felt and {"profile", "mass"} & set(problem.channels):
-            edges = _sampled(edges, problem, predictions, covariate)
-        # A channel that does not change has no size that a shift could have.
-        if level > 0.0 and edges is not None:
-            rows = _bin_rows(problem, fitted.theta, quantity, covariate, edges, level)
-            results.append(Response(quantity, covariate, edges, np.nan_to_num((rows - plain) / level).T, typical))
+        of, typical = QUANTITIES[quantity], typical_change(fitted, quantity)
+        level = 0.01 if of.kind == "factor" else 0.03 * typical
+        if level > 0.0:  # a channel that does not change has no size that a shift could have
+            edges = _edges(fitted, predictions, covariate)
+            if edges is not None and of.channel == FIRST_SEEN.get(of.stage) == "traction" and problem.shows_wear:
+                edges = _sampled(edges, problem, predictions, covariate)
+            if edges is not None:
+                rows = _bin_rows(problem, fitted.theta, quantity, covariate, edges, level)
+                results.append(Response(quantity, covariate, edges, np.nan_to_num((rows - plain) / level).T, typical))
     return results
 
 
@@ -388,9 +388,14 @@ def _unit(predictions: list[Prediction], covariate: str) -> Floats:
 
 def _along(predictions: list[Prediction], covariate: str) -> Floats:
     """A covariate at all operating points of all tests that last (point,)."""
-    of = covariate_of(covariate).of
-    values = [np.broadcast_to(of(p.state), (1, len(p.state.time)))[0][p.state.duration > 0.0] for p in predictions]
-    return np.concatenate(values)
+    return np.concatenate([_at_points(p, covariate)[p.state.duration > 0.0] for p in predictions])
+
+
+def _at_points(prediction: Prediction, covariate: str) -> Floats:
+    """A covariate at all operating points of a test (point,)."""
+    state = prediction.state
+    values: Floats = np.broadcast_to(covariate_of(covariate).of(state), (1, len(state.time)))[0]
+    return values
 
 
 def _sampled(edges: Floats, problem: Problem, predictions: list[Prediction], covariate: str) -> Floats | None:
@@ -399,10 +404,9 @@ def _sampled(edges: Floats, problem: Problem, predictions: list[Prediction], cov
     In steps without any of them it would be free to make up for what is missing elsewhere, as in the wear. The disc's
     temperature remembers what was before its samples, and the wear all that was.
     """
-    rows, of = list[Floats](), covariate_of(covariate).of
+    rows = list[Floats]()
     for case, prediction in zip(problem.cases, predictions, strict=True):
-        points = case.model.points
-        values = np.broadcast_to(of(prediction.state), (1, len(points.time)))[0]
+        points, values = case.model.points, _at_points(prediction, covariate)
         rows += [values[points.of_traction], values[points.of_temperature]]
     known = np.concatenate(rows)
     low, high = known.min(), known.max()

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.effects import catalogue
-from twindisc_cli.effects._effect import Effect
+from twindisc_cli.effects._effect import FIRST_SEEN, Effect
 from twindisc_cli.errors import DefinitionError
 from twindisc_cli.errors import Problem as Mistake
 from twindisc_cli.loop.channels import channels, measured_channels
@@ -237,6 +237,11 @@ class Problem:
         declared = (name for case in self.cases for name in case.test.effects)
         laws = (law for case in self.cases for law in case.test.laws.values())
         return any(self.effect(name).local for name in (*self.terms, *declared)) or any(law.local for law in laws)
+
+    @property
+    def shows_wear(self) -> bool:
+        """Whether a channel was measured in which wear shows first, or one that stands for it."""
+        return any(name == FIRST_SEEN["wear"] or "wear" in channels()[name].stands_for for name in self.channels)
 
     def shown_in(self, effect: Effect) -> str:
         """The channel an effect shows in first, or the measured one that stands for it; "" where none does."""
