@@ -291,3 +291,19 @@ def test_held_out_is_as_removed() -> None:
     errors = apart.predictions[0].errors["traction"]
     assert blind.errors["traction"].held_out_before == pytest.approx(errors.held_out_before, rel=0.01)
     assert blind.errors["traction"].held_out_after == pytest.approx(errors.held_out_after, rel=0.01)
+
+
+def test_what_only_held_out_samples_show_is_searched_with_them() -> None:
+    """Friction that drops in the step of the highest creepage, which is held out: no other sample knows of it."""
+    drops = Plant(COURSE, mu=lambda time, creepage, cycles: 0.6 - 0.06 * (creepage > 0.08))
+    test = Instruments(channels=("traction",), each=4).record(drops, np.random.default_rng(5))
+    removed = replace(without(test, withheld(test)), hold_out_steps=())
+    assert diagnose([removed], validate=None, progress=ignored, quick=True).verdict == "no_missing_effect"
+    found = diagnose([test], validate=None, progress=ignored)
+    assert [e.name for e in found.effects] or [law.law.quantity for law in found.laws]
+    assert not found.blind
+    assert {term.strength for term in (*found.effects, *found.laws)} <= {"probable", "possible"}
+    assert any("were held out" in note for note in found.notes)
+    error = found.errors["traction"]
+    assert error.after < 0.5 * error.before
+    assert np.isnan(error.held_out_after)

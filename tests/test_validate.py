@@ -92,7 +92,7 @@ def test_what_only_the_predicted_test_separates_is_separated_by_it() -> None:
     ]
     alone, both = (
         explain(tests[:1], validate=other, quick=True, progress=lambda _what, _share: None)
-        for other in (None, tests[1])
+        for other in (None, case_of(tests[1]))
     )
     assert LawTerm("mu", "greatest_creepage") not in alone.answer.labels
     assert both.answer.labels == {LawTerm("mu", "greatest_creepage")}

@@ -85,7 +85,7 @@ def weighed(compared: Compared, name: str) -> Weighed:
 
     An effect of which the law over its own covariate is another form is as probable as both, and both are named.
     What does something else than the term where it is added in its place is no alternative. The set ends where it is
-    probable enough; while it is small, with the effects of the catalogue that are left, or that fit as well and are
+    probable enough, and is not small; a small one is filled with effects of the catalogue that fit as well and are
     less probable for their parameters alone.
     """
     own = compared.answer.term(name)
@@ -104,7 +104,7 @@ def weighed(compared: Compared, name: str) -> Weighed:
     held = together.pop(own, 0.0)
     forms = {term for term in chances if _is_form(compared, name, term, places) and same.get(term) != own}
     probability = min(held + sum(chances[term] for term in forms), 1.0)
-    near = _named_beside(compared, own, places, held, together)
+    near = _named_beside(compared, places, held, together)
     return Weighed(probability if np.isfinite(compared.shares).all() else np.nan, near, chances, same)
 
 
@@ -114,27 +114,18 @@ def by_probability(chances: Mapping[Term, float]) -> list[tuple[Term, float]]:
 
 
 def _named_beside(
-    compared: Compared, own: Term, places: Mapping[Term, Explanation], held: float, together: Mapping[Term, float]
+    compared: Compared, places: Mapping[Term, Explanation], held: float, together: Mapping[Term, float]
 ) -> list[Alternative]:
-    """The terms that are named beside a term that is held with this probability, by falling probability.
-
-    Beside an effect effects come first, and laws while the set is small or not probable enough.
-    """
-    laws, effects, reached = list[Alternative](), list[Alternative](), held
+    """The terms that are named beside a term that is held with this probability, by falling probability."""
+    beside, left = list[Alternative](), list[Alternative]()
     for term, share in by_probability(together):
-        few = isinstance(term, EffectTerm) and len(effects) + 1 < RESAMPLING.small_set
-        likely = share > RESAMPLING.rival_share and (few or reached < RESAMPLING.set_share)
-        if likely or (few and term in places and _fits_as_well(compared.answer, places[term])):
-            (effects if isinstance(term, EffectTerm) else laws).append(Alternative(term, share))
-        reached += share
-    if not isinstance(own, EffectTerm):
-        return sorted([*effects, *laws], key=lambda alternative: -alternative.probability)
-    beside = list[Alternative]()
-    for alternative in [*effects, *laws]:
-        if len(beside) + 1 < RESAMPLING.small_set or held < RESAMPLING.set_share:
-            beside.append(alternative)
-            held += alternative.probability
-    return beside
+        small = len(beside) + 1 < RESAMPLING.small_set
+        if share > RESAMPLING.rival_share and (small or held < RESAMPLING.set_share):
+            beside.append(Alternative(term, share))
+        elif isinstance(term, EffectTerm) and term in places and _fits_as_well(compared.answer, places[term]):
+            left.append(Alternative(term, share))
+        held += share
+    return beside + left[: max(RESAMPLING.small_set - 1 - len(beside), 0)]
 
 
 def _stand_ins(compared: Compared, name: str, member: Explanation) -> list[Term]:

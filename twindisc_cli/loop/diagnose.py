@@ -39,7 +39,7 @@ from twindisc_cli.loop.judge import Kind
 from twindisc_cli.loop.levels import levels_of
 from twindisc_cli.loop.mixture import Mixture
 from twindisc_cli.loop.problem import Case, case_of
-from twindisc_cli.loop.screen import Residual, unexplained_residual
+from twindisc_cli.loop.screen import Residual, is_unexplained, unexplained_residual
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.step_scatter import step_scatter
 from twindisc_cli.loop.term_intervals import term_parameters, unfixed, widened
@@ -67,13 +67,15 @@ def diagnose(
     """
     started = monotonic()
     _refuse(tests)
-    outcome = explain(tests, validate=validate, quick=quick, progress=progress)
+    unseen = case_of(validate) if validate is not None else None
+    outcome = explain(tests, validate=unseen, quick=quick, progress=progress)
     progress("intervals", 0.9)
     before = {channel: unexplained_residual(outcome.search.base.fit, channel) for channel in outcome.problem.channels}
     left, scattered = _left(outcome, before), step_scatter(outcome.answer.fit)
     weights = {name: weighed(outcome.compared, name) for name in outcome.answer.terms}
     effects, laws = _found(outcome, weights)
     not_excluded = _not_excluded(outcome)
+    predicted = [case_of(test) for test in predict]
     progress("next experiment", 0.95)
     return Diagnosis(
         verdict=_verdict(outcome, effects, laws, [*left, *scattered]),
@@ -86,12 +88,12 @@ def diagnose(
         curves=_curves(outcome),
         p_values={channel: rest.p_value for channel, rest in before.items()},
         held_out_steps={test.name: steps_withheld(test) for test in tests},
-        notes=_notes(outcome, effects, laws, weights, [*predict, *([validate] if validate else [])]),
+        notes=_notes(outcome, effects, laws, weights, [*predicted, *([unseen] if unseen else [])]),
         next_experiment=_next(outcome, weights, left),
-        validation=None if validate is None else _prediction(outcome, validate),
+        validation=None if unseen is None else _prediction(outcome, unseen),
         step_scatter=scattered,
         levels=levels_of([outcome.judged.after]),
-        predictions=[_prediction(outcome, test) for test in predict],
+        predictions=[_prediction(outcome, case) for case in predicted],
         same_on_all=None if outcome.on_all is None else outcome.on_all == outcome.answer.labels,
         blind=outcome.blind,
         seconds=monotonic() - started,
@@ -128,11 +130,7 @@ def _left(outcome: Outcome, before: Mapping[str, Residual]) -> list[Unexplained]
     fitted, base = outcome.answer.fit, outcome.search.base.fit
     for channel in outcome.problem.channels:
         rest = unexplained_residual(fitted, channel) if fitted.terms else before[channel]
-        level = ACCEPTANCE.unexplained_alone if not fitted.terms else ACCEPTANCE.unexplained_beside
-        explained = np.sqrt(max(base.power(channel) - fitted.power(channel), 0.0))
-        mean = fitted.power(channel) / max(fitted.problem.count(channel), 1)
-        large = rest.length > ACCEPTANCE.formula_error * explained or mean > ACCEPTANCE.mean_square_left
-        if rest.significant(level) and (large or not fitted.terms):
+        if is_unexplained(rest, fitted, base):
             left += _listed(rest)
     return left
 
@@ -387,7 +385,13 @@ def _refused(outcome: Outcome) -> list[str]:
     notes = [
         f"{joined(labels)} is not given as the answer: it {refusal.why}" for labels, refusal in outcome.refused.items()
     ]
-    if not outcome.blind:
+    if outcome.whole:
+        names = " and the ".join(channels()[channel].label for channel in outcome.whole)
+        notes.append(
+            f"samples of the {names} that were held out showed that something is missing, which is in none of the "
+            "others: all were searched, and none is left to judge what is given"
+        )
+    elif not outcome.blind:
         notes.append(
             "the first choice raised the error of held-out samples; what is given was chosen with a look at them"
         )
@@ -419,12 +423,12 @@ def _notes(
     effects: Sequence[FoundEffect],
     laws: Sequence[FoundLaw],
     weights: Mapping[str, Weighed],
-    others: Sequence[Experiment],
+    others: Sequence[Case],
 ) -> list[str]:
     """What the reader must know to weigh the verdict; others: tests that are predicted."""
     cases = outcome.problem.cases
     notes = [*_refused(outcome), *_unfixed(effects), *_equal_covariates(weights)]
-    notes += [note for test in others for note in _warned(outcome, laws, test)]
+    notes += [note for other in others for note in _warned(outcome, laws, other)]
     notes += [f"{case.test.name}: {note}" for case in cases for note in _notes_on(case)]
     notes += few_profiles(outcome.answer, max((len(recorded_stops(case.test)) for case in cases), default=0))
     if len({replace(case.test.rig, normal_load=0.0, rolling_speed=0.0) for case in cases}) > 1:
@@ -516,9 +520,8 @@ def _next(outcome: Outcome, weights: Mapping[str, Weighed], left: Sequence[Unexp
     return None
 
 
-def _prediction(outcome: Outcome, test: Experiment) -> PredictedErrors:
+def _prediction(outcome: Outcome, case: Case) -> PredictedErrors:
     """Errors of a test that was not fitted: as predicted, and with its own level known."""
-    case = case_of(test)
     first = predict_test(case, outcome.judged.before)
     last = [predict_test(case, member.after) for member in outcome.mixture.members]
     own = at_its_own_level(first), [at_its_own_level(each) for each in last]
@@ -529,7 +532,8 @@ def _prediction(outcome: Outcome, test: Experiment) -> PredictedErrors:
         if np.isfinite(value) and own[1][0].level[key] != value
     }
     mixture = outcome.mixture
-    return PredictedErrors(test.name, _predicted_errors(first, last, mixture), _predicted_errors(*own, mixture), level)
+    errors = _predicted_errors(first, last, mixture), _predicted_errors(*own, mixture)
+    return PredictedErrors(case.test.name, *errors, level)
 
 
 def _predicted_errors(first: PredictedTest, last: Sequence[PredictedTest], mixture: Mixture) -> dict[str, ChannelError]:
@@ -547,7 +551,7 @@ def _predicted_errors(first: PredictedTest, last: Sequence[PredictedTest], mixtu
     return errors
 
 
-def _warned(outcome: Outcome, laws: Sequence[FoundLaw], test: Experiment) -> list[str]:
+def _warned(outcome: Outcome, laws: Sequence[FoundLaw], case: Case) -> list[str]:
     """Where a test goes beyond what a law was learnt on."""
-    state = predict_test(test, outcome.judged.after).prediction.state
-    return warnings({law.name: law.law for law in laws if law.test in ("", test.name)}, state, test.name)
+    name, state = case.test.name, predict_test(case, outcome.judged.after).prediction.state
+    return warnings({law.name: law.law for law in laws if law.test in ("", name)}, state, name)

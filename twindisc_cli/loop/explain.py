@@ -15,8 +15,9 @@ from twindisc_cli.loop.holdout import withheld, without
 from twindisc_cli.loop.judge import Judged, judge, rises
 from twindisc_cli.loop.mixture import Mixture, mixture_of
 from twindisc_cli.loop.noise import Mask
-from twindisc_cli.loop.problem import Case, Problem, case_of, problem_of
+from twindisc_cli.loop.problem import Case, Problem, problem_of
 from twindisc_cli.loop.resample import weights
+from twindisc_cli.loop.screen import is_unexplained, unexplained_residual
 from twindisc_cli.loop.search import Explanation, Search, preferred, ranked, search
 from twindisc_cli.loop.term_intervals import term_parameters, unfixed
 from twindisc_cli.loop.terms import Term
@@ -35,7 +36,8 @@ class Outcome:
 
     Search and compared have seen no sample that is held out. mixture: what predicts. compared: the answer among all
     explanations. refused: what is not given, and why. on_all: what a choice among the explanations fitted to all
-    samples would be, None where not asked. sure: the answer on all samples under the noise as estimated.
+    samples would be, None where not asked. sure: the answer on all samples under the noise as estimated. whole:
+    channels of which all samples were searched after all, since nothing was given without those held out.
     """
 
     search: Search
@@ -45,6 +47,7 @@ class Outcome:
     refused: Mapping[frozenset[Term], Refusal]
     on_all: frozenset[Term] | None
     sure: Fit
+    whole: tuple[str, ...] = ()
 
     @property
     def problem(self) -> Problem:
@@ -69,21 +72,56 @@ class Outcome:
     @property
     def blind(self) -> bool:
         """Whether the held-out samples had no say in which explanation is given."""
-        return not any(refusal.held_out for refusal in self.refused.values())
+        return not self.whole and not any(refusal.held_out for refusal in self.refused.values())
 
 
-def explain(tests: Sequence[Experiment], *, validate: Experiment | None, quick: bool, progress: Progress) -> Outcome:
+def explain(tests: Sequence[Experiment], *, validate: Case | None, quick: bool, progress: Progress) -> Outcome:
     """Search the tests without the samples held out, and judge the answer, and then its rivals, on these.
 
     Search, choice, noise and fit see none of the samples held out. The parameters of the answer are then estimated on
-    all samples.
+    all samples. Channels in which nothing is given, and all samples show something, are searched as a whole after that.
     """
     masks = [withheld(test) for test in tests]
+    outcome = _explained(tests, masks, validate, quick=quick, progress=progress)
+    whole = _shown_by_held_out(outcome)
+    if not whole:
+        return outcome
+    masks = [{c: np.zeros_like(mask) if c in whole else mask for c, mask in test.items()} for test in masks]
+    again = _explained(
+        tests, masks, validate, quick=quick, progress=lambda what, share: progress(what, max(share, SEARCHED))
+    )
+    return replace(again, whole=whole)
+
+
+def _shown_by_held_out(outcome: Outcome) -> tuple[str, ...]:
+    """Channels with samples held out in which nothing is given, and the answer leaves something of all samples."""
+    answer, judged = outcome.answer, outcome.judged
+    explained = {outcome.problem.shown_in(answer.effect(name)) for name in answer.terms}
+    held_out = {channel for test in judged.masks for channel, mask in test.items() if mask.any()}
+    if not held_out - explained:
+        return ()
+    whole = judged.estimated
+    base = refit(judged.before.problem, judged.before.theta) if answer.terms else whole
+    return tuple(
+        channel
+        for channel in outcome.problem.channels
+        if channel in held_out - explained and is_unexplained(unexplained_residual(whole, channel), whole, base)
+    )
+
+
+def _explained(
+    tests: Sequence[Experiment],
+    masks: Sequence[Mapping[str, Mask]],
+    validate: Case | None,
+    *,
+    quick: bool,
+    progress: Progress,
+) -> Outcome:
+    """The same with these samples held out of every channel of the tests."""
     seen = problem_of([without(test, mask) for test, mask in zip(tests, masks, strict=True)])
     seen_before = plain_fit(seen)
     seen = replace(seen, cases=remembered(seen.cases, seen_before), unlike=True)
-    unseen = case_of(validate) if validate is not None else None
-    other = elsewhere(unseen, seen_before) if unseen is not None else None
+    other = elsewhere(validate, seen_before) if validate is not None else None
     result = search(seen, _by_stage(progress), other)
     members = ranked(
         [result.answer, *(e for rivals in result.rivals.values() for e in rivals), *result.others, result.base]
@@ -95,7 +133,7 @@ def explain(tests: Sequence[Experiment], *, validate: Experiment | None, quick: 
     compared = Compared(result.answer, members, shares, result.base)
     if not quick:
         compared = replace(compared, answer=most_probable(compared))
-    judged, refused = _given(compared, unseen, before, seen_before, masks)
+    judged, refused = _given(compared, validate, before, seen_before, masks)
     on_all = None if quick or not apart else chosen_on_all(judged, members)
     compared = replace(compared, answer=judged.explanation)
     mixture = mixture_of(judged, compared, refused, masks)

@@ -21,6 +21,7 @@ from scipy.stats import chi2
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.problem import Case
+from twindisc_cli.loop.thresholds import ACCEPTANCE
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import Prediction
 
@@ -117,6 +118,16 @@ def unexplained_residual(fitted: Fit, channel: str, generator: np.random.Generat
         family = min(least * len(scores), 1.0 / DRAWS)
     excess = max((s.squared - s.count for s in scores), default=0.0)
     return Residual(channel, scores, family, float(np.sqrt(max(excess, 0.0))))
+
+
+def is_unexplained(rest: Residual, fitted: Fit, base: Fit) -> bool:
+    """Whether what a fit leaves of a channel is more than noise, and than the own error of the formulas in it."""
+    if not fitted.terms:
+        return rest.significant(ACCEPTANCE.unexplained_alone)
+    explained = np.sqrt(max(base.power(rest.channel) - fitted.power(rest.channel), 0.0))
+    mean = fitted.power(rest.channel) / max(fitted.problem.count(rest.channel), 1)
+    large = rest.length > ACCEPTANCE.formula_error * explained or mean > ACCEPTANCE.mean_square_left
+    return bool(large and rest.significant(ACCEPTANCE.unexplained_beside))
 
 
 def _reached(fitted: Fit) -> Floats:

@@ -163,9 +163,10 @@ class Resampling:
     share_error             difference of shares of the resamples that is up to chance: two standard errors of a
                             hundred.
     rival_share             share of the resamples from which on an explanation is named as an alternative.
-    set_share               share of the resamples at which a set ends: 0.85 left out the truth in none of 40 tests of
-                            the seeds, and kept 28 of 30 sets to three members, 0.95 kept 24.
-    small_set               members of a set up to which effects are named beyond that share.
+    set_share               share of the resamples at which a set ends that is not small: of the names in halves and
+                            thirds of the measured records 85 % are then in each other's sets, of which 26 of 177 are
+                            larger than three; with 0.75 84 % and 13, where all end at three 83 %.
+    small_set               members up to which a set is small, and is filled with what fits as well.
     established, probable   probability from which on the words are used.
     most_mixed              explanations that predict together at most: the others have little weight.
     most_separated          explanations between which the next experiment decides.

@@ -287,7 +287,7 @@ def _fall(channel: str, error: ChannelError) -> str:
     """How far the error fell, on data held out where there are any."""
     held = np.isfinite(error.held_out_before)
     before, after = (error.held_out_before, error.held_out_after) if held else (error.before, error.after)
-    where = "on data held out of the fit" if held else "on the data fitted, for none could be held out"
+    where = "on data held out of the fit" if held else "on the data fitted, for none is held out"
     if number(before) == number(after):
         fall = f"stays at {number(after)} {unit(error.unit)}".rstrip()
     else:
