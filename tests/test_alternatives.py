@@ -103,7 +103,7 @@ def test_an_effect_that_fits_as_well_is_named_though_its_parameters_make_it_impr
 
 
 def test_the_set_of_an_effect_ends_where_it_is_probable_enough() -> None:
-    """In 86 % of the resamples, 85 % being asked: effects first, then laws."""
+    """In 88 % of the resamples, 85 % being asked: the most probable first, effects and laws alike."""
     rising = [
         member(("wear", c), -1.0, RISING + k * OTHER) for c, k in (("energy", -0.5), ("power", 0.6), ("creepage", 2.0))
     ]
@@ -113,4 +113,4 @@ def test_the_set_of_an_effect_ends_where_it_is_probable_enough() -> None:
     )
     shares = [0.25, 0.2, 0.15, 0.14, 0.12, 0.14]
     found = weighed(compared(shares, WARM, *rising, severe, settling), WARM.terms[0])
-    assert names(found) == ["running_in_wear", "severe_wear_transition", "wear over energy", "wear over power"]
+    assert names(found) == ["wear over energy", "wear over power", "running_in_wear", "wear over creepage"]

@@ -85,7 +85,7 @@ def weighed(compared: Compared, name: str) -> Weighed:
 
     An effect of which the law over its own covariate is another form is as probable as both, and both are named.
     What does something else than the term where it is added in its place is no alternative. The set ends where it is
-    probable enough, and is not small; a small one is filled with effects of the catalogue that fit as well and are
+    probable enough; while it is small, with the effects of the catalogue that are left, or that fit as well and are
     less probable for their parameters alone.
     """
     own = compared.answer.term(name)
@@ -119,10 +119,11 @@ def _named_beside(
     """The terms that are named beside a term that is held with this probability, by falling probability."""
     beside, left = list[Alternative](), list[Alternative]()
     for term, share in by_probability(together):
-        small = len(beside) + 1 < RESAMPLING.small_set
+        effect = isinstance(term, EffectTerm)
+        small = effect and len(beside) + 1 < RESAMPLING.small_set
         if share > RESAMPLING.rival_share and (small or held < RESAMPLING.set_share):
             beside.append(Alternative(term, share))
-        elif isinstance(term, EffectTerm) and term in places and _fits_as_well(compared.answer, places[term]):
+        elif effect and term in places and _fits_as_well(compared.answer, places[term]):
             left.append(Alternative(term, share))
         held += share
     return beside + left[: max(RESAMPLING.small_set - 1 - len(beside), 0)]

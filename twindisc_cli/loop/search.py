@@ -405,14 +405,20 @@ def _two_effects(
     better: Explanation, before: Explanation, tried: Sequence[Explanation], channel: str
 ) -> list[Explanation]:
     """An explanation with two effects of a channel beside it, in the place of what a better one has more."""
+    least = better.here - SEARCH.equivalent * better.temperature
     return ranked(
         [
             e
             for half in _halves(better, before, tried, channel)
-            for e in _most_promising(half, [p for p in effects(half.fit) if p.effect.channel == channel])
+            for e in _most_promising(half, _second(half, channel, SEARCH.least_share * (least - half.here)))
             if not e.fit.at_bound and not _courses_over_time(*(e.effect(name) for name in e.terms[-2:]))
         ]
     )
+
+
+def _second(half: Explanation, channel: str, least: float) -> list[Proposal]:
+    """Effects of a channel beside half an explanation that promise the least [nats], or nearly."""
+    return [p for p in effects(half.fit) if p.effect.channel == channel and p.promise > least + SEARCH.least_promise]
 
 
 def _courses_over_time(one: Effect, other: Effect) -> bool:

@@ -57,7 +57,9 @@ class Search:
                             time as sensors do: a law of the contact is meant in most cases.
     forms_fitted            forms of each law that are fitted: its best and its second best.
     fitted_each_round       effects, and laws, that are fitted in every round, by what they promise.
-    least_share             share of the best found so far that a term must promise to be fitted at all.
+    least_share             share of the best found so far that a term must promise to be fitted at all, and share of
+                            what the second of two effects must say to stand for a law, less 3 nats: of those that did
+                            all but one promised 0.9 of it, and that one was within these.
     replaced_share, replacements
                             share of what a law takes away that an effect must take to be tried as one of two in its
                             place, and how many such effects are.
@@ -163,10 +165,10 @@ class Resampling:
     share_error             difference of shares of the resamples that is up to chance: two standard errors of a
                             hundred.
     rival_share             share of the resamples from which on an explanation is named as an alternative.
-    set_share               share of the resamples at which a set ends that is not small: of the names in halves and
-                            thirds of the measured records 85 % are then in each other's sets, of which 26 of 177 are
-                            larger than three; with 0.75 84 % and 13, where all end at three 83 %.
-    small_set               members up to which a set is small, and is filled with what fits as well.
+    set_share               share of the resamples at which a set ends: of the names in halves and thirds of the
+                            measured records 85 % are then in each other's sets, of which 26 of 177 are larger than
+                            three; with 0.75 84 % and 13, where all end at three 83 %.
+    small_set               members of a set up to which effects are named beyond that share.
     established, probable   probability from which on the words are used.
     most_mixed              explanations that predict together at most: the others have little weight.
     most_separated          explanations between which the next experiment decides.
