@@ -13,6 +13,7 @@ from twindisc_cli.laws.covariates import COVARIATES
 from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.laws.trial import Trial, formula
 from twindisc_cli.loop.alternatives import Compared, Weighed, weighed
+from twindisc_cli.loop.explain import Refusal, next_to_judge
 from twindisc_cli.loop.fit import at
 from twindisc_cli.loop.problem import Problem, case_of
 from twindisc_cli.loop.search import Explanation
@@ -114,3 +115,19 @@ def test_the_set_of_an_effect_ends_where_it_is_probable_enough() -> None:
     shares = [0.25, 0.2, 0.15, 0.14, 0.12, 0.14]
     found = weighed(compared(shares, WARM, *rising, severe, settling), WARM.terms[0])
     assert names(found) == ["wear over energy", "wear over power", "running_in_wear", "wear over creepage"]
+
+
+def test_what_stands_behind_a_refused_explanation_comes_next(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In 99 resamples of 100 the second is a thousand times less likely than the refused one; in one a third wins."""
+    second, third = member(("running_in_wear",), -8.0, RISING), member(("severe_wear_transition",), -8.0, OTHER)
+    known = compared([0.989, 0.001, 0.01], WARM, second, third)
+    odds = {WARM.labels: (1.0, 0.0), second.labels: (1e-3, 0.0), third.labels: (0.0, 1.0), frozenset(): (1e-9, 1e-9)}
+
+    def drawn(members: Sequence[Explanation]) -> Floats:
+        rows = np.array([[odds[m.labels][number == 99] for m in members] for number in range(100)])
+        return np.asarray(rows / rows.sum(axis=1, keepdims=True))
+
+    monkeypatch.setattr("twindisc_cli.loop.explain.weights", drawn)
+    assert next_to_judge(known, {}).labels == WARM.labels
+    assert next_to_judge(known, {WARM.labels: Refusal("errs", held_out=True)}).labels == second.labels
+    assert next_to_judge(known, {m.labels: Refusal("errs") for m in (WARM, second, third)}).terms == ()

@@ -294,6 +294,19 @@ def test_an_error_of_the_rig_is_not_called_valid() -> None:
     assert found.validation.errors["traction"].held_out_after > 20.0 * found.validation.errors["traction"].noise
 
 
+def test_another_history_that_is_predicted_worse_is_said() -> None:
+    """Friction falls in the test that is fitted, and does not in the other."""
+    plant = Plant(history((0.05, 0.02, 0.08), 3), mu=lambda t, c, n: 0.5 + 0.0 * t)
+    other = replace(Instruments(channels=("traction",)).record(plant, np.random.default_rng(3)), name="other")
+    test = recorded("falling", "traction")
+    found = diagnose([test], validate=None, progress=lambda stage, part: None, quick=True, predict=[other])
+    error = found.predictions[0].errors["traction"]
+    times = error.held_out_after / error.held_out_before
+    assert times > 1.05
+    said = f"on this other history the traction is predicted worse than by the base model, {times:.2f} times its error"
+    assert f"other: {said}" in found.notes
+
+
 # ------------------------------------------------------------------------------------------------ declared effects
 
 

@@ -75,7 +75,8 @@ def diagnose(
     weights = {name: weighed(outcome.compared, name) for name in outcome.answer.terms}
     effects, laws = _found(outcome, weights)
     not_excluded = _not_excluded(outcome)
-    predicted = [case_of(test) for test in predict]
+    others = [*(case_of(test) for test in predict), *([unseen] if unseen else [])]
+    predictions = [_prediction(outcome, case) for case in others]
     progress("next experiment", 0.95)
     return Diagnosis(
         verdict=_verdict(outcome, effects, laws, [*left, *scattered]),
@@ -88,12 +89,12 @@ def diagnose(
         curves=_curves(outcome),
         p_values={channel: rest.p_value for channel, rest in before.items()},
         held_out_steps={test.name: steps_withheld(test) for test in tests},
-        notes=_notes(outcome, effects, laws, weights, [*predicted, *([unseen] if unseen else [])]),
+        notes=[*_notes(outcome, effects, laws, weights, others), *_predicted_worse(predictions)],
         next_experiment=_next(outcome, weights, left),
-        validation=None if unseen is None else _prediction(outcome, unseen),
+        validation=predictions[-1] if unseen else None,
         step_scatter=scattered,
         levels=levels_of([outcome.judged.after]),
-        predictions=[_prediction(outcome, case) for case in predicted],
+        predictions=predictions[: len(predict)],
         same_on_all=None if outcome.on_all is None else outcome.on_all == outcome.answer.labels,
         blind=outcome.blind,
         seconds=monotonic() - started,
@@ -549,6 +550,18 @@ def _predicted_errors(first: PredictedTest, last: Sequence[PredictedTest], mixtu
                 of.unit, of.factor * noise.std, noise.correlation, np.nan, np.nan, before, after, not noise.estimated
             )
     return errors
+
+
+def _predicted_worse(predictions: Sequence[PredictedErrors]) -> list[str]:
+    """Tests that were not fitted of which the base model predicts a channel better, and the answer not to the noise."""
+    return [
+        f"{predicted.test}: on this other history the {channels()[channel].label} is predicted worse than by the base "
+        f"model, {error.held_out_after / error.held_out_before:.2f} times its error"
+        for predicted in predictions
+        for channel, error in predicted.errors.items()
+        if error.held_out_after
+        > max((1.0 + ACCEPTANCE.growth) * error.held_out_before, ACCEPTANCE.predicted * error.noise)
+    ]
 
 
 def _warned(outcome: Outcome, laws: Sequence[FoundLaw], case: Case) -> list[str]:

@@ -12,7 +12,7 @@ from twindisc_cli.loop.alternatives import Compared, weighed
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.fit import Fit, carried, fit, plain_fit, refit, remembered
 from twindisc_cli.loop.holdout import withheld, without
-from twindisc_cli.loop.judge import Judged, judge, rises
+from twindisc_cli.loop.judge import Judged, fall, judge, rises
 from twindisc_cli.loop.mixture import Mixture, mixture_of
 from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case, Problem, problem_of
@@ -220,28 +220,38 @@ def _given(
 
     What says no more than the base model does is no answer, whatever was refused before it.
     """
-    answer, refused = compared.answer, dict[frozenset[Term], Refusal]()
-    known = [(m, w) for m, w in zip(compared.members, compared.weights, strict=True) if m.labels != answer.labels]
-    known = [(m, w) for m, w in known if m.evidence - compared.base.evidence > SEARCH.effect_evidence]
-    others = [m for m, _ in sorted(known, key=lambda pair: -pair[1])]
-    first = [answer, *others[: ACCEPTANCE.most_refused]]
-    parts = [m for m in others if any(m.labels < other.labels for other in first)]
-    for member in [*first, *parts, compared.base]:
-        if member.labels in refused:
-            continue
+    member, refused = compared.answer, dict[frozenset[Term], Refusal]()
+    while True:
         judged = judge(member, before, seen_before, masks)
-        out = {labels for labels, why in refused.items() if not why.improbable}
-        refusal = _refusal(replace(_without(compared, out), answer=member), judged, unseen)
+        left = _without(compared, {labels for labels, why in refused.items() if not why.improbable})
+        refusal = _refusal(replace(left, answer=member), judged, unseen)
         if refusal is None:
-            break
+            return judged, refused
         refused[member.labels] = refusal
-    return judged, refused
+        member = next_to_judge(compared, refused)
+
+
+def next_to_judge(compared: Compared, refused: Mapping[frozenset[Term], Refusal]) -> Explanation:
+    """The explanation to be judged after others were refused: the most probable one left, or the base model."""
+    left = _without(compared, {labels for labels, why in refused.items() if not why.improbable})
+    by_weight = sorted(zip(left.members, left.weights, strict=True), key=lambda pair: -pair[1])
+    others = [
+        m
+        for m, _ in by_weight
+        if m.labels not in refused and m.evidence - compared.base.evidence > SEARCH.effect_evidence
+    ]
+    if len(refused) > ACCEPTANCE.most_refused:
+        others = [m for m in others if any(m.labels < labels for labels in refused)]
+    return others[0] if others else compared.base
 
 
 def _without(compared: Compared, refused: Container[frozenset[Term]]) -> Compared:
-    """The same with all weight on what was not refused."""
-    left = compared.shares * np.array([member.labels not in refused for member in compared.members])
-    return replace(compared, shares=left / left.sum()) if left.sum() > 0.0 else compared
+    """The same with all weight on what was not refused, in every resample."""
+    members = [member for member in compared.members if member.labels not in refused]
+    if len(members) == len(compared.members) or not np.isfinite(compared.shares).all():
+        return compared
+    left = dict(zip((m.labels for m in members), np.mean(weights(members), axis=0), strict=True))
+    return replace(compared, shares=np.array([left.get(m.labels, 0.0) for m in compared.members]))
 
 
 def _refusal(compared: Compared, judged: Judged, other: Case | None) -> Refusal | None:
@@ -291,12 +301,15 @@ def _is_loose(answer: Explanation, name: str) -> bool:
 def _raised_elsewhere(judged: Judged, test: Case) -> list[str]:
     """Channels of a test that was not fitted in which the revised model is worse than the base, and than the noise.
 
-    Level and form of a channel that is predicted within its noise are up to chance. A test has a level of its own: what
-    predicts its course better once the level is known is not refused for the level.
+    Level and form of a channel that is predicted within its noise are up to chance, and so is a small rise where all
+    samples that were not fitted are predicted better. A test has a level of its own: what predicts its course better
+    once the level is known is not refused for the level.
     """
     first, last = predict_test(test, judged.unseen_before), predict_test(test, judged.unseen_after)
     open_ = [c for c, noise in first.case.noise.items() if last.error(c) > ACCEPTANCE.predicted * noise.std]
-    raised = [c for c in open_ if rises(first.misses(c), last.misses(c))]
+    falls = [fall(first.misses(c), last.misses(c), noise.std) for c, noise in first.case.noise.items()]
+    better = judged.fall + sum(falls) > 0.0
+    raised = [c for c in open_ if rises(first.misses(c), last.misses(c), far=better)]
     if not raised:
         return []
     own = at_its_own_level(first), at_its_own_level(last)
