@@ -303,7 +303,7 @@ def test_what_only_held_out_samples_show_is_searched_with_them() -> None:
     assert [e.name for e in found.effects] or [law.law.quantity for law in found.laws]
     assert not found.blind
     assert {term.strength for term in (*found.effects, *found.laws)} <= {"probable", "possible"}
-    assert any("were held out" in note for note in found.notes)
+    assert any("all were searched" in note for note in found.notes)
     error = found.errors["traction"]
     assert error.after < 0.5 * error.before
     assert np.isnan(error.held_out_after)

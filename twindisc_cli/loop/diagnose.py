@@ -389,8 +389,8 @@ def _refused(outcome: Outcome) -> list[str]:
     if outcome.whole:
         names = " and the ".join(channels()[channel].label for channel in outcome.whole)
         notes.append(
-            f"samples of the {names} that were held out showed that something is missing, which is in none of the "
-            "others: all were searched, and none is left to judge what is given"
+            f"without the samples held out nothing is given for the {names}, and with them something is missing: all "
+            "were searched, and none is left to judge what is given"
         )
     elif not outcome.blind:
         notes.append(

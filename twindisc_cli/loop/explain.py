@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -223,8 +223,7 @@ def _given(
     member, refused = compared.answer, dict[frozenset[Term], Refusal]()
     while True:
         judged = judge(member, before, seen_before, masks)
-        left = _without(compared, {labels for labels, why in refused.items() if not why.improbable})
-        refusal = _refusal(replace(left, answer=member), judged, unseen)
+        refusal = _refusal(replace(_without(compared, refused), answer=member), judged, unseen)
         if refusal is None:
             return judged, refused
         refused[member.labels] = refusal
@@ -233,7 +232,7 @@ def _given(
 
 def next_to_judge(compared: Compared, refused: Mapping[frozenset[Term], Refusal]) -> Explanation:
     """The explanation to be judged after others were refused: the most probable one left, or the base model."""
-    left = _without(compared, {labels for labels, why in refused.items() if not why.improbable})
+    left = _without(compared, refused)
     by_weight = sorted(zip(left.members, left.weights, strict=True), key=lambda pair: -pair[1])
     others = [
         m
@@ -245,9 +244,10 @@ def next_to_judge(compared: Compared, refused: Mapping[frozenset[Term], Refusal]
     return others[0] if others else compared.base
 
 
-def _without(compared: Compared, refused: Container[frozenset[Term]]) -> Compared:
-    """The same with all weight on what was not refused, in every resample."""
-    members = [member for member in compared.members if member.labels not in refused]
+def _without(compared: Compared, refused: Mapping[frozenset[Term], Refusal]) -> Compared:
+    """The same with all weight on what was not refused for what it predicts, in every resample."""
+    wrong = {labels for labels, refusal in refused.items() if not refusal.improbable}
+    members = [member for member in compared.members if member.labels not in wrong]
     if len(members) == len(compared.members) or not np.isfinite(compared.shares).all():
         return compared
     left = dict(zip((m.labels for m in members), np.mean(weights(members), axis=0), strict=True))
