@@ -86,7 +86,7 @@ def weighed(compared: Compared, name: str) -> Weighed:
     An effect of which the law over its own covariate is another form is as probable as both, and both are named.
     What does something else than the term where it is added in its place is no alternative. The set ends where it is
     probable enough; while it is small, with the effects of the catalogue that are left, or that fit as well and are
-    less probable for their parameters alone.
+    less probable for their parameters alone. That of an effect is small.
     """
     own = compared.answer.term(name)
     places = {own: compared.answer} | compared.in_place_of(name)
@@ -105,6 +105,8 @@ def weighed(compared: Compared, name: str) -> Weighed:
     forms = {term for term in chances if _is_form(compared, name, term, places) and same.get(term) != own}
     probability = min(held + sum(chances[term] for term in forms), 1.0)
     near = _named_beside(compared, places, held, together)
+    if isinstance(own, EffectTerm):
+        near = near[: RESAMPLING.small_set - 1]
     return Weighed(probability if np.isfinite(compared.shares).all() else np.nan, near, chances, same)
 
 

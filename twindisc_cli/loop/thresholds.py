@@ -166,9 +166,9 @@ class Resampling:
                             hundred.
     rival_share             share of the resamples from which on an explanation is named as an alternative.
     set_share               share of the resamples at which a set ends: of the names in halves and thirds of the
-                            measured records 85 % are then in each other's sets, of which 26 of 177 are larger than
-                            three; with 0.75 84 % and 13, where all end at three 83 %.
-    small_set               members of a set up to which effects are named beyond that share.
+                            measured records 84 % are then in each other's sets.
+    small_set               members of the set of an effect at most, and of any set up to which effects are named
+                            beyond that share; if the sets of effects may be larger, 85 % are in each other's.
     established, probable   probability from which on the words are used.
     most_mixed              explanations that predict together at most: the others have little weight.
     most_separated          explanations between which the next experiment decides.
