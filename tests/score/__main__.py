@@ -46,8 +46,8 @@ def main() -> int:
     print(f"left out, because the effect could not be made so large or separated from its pair: {small}")
     seconds = [row["seconds"] for row in rows]
     print(
-        f"{len(rows)} tests in {perf_counter() - start:.0f} s; the loop took {np.median(seconds):.1f} s a test "
-        f"(median), {np.max(seconds):.1f} s at most"
+        f"{len(rows)} tests in {perf_counter() - start:.0f} s; processor time of the loop {np.median(seconds):.1f} s a "
+        f"test (median), {np.max(seconds):.1f} s at most"
     )
     if options.json:
         options.json.parent.mkdir(parents=True, exist_ok=True)

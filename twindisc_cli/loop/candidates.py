@@ -148,7 +148,7 @@ def _responses_of(fitted: Fit, target: tuple[Floats, Floats], name: str) -> tupl
     sets = _grid(problem, name)
     theta = np.concatenate([np.tile(fitted.theta, (len(sets), 1)), sets], axis=1)
     lower, upper = problem.bounds
-    rows = problem.discount(problem.white(problem.predict(np.clip(theta, lower, upper), integrated="none")))
+    rows = problem.discount(problem.white(problem.predict(np.clip(theta, lower, upper), integrated="none", rough=True)))
     return sets, np.nan_to_num(rows - target[0])
 
 
@@ -161,7 +161,7 @@ def _beyond(moved: Floats, target: tuple[Floats, Floats]) -> Floats:
 def _target(fitted: Fit) -> tuple[Floats, Floats]:
     """White prediction of a fit (sample,), and the directions that its parameters reach."""
     problem = fitted.problem
-    plain = problem.white(problem.predict(fitted.theta[None], integrated="none"))[0]
+    plain = problem.white(problem.predict(fitted.theta[None], integrated="none", rough=True))[0]
     return problem.discount(plain), span_of(fitted.jacobian)
 
 

@@ -295,7 +295,7 @@ def _pair(fitted: Fit, span: Floats, response: Response, samples: int, test: str
 def responses(fitted: Fit, wanted: Sequence[tuple[str, str]] | None = None) -> list[Response]:
     """The responses of the samples to quantities over covariates, where a fit is: to those wanted, or to every one."""
     problem = fitted.problem.followed(fitted.theta)
-    predictions = problem.predict(fitted.theta[None])
+    predictions = problem.predict(fitted.theta[None], rough=True)
     plain = problem.white(predictions)[0]
     results = []
     for quantity, covariate in _searched(problem, predictions) if wanted is None else wanted:
@@ -343,7 +343,7 @@ def _bin_rows(problem: Problem, theta: Floats, quantity: str, covariate: str, ed
     trial = bins(quantity, covariate, edges)
     parameters = {"level": np.full(count, level), "bin": np.arange(count, dtype=float)}
     sets = np.tile(theta, (count, 1))
-    return problem.white(problem.moved(sets, extra={"a bin": parameters}, trial={"a bin": trial}))
+    return problem.white(problem.moved(sets, extra={"a bin": parameters}, trial={"a bin": trial}, rough=True))
 
 
 def is_timed(case: Case) -> bool:

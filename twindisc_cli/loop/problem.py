@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import FIRST_SEEN, Effect
+from twindisc_cli.effects._state import State
 from twindisc_cli.errors import DefinitionError
 from twindisc_cli.errors import Problem as Mistake
 from twindisc_cli.loop.channels import channels, measured_channels
@@ -30,7 +31,7 @@ from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import TOLERANCES
 from twindisc_cli.model.base import MODEL_KEYS
 from twindisc_cli.model.experiment import Experiment, Floats, Ints, Rig
-from twindisc_cli.model.forward import ForwardModel, IntegratedSets, Prediction
+from twindisc_cli.model.forward import COUNTED, SETTLED, ForwardModel, IntegratedSets, Prediction
 from twindisc_cli.model.patch import Paths
 
 _Values = Mapping[str, Floats]
@@ -41,11 +42,15 @@ DECLARED = {"third_body_layer": "initial_slope"}
 
 @dataclass(frozen=True)
 class Case:
-    """One test with the noise of its channels. `known`: base parameters to hold where they are not fitted."""
+    """One test with the noise of its channels.
+
+    known: base parameters to hold where they are not fitted; near: state of the base model, where predictions begin.
+    """
 
     model: ForwardModel
     noise: Mapping[str, Noise]
     known: Mapping[str, float] = field(default_factory=dict)
+    near: State | None = field(default=None, repr=False, compare=False)
 
     @property
     def test(self) -> Experiment:
@@ -99,7 +104,14 @@ def cases_of(tests: Sequence[Experiment]) -> list[Case]:
     cases = [Case(ForwardModel(test), result) for test, result in zip(tests, noise, strict=True)]
     for case in cases:
         refuse_unread(case)
-    return cases
+    return [replace(case, near=_base_state(case)) for case in cases]
+
+
+def _base_state(case: Case) -> State | None:
+    """The state of the base model with what the measurements alone say; None where they leave something open."""
+    guessed = {key: np.array([value]) for key, value in case.held.items()}
+    state = case.model.predict(guessed, integrated="none", profiled=False).state
+    return state if np.isfinite(state.energy).all() else None
 
 
 class _Read(dict[str, Floats]):
@@ -282,9 +294,14 @@ class Problem:
         """Which parameters have a unit normal prior (parameter,)."""
         return np.array([p.normal for p in self.parameters], dtype=bool)
 
-    def predict(self, theta: Floats, *, integrated: IntegratedSets | None = None) -> list[Prediction]:
-        """Predictions of every test for parameter sets theta (set, parameter), which are near the first of them."""
-        return self.moved(theta, integrated=integrated)
+    def predict(
+        self, theta: Floats, *, integrated: IntegratedSets | None = None, rough: bool = False
+    ) -> list[Prediction]:
+        """Predictions of every test for parameter sets theta (set, parameter), which are near the first of them.
+
+        rough: for a first look, to about a ten-thousandth.
+        """
+        return self.moved(theta, integrated=integrated, rough=rough)
 
     def moved(
         self,
@@ -295,6 +312,7 @@ class Problem:
         extra: Mapping[str, Mapping[str, Floats]] | None = None,
         trial: Mapping[str, Effect] | None = None,
         integrated: IntegratedSets | None = None,
+        rough: bool = False,
     ) -> list[Prediction]:
         """Predictions with base parameters of test `number` (all tests: None) replaced, and with extra effects."""
         return [
@@ -303,6 +321,8 @@ class Problem:
                 self.acting(i, {**self.terms_of(theta), **(extra or {})}, trial or {}),
                 {**self.trial, **(trial or {})},
                 integrated=integrated or self._tracks[i],
+                near=case.near,
+                within=COUNTED if rough else SETTLED,
             )
             for i, case in enumerate(self.cases)
         ]
@@ -487,6 +507,7 @@ class Problem:
                 self.acting(i, {**self.terms_of(theta), name: own[i]}, every),
                 every,
                 integrated=self._tracks[i],
+                near=case.near,
             )
             for i, case in enumerate(self.cases)
         ]

@@ -61,8 +61,8 @@ RECORDING: Sequence[Stage] = ("surface", "sensor")
 """Stages behind which nothing feeds back."""
 _NOTHING = np.zeros((1, 1))
 SETTLED, COUNTED = 1e-7, 1e-4
-"""Change of the energy in a pass at which the chain stands still, and at which an integration of local wear may
-begin."""
+"""Change of the energy in a pass at which the chain stands still, and at which it does so for a first look, and an
+integration of local wear may begin."""
 KELVINS = 1.0
 """Warming from which on passes are mixed by its logarithm [K]; below, its sign may change."""
 MOST_WARMING = 10.0
@@ -179,6 +179,8 @@ class ForwardModel:
         *,
         integrated: IntegratedSets | Paths = "each",
         profiled: bool = True,
+        near: State | None = None,
+        within: float = SETTLED,
     ) -> Prediction:
         """Predict every channel.
 
@@ -188,6 +190,8 @@ class ForwardModel:
                  what that makes of profile and patch: each; the first, after which all of them go; none, and only what
                  is taken off is counted; or the paths of a prediction nearby, which all of them go
         profiled whether the measured profiles are asked for; without them there is no worn surface
+        near     the state of one set nearby, from which the passes begin: it saves some of them, at as many points
+        within   change of the energy in a pass at which it stands still
         """
         base = BaseParameters.of(base)
         sets = max([base.sets, *(len(np.atleast_1d(value)) for value in _values(effects))])
@@ -195,10 +199,11 @@ class ForwardModel:
         acting = [(known[name], columns) for name, columns in self._all_effects(effects or {}, sets).items()]
         every = _Chain(self, base.columns(sets), acting, sets, None if isinstance(integrated, str) else integrated)
         chain, place = every.before_recording()
+        begin = chain.beginning(near)
         if integrated in ("each", "first") and chain.needs_integration:
-            chain, state = chain.on_integrated(slice(1 if integrated == "first" else None))
+            chain, state = chain.on_integrated(begin, slice(1 if integrated == "first" else None))
         else:
-            state = chain.settled(chain._blank)
+            state = chain.settled(begin, within)
         return every.read(chain, state, place, profiled=profiled)
 
     def _all_effects(self, effects: Mapping[str, Parameters], sets: int) -> dict[str, dict[str, Floats]]:
@@ -265,6 +270,15 @@ class _Chain:
     sets: int
     own: Paths | None = None
 
+    def beginning(self, near: State | None) -> State:
+        """What the first pass begins from: what settled nearby, or points of which nothing is known yet."""
+        shape = self._blank.energy.shape
+        if near is None or near.energy.shape[1] != shape[1]:
+            return self._blank
+        passed = ("temperature", "energy", "wear_index", "normalised_creepage", "power")
+        known = {name: np.broadcast_to(getattr(near, name), shape) for name in passed}
+        return self._blank.replace(**known, flash_before=near.flash_before)
+
     def settled(self, state: State, within: float = SETTLED) -> State:
         """Pass through the stages until energy, temperature and wear stand still."""
         passes, last, state = Passes(), state, self.run(state)
@@ -281,12 +295,12 @@ class _Chain:
         """Whether no path of one load and one K all over holds for the history."""
         return self.is_local or self.model.loads_change
 
-    def on_integrated(self, of: slice) -> tuple[_Chain, State]:
+    def on_integrated(self, begin: State, of: slice) -> tuple[_Chain, State]:
         """The chain on paths of its own history, and what settles on them.
 
         Where loads change, the integration goes again until it has passed the sections that are worn on what it finds.
         """
-        state = self.settled(self._blank, COUNTED)
+        state = self.settled(begin, COUNTED)
         for _ in range(MOST_MARCHES):
             passed = self.section(state)
             chain = replace(self, own=self.integrated(state, of))
