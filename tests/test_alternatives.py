@@ -131,7 +131,7 @@ def test_what_stands_behind_a_refused_explanation_comes_next(monkeypatch: pytest
         rows = np.array([[odds[m.labels][number == 99] for m in members] for number in range(100)])
         return np.asarray(rows / rows.sum(axis=1, keepdims=True))
 
-    monkeypatch.setattr("twindisc_cli.loop.explain.weights", drawn)
+    monkeypatch.setattr("twindisc_cli.loop.resample.weights", drawn)
     assert next_to_judge(known, {}).labels == WARM.labels
     assert next_to_judge(known, {WARM.labels: Refusal("errs", held_out=True)}).labels == second.labels
     assert next_to_judge(known, {m.labels: Refusal("errs") for m in (WARM, second, third)}).terms == ()

@@ -10,7 +10,7 @@ from rigs import Floats, autoregressive, experiment, history, spread, traction_s
 
 from twindisc_cli.loop.fit import fit, precision
 from twindisc_cli.loop.problem import Problem, case_of
-from twindisc_cli.loop.resample import blocks, scatter, softened, weights
+from twindisc_cli.loop.resample import blocks, scatter, shares, softened, weights
 from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.term_intervals import estimate_of
 from twindisc_cli.model.experiment import Measured, Options
@@ -38,6 +38,14 @@ def test_every_draw_is_shared_out() -> None:
     assert found.min() >= 0.0
     assert found.sum(axis=1) == pytest.approx(1.0)
     assert len(np.unique(np.round(found[:, 0], 6))) > 10, "draws differ"
+
+
+def test_what_all_draws_choose_is_not_certain() -> None:
+    """One of nineteen right ones is wrong on tests with a known answer: something else may be missing."""
+    problem = problem_of(np.full_like(TIME, 0.0))
+    certain = explanation(problem, "torque_offset")
+    assert shares([certain]) == pytest.approx([0.95])
+    assert shares([certain, replace(certain, prices={"torque_offset": 1e3})]) == pytest.approx([0.95, 0.0])
 
 
 def test_twins_share() -> None:

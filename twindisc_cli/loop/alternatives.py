@@ -20,7 +20,7 @@ from twindisc_cli.model.experiment import Floats
 class Compared:
     """An answer among all explanations.
 
-    members: the explanations, the base model among them; shares: their mean weight over the resamples (member,), NaN
+    members: the explanations, the base model among them; shares: their probabilities by the resamples (member,), NaN
     where nothing was resampled.
     """
 

@@ -48,8 +48,8 @@ class BaseEstimate(Estimate):
 class _Found:
     """A term that was added: parameters by key, what these data cannot tell from it, and how sure it is.
 
-    probability: share of resamples of the data in which it is chosen, weighed by evidence; NaN where it was not
-    computed. remains: what is left of the misfit it takes away, 0 to 1. test: the only one of several that it acts in.
+    probability: share of resamples of the data in which it is chosen, weighed by evidence, less what is left for none
+    of the explanations; NaN where it was not computed. remains: what is left of the misfit it takes away, 0 to 1. test: the only one of several that it acts in.
     """
 
     name: str

@@ -16,7 +16,7 @@ from twindisc_cli.loop.judge import Judged, fall, judge, rises
 from twindisc_cli.loop.mixture import Mixture, mixture_of
 from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case, Problem, problem_of
-from twindisc_cli.loop.resample import weights
+from twindisc_cli.loop.resample import shares
 from twindisc_cli.loop.screen import is_unexplained, unexplained_residual
 from twindisc_cli.loop.search import Explanation, Search, preferred, ranked, search
 from twindisc_cli.loop.term_intervals import term_parameters, unfixed
@@ -66,7 +66,7 @@ class Outcome:
 
     @property
     def shares(self) -> Floats:
-        """Mean weight of the explanations over the resamples (member,); NaN where nothing was resampled."""
+        """Probabilities of the explanations (member,); NaN where nothing was resampled."""
         return self.compared.shares
 
     @property
@@ -129,8 +129,8 @@ def _explained(
     apart = any(mask.any() for test in masks for mask in test.values())
     before = plain_fit(problem_of(tests), seen_before) if apart else seen_before
     progress("judging on held-out samples", 0.8)
-    shares = np.full(len(members), np.nan) if quick else np.mean(weights(members), axis=0)
-    compared = Compared(result.answer, members, shares, result.base)
+    chances = np.full(len(members), np.nan) if quick else shares(members)
+    compared = Compared(result.answer, members, chances, result.base)
     if not quick:
         compared = replace(compared, answer=most_probable(compared))
     judged, refused = _given(compared, validate, before, seen_before, masks)
@@ -250,7 +250,7 @@ def _without(compared: Compared, refused: Mapping[frozenset[Term], Refusal]) -> 
     members = [member for member in compared.members if member.labels not in wrong]
     if len(members) == len(compared.members) or not np.isfinite(compared.shares).all():
         return compared
-    left = dict(zip((m.labels for m in members), np.mean(weights(members), axis=0), strict=True))
+    left = dict(zip((m.labels for m in members), shares(members), strict=True))
     return replace(compared, shares=np.array([left.get(m.labels, 0.0) for m in compared.members]))
 
 

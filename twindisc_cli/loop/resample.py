@@ -5,7 +5,8 @@
     r, J  white residual and Jacobian of an explanation at its own minimum, P the precision of its priors
     W     how often each block of neighbouring samples was drawn
 
-Each draw weighs all explanations by their tempered evidence; the probability of one is its mean weight.
+Each draw weighs all explanations by their tempered evidence; the probability of one is its mean weight, less the part
+that belongs to what is among none of them.
 Source: H. R. Kuensch, Annals of Statistics 17 (1989) 1217-1241.
 """
 
@@ -42,6 +43,11 @@ def weights(explanations: Sequence[Explanation], draws: int = RESAMPLING.draws) 
     evidence = np.array([_evidence(e, block, drawn) for e in explanations]).T
     weight = softened(evidence, explanations) * np.exp([e.plausibility for e in explanations])
     return np.asarray(weight / weight.sum(axis=1, keepdims=True))
+
+
+def shares(explanations: Sequence[Explanation]) -> Floats:
+    """Probabilities of explanations of the same samples (explanation,); one less their sum is that of none of these."""
+    return np.asarray((1.0 - RESAMPLING.none_of_these) * np.mean(weights(explanations), axis=0))
 
 
 def softened(evidence: Floats, explanations: Sequence[Explanation]) -> Floats:

@@ -164,9 +164,12 @@ class Resampling:
                             as found: four in five choose against it.
     share_error             difference of shares of the resamples that is up to chance: two standard errors of a
                             hundred.
-    rival_share             share of the resamples from which on an explanation is named as an alternative.
-    set_share               share of the resamples at which a set ends: of the names in halves and thirds of the
-                            measured records 84 % are then in each other's sets.
+    none_of_these           probability that what was found follows something that is not among the explanations: of
+                            303 of the seeds 13, 909, 2024, 4242 and 31415, 103 had a share above 0.97, of which 93 %
+                            were right; the calibration error falls from 0.064 to 0.038 with it.
+    rival_share             probability from which on an explanation is named as an alternative.
+    set_share               probability at which a set ends: of the names in halves and thirds of the measured records
+                            84 % are then in each other's sets.
     small_set               members of the set of an effect at most, and of any set up to which effects are named
                             beyond that share; if the sets of effects may be larger, 85 % are in each other's.
     established, probable   probability from which on the words are used.
@@ -182,8 +185,9 @@ class Resampling:
     stands_for: float = 0.25
     least_probability: float = 0.2
     share_error: float = 0.1
+    none_of_these: float = 0.05
     rival_share: float = 0.05
-    set_share: float = 0.85
+    set_share: float = 0.8
     small_set: int = 3
     established: float = 0.9
     probable: float = 0.6
