@@ -41,7 +41,7 @@ def test_every_draw_is_shared_out() -> None:
 
 
 def test_what_all_draws_choose_is_not_certain() -> None:
-    """One of nineteen right ones is wrong on tests with a known answer: something else may be missing."""
+    """What is missing may be among none of the explanations."""
     problem = problem_of(np.full_like(TIME, 0.0))
     certain = explanation(problem, "torque_offset")
     assert shares([certain]) == pytest.approx([0.95])

@@ -49,7 +49,8 @@ class _Found:
     """A term that was added: parameters by key, what these data cannot tell from it, and how sure it is.
 
     probability: share of resamples of the data in which it is chosen, weighed by evidence, less what is left for none
-    of the explanations; NaN where it was not computed. remains: what is left of the misfit it takes away, 0 to 1. test: the only one of several that it acts in.
+    of the explanations; NaN where it was not computed. remains: what is left of the misfit it takes away, 0 to 1. test:
+    the only one of several that it acts in.
     """
 
     name: str
