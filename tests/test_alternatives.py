@@ -104,7 +104,7 @@ def test_an_effect_that_fits_as_well_is_named_though_its_parameters_make_it_impr
 
 
 def test_the_set_of_an_effect_has_three_members_and_that_of_a_law_ends_where_it_is_probable_enough() -> None:
-    """In 88 % of the resamples, 85 % being asked: the most probable first, be they effects or laws."""
+    """It holds 88 %, 80 % being asked: the most probable first, be they effects or laws."""
     rising = [
         member(("wear", c), -1.0, RISING + k * OTHER) for c, k in (("energy", -0.5), ("power", 0.6), ("creepage", 2.0))
     ]
