@@ -13,7 +13,7 @@ from rigs import LOAD, ROOM, SPEED, Floats, Instruments, Plant, experiment, hist
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.trial import curve, formula
-from twindisc_cli.loop.candidates import searched
+from twindisc_cli.loop.candidates import effects, searched
 from twindisc_cli.loop.fit import at, fit, refit
 from twindisc_cli.loop.problem import Case, Problem, case_of, problem_of
 from twindisc_cli.loop.screen import unexplained_residual
@@ -32,6 +32,7 @@ from twindisc_cli.loop.search import (
 from twindisc_cli.loop.terms import EffectTerm, LawTerm, Term
 from twindisc_cli.loop.thresholds import ACCEPTANCE, SEARCH
 from twindisc_cli.model.experiment import Measured, Thermal
+from twindisc_cli.model.forward import ForwardModel
 
 COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 2)
 TIME = spread(COURSE, 6)
@@ -162,12 +163,29 @@ def test_more_is_asked_of_a_law_and_an_effect_goes_first_where_they_are_alike() 
     assert chosen(base, [law, far]) is law
 
 
-def test_a_test_that_is_only_predicted_speaks_against_a_term_and_finds_none_alone() -> None:
-    base, sure = made(0.0), SEARCH.effect_evidence + 1.0
-    assert chosen(base, [made(SEARCH.effect_evidence - 1.0, "sensor_drift", foretold=500.0)]) is None
+def test_a_test_that_is_only_predicted_speaks_against_a_term_and_for_it_no_louder_than_those_fitted() -> None:
+    base, sure, half = made(0.0), SEARCH.effect_evidence + 1.0, 0.5 * SEARCH.effect_evidence
+    assert chosen(base, [made(half - 0.2, "sensor_drift", foretold=500.0)]) is None
+    assert chosen(base, [made(half + 0.2, "sensor_drift", foretold=half - 0.4)]) is None
+    assert chosen(base, [made(half + 0.2, "sensor_drift", foretold=half)]) is not None
     assert chosen(base, [made(sure, "sensor_drift", foretold=-3.0)]) is None
     better = made(sure, "torque_offset", foretold=20.0)
     assert chosen(base, [made(sure + 10.0, "sensor_drift"), better]) is better
+
+
+def test_an_effect_of_several_sizes_promises_what_one_of_them_does_and_pays_for_the_others() -> None:
+    """A contact that is softer: two slope factors hold it, of which the second is then one."""
+    course = history((0.0005, 0.001, 0.0015, 0.002, 0.003, 0.005, 0.01, 0.02), 2)
+    time = spread(course, 6)
+    plain = experiment(course, thermal=None, measured=Measured(traction=traction_samples(course, time, 0.0 * time)))
+    softer = ForwardModel(replace(plain, effects={"third_body_layer": {"slope_ratio": 0.85}}))
+    ratio = softer.predict({"mu": np.array([0.6])}).traction[0]
+    noisy = ratio + SIGMA * np.random.default_rng(0).standard_normal(len(time))
+    case = case_of(replace(plain, measured=Measured(traction=traction_samples(course, time, noisy))))
+    promise = {proposal.name: proposal.promise for proposal in effects(fit(Problem([case], ("traction",))))}
+    price = 0.5 * np.log(len(time))
+    assert promise["third_body_layer"] > 10.0
+    assert promise["two_slope_factors"] > promise["third_body_layer"] - price - 0.5
 
 
 def test_a_term_at_its_bound_is_not_chosen() -> None:

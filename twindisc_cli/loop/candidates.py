@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import nnls
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Effect
@@ -16,7 +17,7 @@ from twindisc_cli.loop.channels.mass import weighed_stops
 from twindisc_cli.loop.channels.profile import recorded_stops
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.learn import Pair, Response, equal_here, is_timed, pairs, responses, typical_change
-from twindisc_cli.loop.problem import Problem, known_sensors, parameters_of
+from twindisc_cli.loop.problem import Parameter, Problem, known_sensors, parameters_of
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.terms import in_test
 from twindisc_cli.loop.thresholds import SEARCH
@@ -68,10 +69,35 @@ def _effect(fitted: Fit, name: str, sets: Floats, moved: Floats, test: str = "")
     along = (moved @ fitted.residual) / np.sqrt(np.sum(moved**2, axis=1) + 1e-12)
     score = np.maximum(along, 0.0) ** 2
     order = np.argsort(-score)[:2]
+    best, starts = float(score[order[0]]), [sets[i] for i in order if score[i] >= 0.5 * score[order[0]]]
+    if (sum_ := _best_sum(fitted, name, sets, moved)) is not None:
+        best, starts = max(best, sum_[0]), [sum_[1], sets[order[0]]]
     price = fitted.problem.price_of_one if test else 0.0
-    promise = 0.5 * float(score[order[0]]) - 0.5 * np.log(len(fitted.residual)) * sets.shape[1] - price
-    starts = [sets[i] for i in order if score[i] >= 0.5 * score[order[0]]]
+    promise = 0.5 * best - 0.5 * np.log(len(fitted.residual)) * sets.shape[1] - price
     return Proposal(in_test(name, test), replace(catalogue()[name], test=test), starts, promise, price)
+
+
+def _best_sum(fitted: Fit, name: str, sets: Floats, moved: Floats) -> tuple[float, Floats] | None:
+    """By how much the best sum of the sizes of an effect lowers chi2, to first order, and its parameters (parameter,).
+
+    What each size does alone is added up as the residual asks, for every choice of the other parameters. None where the
+    effect has one size.
+    """
+    own = parameters_of(name, catalogue()[name])
+    sized = np.array([i for i, p in enumerate(own) if p.off is not None])
+    if len(sized) < 2:
+        return None
+    off = np.array([own[i].inner(own[i].off) for i in sized])
+    alone = np.sum(sets[:, sized] != off, axis=1) == 1
+    shapes = np.delete(sets, sized, axis=1)
+    sums = []
+    for shape in np.unique(shapes, axis=0):
+        here = alone & np.all(shapes == shape, axis=1)
+        weight, left = nnls(moved[here].T, fitted.residual)
+        both = sets[here][0]
+        both[sized] = off + weight @ (sets[here][:, sized] - off)
+        sums.append((fitted.chi2 - float(left) ** 2, both))
+    return max(sums, key=lambda pair: pair[0])
 
 
 def laws(fitted: Fit, known: Sequence[Response] | None = None) -> list[Proposal]:
@@ -166,19 +192,28 @@ def _target(fitted: Fit) -> tuple[Floats, Floats]:
 
 
 def _grid(problem: Problem, name: str) -> Floats:
-    """Inner parameters of one effect on a coarse grid (set, parameter) that covers what its parameters may be."""
-    axes = []
+    """Inner parameters of one effect on a coarse grid (set, parameter) that covers what its parameters may be.
+
+    Of several sizes each is also on alone.
+    """
     own = parameters_of(name, problem.effect(name))
     shapes = sum(p.off is None for p in own)
-    for p in own:
-        low, high = p.inner(p.lower), p.inner(p.upper)
-        if p.off is not None:
-            off, size = p.inner(p.off), p.inner(p.start) - p.inner(p.off)
-            parts = (*(SIZES if shapes < 2 else SIZES[:1]), *(DECADES if p.log and not shapes else ()))
-            sizes = [off + sign * part * size for part in parts for sign in (1.0, -1.0)]
-            axes.append([s for s in sizes if low <= s <= high])
-        elif p.log:
-            axes.append(list(np.linspace(low, high, 15 if shapes == 1 else 7)[1:-1]))
-        else:
-            axes.append([p.inner(p.start)])
-    return np.stack([a.ravel() for a in np.meshgrid(*axes, indexing="ij")], axis=1)
+    several = len(own) - shapes > 1
+    axes = [_places(p, shapes, with_off=several) for p in own]
+    sets = np.stack([a.ravel() for a in np.meshgrid(*axes, indexing="ij")], axis=1)
+    off = np.array([np.nan if p.off is None else p.inner(p.off) for p in own])
+    return sets[np.any(sets[:, ~np.isnan(off)] != off[~np.isnan(off)], axis=1)]
+
+
+def _places(parameter: Parameter, shapes: int, *, with_off: bool) -> list[float]:
+    """Inner values of a parameter of an effect, which has so many parameters that only shape it, over its range."""
+    low, high = parameter.inner(parameter.lower), parameter.inner(parameter.upper)
+    if parameter.off is not None:
+        off = parameter.inner(parameter.off)
+        size = parameter.inner(parameter.start) - off
+        parts = (*(SIZES if shapes < 2 else SIZES[:1]), *(DECADES if parameter.log and shapes < 2 else ()))
+        places = [off + sign * part * size for part in parts for sign in (1.0, -1.0)]
+        return [place for place in places if low <= place <= high] + [off] * with_off
+    if parameter.log:
+        return list(np.linspace(low, high, 15 if shapes == 1 else 7)[1:-1])
+    return [parameter.inner(parameter.start)]

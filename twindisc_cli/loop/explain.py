@@ -18,7 +18,7 @@ from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case, Problem, problem_of
 from twindisc_cli.loop.resample import shares
 from twindisc_cli.loop.screen import is_unexplained, unexplained_residual
-from twindisc_cli.loop.search import Explanation, Search, preferred, ranked, search
+from twindisc_cli.loop.search import Explanation, Search, chosen, preferred, ranked, search
 from twindisc_cli.loop.term_intervals import term_parameters, unfixed
 from twindisc_cli.loop.terms import Term
 from twindisc_cli.loop.thresholds import ACCEPTANCE, RESAMPLING, SEARCH
@@ -94,7 +94,10 @@ def explain(tests: Sequence[Experiment], *, validate: Case | None, quick: bool, 
 
 
 def _shown_by_held_out(outcome: Outcome) -> tuple[str, ...]:
-    """Channels with samples held out in which nothing is given, and the answer leaves something of all samples."""
+    """Channels with samples held out in which nothing is given, and all samples show something.
+
+    What the answer leaves of them is significant, or they let a term be chosen where the others let none.
+    """
     answer, judged = outcome.answer, outcome.judged
     explained = {outcome.problem.shown_in(answer.effect(name)) for name in answer.terms}
     held_out = {channel for test in judged.masks for channel, mask in test.items() if mask.any()}
@@ -102,11 +105,21 @@ def _shown_by_held_out(outcome: Outcome) -> tuple[str, ...]:
         return ()
     whole = judged.estimated
     base = refit(judged.before.problem, judged.before.theta) if answer.terms else whole
+    chosen_on_all = _channels_of_choice(outcome) if not answer.terms else set()
     return tuple(
         channel
         for channel in outcome.problem.channels
-        if channel in held_out - explained and is_unexplained(unexplained_residual(whole, channel), whole, base)
+        if channel in held_out - explained
+        and (channel in chosen_on_all or is_unexplained(unexplained_residual(whole, channel), whole, base))
     )
+
+
+def _channels_of_choice(outcome: Outcome) -> set[str]:
+    """Channels of what would be chosen on all samples, unless it was refused."""
+    member = next((m for m in outcome.members if m.labels == outcome.on_all), None)
+    if member is None or member.labels in outcome.refused:
+        return set()
+    return {outcome.problem.shown_in(member.effect(name)) for name in member.terms}
 
 
 def _explained(
@@ -152,7 +165,10 @@ def _by_stage(progress: Progress) -> Callable[[str], None]:
 
 
 def chosen_on_all(judged: Judged, members: Sequence[Explanation]) -> frozenset[Term]:
-    """What would be chosen among the explanations near the answer if they were fitted to all samples."""
+    """What would be chosen among the explanations near the answer if they were fitted to all samples.
+
+    Where the answer is the base model, another has to say enough.
+    """
     answer, whole = judged.explanation, judged.estimated
     base = refit(judged.before.problem, judged.before.theta) if answer.terms else whole
     again = [replace(answer, fit=whole, before=base.chi2)]
@@ -161,7 +177,8 @@ def chosen_on_all(judged: Judged, members: Sequence[Explanation]) -> frozenset[T
     for member in near[: SEARCH.most_rivals]:
         problem = whole.problem.with_terms(*member.terms, trial=member.fit.problem.trial)
         again.append(replace(member, fit=fit(problem, carried(problem, whole, member.fit)), before=base.chi2))
-    return preferred(again).labels
+    best = preferred(again) if answer.terms else chosen(again[0], again[1:]) or again[0]
+    return best.labels
 
 
 @dataclass(frozen=True)
@@ -265,13 +282,19 @@ def _refusal(compared: Compared, judged: Judged, other: Case | None) -> Refusal 
     rare = [str(answer.term(name)) for name in answer.terms if _is_rare(compared, name)]
     if rare:
         return Refusal(f"names {' and '.join(rare)}, which few resamples choose", improbable=True)
-    raised = judged.rises(held_out=False) or (_raised_elsewhere(judged, other) if other is not None else [])
+    raised = [c for c in judged.rises(held_out=False) if _misses_more(answer.fit, compared.base.fit, c)]
+    raised = raised or (_raised_elsewhere(judged, other) if other is not None else [])
     unseen = judged.rises(held_out=True)
     if raised or unseen:
         names = " and the ".join(channels()[c].label for c in dict.fromkeys([*raised, *unseen]))
         where = " of samples held out: it explains these samples and does not predict others" if not raised else ""
         return Refusal(f"raises the error of the {names}{where}", held_out=not raised)
     return None
+
+
+def _misses_more(fitted: Fit, base: Fit, channel: str) -> bool:
+    """Whether a channel is missed by more than the base model does, beyond what its inputs' tolerances allow."""
+    return fitted.power(channel) > (1.0 + ACCEPTANCE.growth) ** 2 * base.power(channel)
 
 
 def _is_rare(compared: Compared, name: str) -> bool:

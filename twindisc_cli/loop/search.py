@@ -176,21 +176,28 @@ def extended(explanation: Explanation, known: Sequence[Response] | None = None) 
 
 
 def _most_promising(explanation: Explanation, proposed: Sequence[Proposal]) -> list[Explanation]:
-    """The explanation with each of the terms added that promise most, of those proposed by falling promise."""
+    """The explanation with each of the terms added that promise most, of those proposed by falling promise.
+
+    Of laws these are the pairs of quantity and covariate with the most evidence over all forms, in the best of these.
+    """
     explanations: list[Explanation] = []
-    count = {True: 0, False: 0}
-    best = 0.0
+    laws, effects_fitted, best = _likeliest_laws(proposed), 0, 0.0
     for proposal in proposed:
-        few = not proposal.is_law and count[False] < SEARCH.fitted_at_least
+        few = not proposal.is_law and effects_fitted < SEARCH.fitted_at_least
         least = SEARCH.least_promise if few else max(0.0, SEARCH.least_share * best)
-        if proposal.promise < least or count[proposal.is_law] >= SEARCH.fitted_each_round:
+        enough = proposal.name not in laws if proposal.is_law else effects_fitted >= SEARCH.fitted_each_round
+        if proposal.promise < least or enough or _asks_too_much(explanation.fit.problem, proposal):
             continue
-        if _asks_too_much(explanation.fit.problem, proposal):
-            continue
-        count[proposal.is_law] += 1
+        effects_fitted += not proposal.is_law
         explanations.append(_with(explanation, proposal, SEARCH.least_share * best))
         best = max(best, explanations[-1].here - explanation.here)
     return explanations
+
+
+def _likeliest_laws(proposed: Sequence[Proposal]) -> set[str]:
+    """Names of the laws to be fitted, by the evidence of their pairs over all forms."""
+    evidence = {p.name: p.pair.log_evidence for p in proposed if p.pair is not None}
+    return set(sorted(evidence, key=lambda name: -evidence[name])[: SEARCH.fitted_each_round])
 
 
 def _asks_too_much(problem: Problem, proposal: Proposal) -> bool:
@@ -364,13 +371,13 @@ def _says_enough(explanation: Explanation, before: Explanation) -> bool:
 
     What a sample says alone, which whitening may spread over its neighbours, is no finding. A law may say less where
     the generic functions of its channel see that something is missing, too. A test that is only predicted may speak
-    against a term; nothing is found by what it alone says.
+    against a term, and for it no louder than the tests that are fitted.
     """
     taken = before.fit.residual**2 - explanation.fit.residual**2
-    more = min(explanation.here - before.here, explanation.evidence - before.evidence)
-    if more < 0.5 * _by_one_sample(before.fit.problem, taken):
+    here, more = explanation.here - before.here, explanation.evidence - before.evidence
+    if min(here, more) < 0.5 * _by_one_sample(before.fit.problem, taken):
         return False
-    said = more / before.temperature
+    said = min(2.0 * here, more) / before.temperature
     new = [explanation.effect(name) for name in explanation.terms if name not in before.terms]
     if not any(isinstance(effect, Trial) for effect in new):
         return said > SEARCH.effect_evidence
