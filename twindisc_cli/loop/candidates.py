@@ -10,6 +10,7 @@ from scipy.optimize import nnls
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Effect
+from twindisc_cli.laws.covariates import covariate_of
 from twindisc_cli.laws.law import law_key
 from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.laws.trial import Trial, formula
@@ -26,6 +27,8 @@ from twindisc_cli.model.forward import Prediction
 
 SIZES = (1.0, 0.25)  # of the typical size: a response may be steep or saturated
 DECADES = (2.5, 5.5)  # of a factor that spans decades: its logarithm over that of the typical one
+LEAST_START = 0.05  # share of a size on the grid that an effect starts with, at least
+TRANSITIONS = 12  # places of a transition over what the tests cover
 
 
 @dataclass(frozen=True)
@@ -65,16 +68,28 @@ def effects(fitted: Fit) -> list[Proposal]:
 
 
 def _effect(fitted: Fit, name: str, sets: Floats, moved: Floats, test: str = "") -> Proposal:
-    """An effect from what its parameters (set, parameter) do to white samples (set, sample), in one test or in all."""
-    along = (moved @ fitted.residual) / np.sqrt(np.sum(moved**2, axis=1) + 1e-12)
-    score = np.maximum(along, 0.0) ** 2
+    """An effect from what its parameters (set, parameter) do to white samples (set, sample), in one test or in all.
+
+    It starts as large as the residual asks, to first order, and no larger than on the grid.
+    """
+    length = np.sum(moved**2, axis=1) + 1e-12
+    along = np.maximum(moved @ fitted.residual, 0.0)
+    score, share = along**2 / length, np.clip(along / length, LEAST_START, 1.0)
+    off = _off(name)
+    begin = np.where(np.isnan(off), sets, off + share[:, None] * (sets - off))
     order = np.argsort(-score)[:2]
-    best, starts = float(score[order[0]]), [sets[i] for i in order if score[i] >= 0.5 * score[order[0]]]
+    best, starts = float(score[order[0]]), [begin[i] for i in order if score[i] >= 0.5 * score[order[0]]]
     if (sum_ := _best_sum(fitted, name, sets, moved)) is not None:
-        best, starts = max(best, sum_[0]), [sum_[1], sets[order[0]]]
+        best, starts = max(best, sum_[0]), [sum_[1], begin[order[0]]]
     price = fitted.problem.price_of_one if test else 0.0
     promise = 0.5 * best - 0.5 * np.log(len(fitted.residual)) * sets.shape[1] - price
     return Proposal(in_test(name, test), replace(catalogue()[name], test=test), starts, promise, price)
+
+
+def _off(name: str) -> Floats:
+    """Inner values that switch an effect off, NaN of parameters that only shape it (parameter,)."""
+    own = parameters_of(name, catalogue()[name])
+    return np.array([np.nan if p.off is None else p.inner(p.off) for p in own])
 
 
 def _best_sum(fitted: Fit, name: str, sets: Floats, moved: Floats) -> tuple[float, Floats] | None:
@@ -83,11 +98,10 @@ def _best_sum(fitted: Fit, name: str, sets: Floats, moved: Floats) -> tuple[floa
     What each size does alone is added up as the residual asks, for every choice of the other parameters. None where the
     effect has one size.
     """
-    own = parameters_of(name, catalogue()[name])
-    sized = np.array([i for i, p in enumerate(own) if p.off is not None])
+    sized = np.flatnonzero(~np.isnan(_off(name)))
     if len(sized) < 2:
         return None
-    off = np.array([own[i].inner(own[i].off) for i in sized])
+    off = _off(name)[sized]
     alone = np.sum(sets[:, sized] != off, axis=1) == 1
     shapes = np.delete(sets, sized, axis=1)
     sums = []
@@ -171,7 +185,7 @@ def _is_in(problem: Problem, name: str) -> bool:
 def _responses_of(fitted: Fit, target: tuple[Floats, Floats], name: str) -> tuple[Floats, Floats]:
     """Inner parameters of an effect on a grid (set, parameter), and what each does to white samples (set, sample)."""
     problem = fitted.problem.with_terms(*fitted.terms, name)
-    sets = _grid(problem, name)
+    sets = _grid(fitted, name)
     theta = np.concatenate([np.tile(fitted.theta, (len(sets), 1)), sets], axis=1)
     lower, upper = problem.bounds
     rows = problem.discount(problem.white(problem.predict(np.clip(theta, lower, upper), integrated="none", rough=True)))
@@ -191,18 +205,31 @@ def _target(fitted: Fit) -> tuple[Floats, Floats]:
     return problem.discount(plain), span_of(fitted.jacobian)
 
 
-def _grid(problem: Problem, name: str) -> Floats:
+def _grid(fitted: Fit, name: str) -> Floats:
     """Inner parameters of one effect on a coarse grid (set, parameter) that covers what its parameters may be.
 
     Of several sizes each is also on alone.
     """
-    own = parameters_of(name, problem.effect(name))
+    effect, own = catalogue()[name], parameters_of(name, catalogue()[name])
     shapes = sum(p.off is None for p in own)
     several = len(own) - shapes > 1
-    axes = [_places(p, shapes, with_off=several) for p in own]
+    transitions = {param.width_of for param in effect.params}
+    axes = [
+        _covered(fitted, effect.over, p) if p.key in transitions else _places(p, shapes, with_off=several) for p in own
+    ]
     sets = np.stack([a.ravel() for a in np.meshgrid(*axes, indexing="ij")], axis=1)
-    off = np.array([np.nan if p.off is None else p.inner(p.off) for p in own])
-    return sets[np.any(sets[:, ~np.isnan(off)] != off[~np.isnan(off)], axis=1)]
+    sized = ~np.isnan(_off(name))
+    return sets[np.any(sets[:, sized] != _off(name)[sized], axis=1)]
+
+
+def _covered(fitted: Fit, covariate: str, place: Parameter) -> Floats:
+    """Inner values of the place of a transition over what the tests cover of its covariate, within its bounds."""
+    predictions = fitted.problem.predict(fitted.theta[None], integrated="none", rough=True)
+    values = np.concatenate([np.ravel(covariate_of(covariate).of(p.state)) for p in predictions])
+    low, high = np.clip(
+        [np.min(values, where=values > 0.0, initial=place.upper), values.max()], place.lower, place.upper
+    )
+    return np.unique([place.inner(float(value)) for value in np.geomspace(min(low, high), high, TRANSITIONS)])
 
 
 def _places(parameter: Parameter, shapes: int, *, with_off: bool) -> list[float]:

@@ -29,8 +29,10 @@ TYPICAL = 3.0  # typical sizes: the width of the prior of a size
 FREE = 4.0  # fall of chi2 of two standard deviations, which a bound must cost to be held there
 EDGE = 1e-3
 """Nearer to a bound than this share of the range a parameter is at it."""
-MOST_TRACKS, SAME_TRACK = 6, 0.01
-"""Tracks that are integrated at most, and the fall of chi2 to be had on a new one below which it is the last."""
+SAME_TRACK = 0.01
+"""Fall of chi2 that is still to be had by what parameters do to the track, below which a fit on one track is enough."""
+FTOL, TRACK_FTOL = 1e-6, 3e-5
+"""Relative falls of chi2 at which a fit ends, on tracks that are integrated each time the second: a tenth of a nat."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +131,7 @@ def fit(problem: Problem, start: Floats | None = None, most_steps: int = MOST_ST
     return (_on_its_tracks if own else _fit)(problem, theta, most_steps)
 
 
-def _fit(problem: Problem, theta: Floats, most_steps: int) -> Fit:
+def _fit(problem: Problem, theta: Floats, most_steps: int, *, ftol: float = FTOL) -> Fit:
     """Fit all parameters from inner start values (parameter,) within the bounds."""
     lower, upper = problem.bounds
     target = problem.discount(problem.measured)
@@ -157,7 +159,7 @@ def _fit(problem: Problem, theta: Floats, most_steps: int) -> Fit:
         jac=slope,
         bounds=(lower, upper),
         x_scale="jac",
-        ftol=1e-6,
+        ftol=ftol,
         xtol=1e-7,
         gtol=1e-8,
         max_nfev=most_steps,
@@ -166,20 +168,19 @@ def _fit(problem: Problem, theta: Floats, most_steps: int) -> Fit:
 
 
 def _on_its_tracks(problem: Problem, start: Floats, most_steps: int) -> Fit:
-    """A fit on the track as integrated where the last fit ended, until that track is the one it was fitted on.
+    """A fit with the track of every set of parameters integrated, as far as parameters move the track.
 
-    The derivatives are those on one track in any case: such a fit, too, ends where they are orthogonal to the residual.
+    Where loads change they move it little: a fit on one track then mostly leaves nothing to be gained. Where K differs
+    from strip to strip, derivatives on one track lead astray.
     """
-    own, theta, results = problem.followed(start), start, list[Fit]()
-    while len(results) < MOST_TRACKS:
-        near = _fit(own, theta, most_steps)
-        own, theta = problem.followed(near.theta), near.theta
-        again = at(own, theta)
-        results.append(again)
-        slope = again.jacobian.T @ (again.residual - near.residual)
-        if slope @ again.covariance @ slope < SAME_TRACK:
-            break
-    return replace(max(results, key=lambda result: result.evidence), problem=problem)
+    every = replace(problem, tracks=["each"] * len(problem.cases))
+    if not problem.is_local:
+        best = at(every, _fit(problem.followed(start), start, most_steps).theta)
+        slope = best.jacobian.T @ best.residual
+        if slope @ best.covariance @ slope < SAME_TRACK:
+            return replace(best, problem=problem)
+        start = best.theta
+    return replace(_fit(every, start, most_steps, ftol=TRACK_FTOL), problem=problem)
 
 
 def at(problem: Problem, theta: Floats) -> Fit:

@@ -265,7 +265,7 @@ def _with(explanation: Explanation, proposal: Proposal, enough: float = 0.0) -> 
     """An explanation with one more term.
 
     Where K differs from strip to strip, the term is fitted on the track as it is without it, and where it says enough
-    there [nats], on its own.
+    there [nats], on its own, from every start that says as much.
     """
     fitted = explanation.fit
     problem = fitted.problem.with_terms(*fitted.terms, proposal.name, trial=_trial(proposal))
@@ -273,13 +273,16 @@ def _with(explanation: Explanation, proposal: Proposal, enough: float = 0.0) -> 
     first = replace(problem, tracks=_tracks(fitted)) if twice else problem
     steps = SEARCH.curve_steps if isinstance(proposal.effect, Trial) and proposal.effect.is_curve else MOST_STEPS
     starts = [np.concatenate([fitted.theta, start]) for start in proposal.starts]
-    best = max((fit(first, start, steps) for start in starts), key=lambda f: f.evidence)
+    fits = sorted((fit(first, start, steps) for start in starts), key=lambda f: -f.evidence)
+    best = fits[0]
     if isinstance(proposal.effect, Trial) and proposal.effect.jumps.size:
         best = refine_edges(best, proposal.name, proposal.effect, proposal.pair)
     more = replace(explanation, fit=best, prices={**explanation.prices, proposal.name: proposal.price})
     if not twice or more.here < explanation.here + enough:
         return more
-    return replace(more, fit=fit(replace(best.problem, tracks=None), best.theta))
+    near = [best, *(f for f in fits[1:] if best.evidence - f.evidence < SEARCH.equivalent)]
+    own = replace(best.problem, tracks=None)
+    return replace(more, fit=max((fit(own, f.theta) for f in near), key=lambda f: f.evidence))
 
 
 def _tracks(fitted: Fit) -> Sequence[IntegratedSets | Paths]:
