@@ -215,21 +215,26 @@ def _grid(fitted: Fit, name: str) -> Floats:
     several = len(own) - shapes > 1
     transitions = {param.width_of for param in effect.params}
     axes = [
-        _covered(fitted, effect.over, p) if p.key in transitions else _places(p, shapes, with_off=several) for p in own
+        (_covered(fitted, effect.over, p) if p.key in transitions else []) or _places(p, shapes, with_off=several)
+        for p in own
     ]
     sets = np.stack([a.ravel() for a in np.meshgrid(*axes, indexing="ij")], axis=1)
     sized = ~np.isnan(_off(name))
     return sets[np.any(sets[:, sized] != _off(name)[sized], axis=1)]
 
 
-def _covered(fitted: Fit, covariate: str, place: Parameter) -> Floats:
-    """Inner values of the place of a transition over what the tests cover of its covariate, within its bounds."""
-    predictions = fitted.problem.predict(fitted.theta[None], integrated="none", rough=True)
-    values = np.concatenate([np.ravel(covariate_of(covariate).of(p.state)) for p in predictions])
-    low, high = np.clip(
-        [np.min(values, where=values > 0.0, initial=place.upper), values.max()], place.lower, place.upper
-    )
-    return np.unique([place.inner(float(value)) for value in np.geomspace(min(low, high), high, TRANSITIONS)])
+def _covered(fitted: Fit, covariate: str, place: Parameter) -> list[float]:
+    """Inner values of the place of a transition over what the tests cover of its covariate, within its bounds.
+
+    None where that is not known.
+    """
+    predictions = fitted.problem.predict(fitted.theta[None], integrated="none", rough=True) if covariate else []
+    values = np.concatenate([np.ravel(covariate_of(covariate).of(p.state)) for p in predictions] or [np.empty(0)])
+    values = values[values > 0.0]
+    if not len(values):
+        return []
+    ends = np.clip([values.min(), values.max()], place.lower, place.upper)
+    return sorted({place.inner(float(value)) for value in np.geomspace(*ends, TRANSITIONS)})
 
 
 def _places(parameter: Parameter, shapes: int, *, with_off: bool) -> list[float]:

@@ -197,7 +197,7 @@ def _most_promising(explanation: Explanation, proposed: Sequence[Proposal]) -> l
 def _likeliest_laws(proposed: Sequence[Proposal]) -> set[str]:
     """Names of the laws to be fitted, by the evidence of their pairs over all forms."""
     evidence = {p.name: p.pair.log_evidence for p in proposed if p.pair is not None}
-    return set(sorted(evidence, key=lambda name: -evidence[name])[: SEARCH.fitted_each_round])
+    return set(sorted(evidence, key=lambda name: (-round(evidence[name], 6), name))[: SEARCH.fitted_each_round])
 
 
 def _asks_too_much(problem: Problem, proposal: Proposal) -> bool:
