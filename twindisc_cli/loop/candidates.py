@@ -233,8 +233,8 @@ def _covered(fitted: Fit, covariate: str, place: Parameter) -> list[float]:
     values = values[values > 0.0]
     if not len(values):
         return []
-    ends = np.clip([values.min(), values.max()], place.lower, place.upper)
-    return sorted({place.inner(float(value)) for value in np.geomspace(*ends, TRANSITIONS)})
+    low, high = (float(np.clip(end, place.lower, place.upper)) for end in (values.min(), values.max()))
+    return sorted({place.inner(float(value)) for value in np.geomspace(low, high, TRANSITIONS)})
 
 
 def _places(parameter: Parameter, shapes: int, *, with_off: bool) -> list[float]:
