@@ -420,7 +420,7 @@ def _two_effects(
         [
             e
             for half in _halves(better, before, tried, channel)
-            for e in _most_promising(half, _second(half, channel, SEARCH.second_share * (least - half.here)))
+            for e in _most_promising(half, _second(half, channel, SEARCH.least_share * (least - half.here)))
             if not e.fit.at_bound and not _courses_over_time(*(e.effect(name) for name in e.terms[-2:]))
         ]
     )
