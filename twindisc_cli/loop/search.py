@@ -34,6 +34,9 @@ from twindisc_cli.model.patch import Paths
 
 Progress = Callable[[str], None]
 
+SAME_PLACE = 0.01
+"""Squared distance, in standard errors, below which two fits have ended at the same parameters."""
+
 
 @dataclass(frozen=True)
 class Explanation:
@@ -182,6 +185,7 @@ def _most_promising(explanation: Explanation, proposed: Sequence[Proposal]) -> l
     """
     explanations: list[Explanation] = []
     laws, effects_fitted, best = _likeliest_laws(proposed), 0, 0.0
+    worth_following = 0.5 * SEARCH.effect_evidence * explanation.temperature
     for proposal in proposed:
         few = not proposal.is_law and effects_fitted < SEARCH.fitted_at_least
         least = SEARCH.least_promise if few else max(0.0, SEARCH.least_share * best)
@@ -189,7 +193,7 @@ def _most_promising(explanation: Explanation, proposed: Sequence[Proposal]) -> l
         if proposal.promise < least or enough or _asks_too_much(explanation.fit.problem, proposal):
             continue
         effects_fitted += not proposal.is_law
-        explanations.append(_with(explanation, proposal, SEARCH.least_share * best))
+        explanations.append(_with(explanation, proposal, max(SEARCH.least_share * best, worth_following)))
         best = max(best, explanations[-1].here - explanation.here)
     return explanations
 
@@ -280,9 +284,19 @@ def _with(explanation: Explanation, proposal: Proposal, enough: float = 0.0) -> 
     more = replace(explanation, fit=best, prices={**explanation.prices, proposal.name: proposal.price})
     if not twice or more.here < explanation.here + enough:
         return more
-    near = [best, *(f for f in fits[1:] if best.evidence - f.evidence < SEARCH.equivalent)]
+    near = _apart([best, *(f for f in fits[1:] if best.evidence - f.evidence < SEARCH.equivalent)])
     own = replace(best.problem, tracks=None)
     return replace(more, fit=max((fit(own, f.theta) for f in near), key=lambda f: f.evidence))
+
+
+def _apart(fits: Sequence[Fit]) -> list[Fit]:
+    """Fits of one problem without those that ended where an earlier one did."""
+    different: list[Fit] = []
+    for fitted in fits:
+        ways = [fitted.theta - other.theta for other in different]
+        if all(way @ np.linalg.solve(fitted.covariance, way) > SAME_PLACE for way in ways):
+            different.append(fitted)
+    return different
 
 
 def _tracks(fitted: Fit) -> Sequence[IntegratedSets | Paths]:
@@ -414,21 +428,32 @@ def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explana
 def _two_effects(
     better: Explanation, before: Explanation, tried: Sequence[Explanation], channel: str
 ) -> list[Explanation]:
-    """An explanation with two effects of a channel beside it, in the place of what a better one has more."""
+    """An explanation with two effects of a channel beside it, in the place of what a better one has more.
+
+    Pairs with a term of the better one are among its rivals already.
+    """
     least = better.here - SEARCH.equivalent * better.temperature
+    single = [p for p in effects(before.fit, channel) if p.name not in better.terms]
+    alone = {p.name: before.here + p.promise for p in single}
     return ranked(
         [
             e
-            for half in _halves(better, before, tried, channel)
-            for e in _most_promising(half, _second(half, channel, SEARCH.least_share * (least - half.here)))
+            for half in _halves(better, before, tried, single)
+            for e in _most_promising(half, _second(half, channel, alone, least))
             if not e.fit.at_bound and not _courses_over_time(*(e.effect(name) for name in e.terms[-2:]))
         ]
     )
 
 
-def _second(half: Explanation, channel: str, least: float) -> list[Proposal]:
-    """Effects of a channel beside half an explanation that promise the least [nats], or nearly."""
-    return [p for p in effects(half.fit) if p.effect.channel == channel and p.promise > least + SEARCH.least_promise]
+def _second(half: Explanation, channel: str, alone: Mapping[str, float], least: float) -> list[Proposal]:
+    """Effects of a channel that bring half an explanation near the least evidence [nats].
+
+    With it they must promise more than alone, of which the evidence is given by name.
+    """
+    enough = SEARCH.least_share * (least - half.here) + SEARCH.least_promise
+    return [
+        p for p in effects(half.fit, channel) if p.name in alone and p.promise > max(enough, alone[p.name] - half.here)
+    ]
 
 
 def _courses_over_time(one: Effect, other: Effect) -> bool:
@@ -436,17 +461,20 @@ def _courses_over_time(one: Effect, other: Effect) -> bool:
     return one.over == other.over == "time" and one.stage == other.stage
 
 
-def _halves(better: Explanation, before: Explanation, tried: Sequence[Explanation], channel: str) -> list[Explanation]:
+def _halves(
+    better: Explanation, before: Explanation, tried: Sequence[Explanation], single: Sequence[Proposal]
+) -> list[Explanation]:
     """Explanations with the first of two effects that may stand for a law.
 
     Those that take a good part of what the law takes, and those with another contact, whatever they take: the patch
     alone may leave the misfit as large as it was, and turns the responses to all other effects.
     """
     taken = before.fit.chi2 - better.fit.chi2
-    single = [e for e in tried if len(e.laws) == len(before.laws) and not e.fit.at_bound]
-    large = [e for e in single if before.fit.chi2 - e.fit.chi2 > SEARCH.replaced_share * taken][: SEARCH.replacements]
+    new = [e for e in tried if len(e.laws) == len(before.laws) and e.terms[-1] not in better.terms]
+    free = [e for e in new if not e.fit.at_bound]
+    large = [e for e in free if before.fit.chi2 - e.fit.chi2 > SEARCH.replaced_share * taken][: SEARCH.replacements]
     known = {e.terms[-1] for e in large}
-    contacts = [p for p in effects(before.fit) if p.effect.stage == "contact" and p.effect.channel == channel]
+    contacts = [p for p in single if p.effect.stage == "contact"]
     return [*large, *(_with(before, p) for p in contacts if p.name not in known)]
 
 
