@@ -31,6 +31,7 @@ from twindisc_cli.loop.search import (
 )
 from twindisc_cli.loop.terms import EffectTerm, LawTerm, Term
 from twindisc_cli.loop.thresholds import ACCEPTANCE, SEARCH
+from twindisc_cli.loop.validate import elsewhere
 from twindisc_cli.model.experiment import Measured, Thermal
 from twindisc_cli.model.forward import ForwardModel
 
@@ -247,6 +248,31 @@ def test_the_edges_of_a_burst_are_where_it_was() -> None:
     assert trial.shape == "window"
     assert trial.fixed["begin_s"] == pytest.approx(250.0, abs=28.0)
     assert trial.fixed["end_s"] == pytest.approx(480.0, abs=28.0)
+
+
+@pytest.mark.parametrize("edge", [0.023, 0.028, 0.037])
+def test_where_no_sample_tells_an_edge_the_other_test_does(edge: float) -> None:
+    """mu steps up between creepages of 2 and 4 %; only the test that is predicted has any between these."""
+
+    def stepping(*creepage: float) -> Case:
+        course = history(creepage, 2)
+        time = spread(course, 6)
+        at_time = course.creepage[np.searchsorted(course.end_time, time)]
+        ratio = 0.5 + 0.1 * (at_time > edge) + SIGMA * np.random.default_rng(1).standard_normal(len(time))
+        return case_of(
+            experiment(course, thermal=None, measured=Measured(traction=traction_samples(course, time, ratio)))
+        )
+
+    problem = Problem([stepping(0.01, 0.06, 0.02, 0.04, 0.015, 0.05)], ("traction",))
+    base = refit(problem)
+    other = elsewhere(stepping(0.025, 0.01, 0.03, 0.06, 0.035, 0.02), base)
+    assert other is not None
+    tried = extended(Explanation(base, {}, base.chi2, other))
+    step = next(e for e in tried if (law := e.laws.get("mu_over_creepage")) is not None and law.shape == "step")
+    (place,) = step.laws["mu_over_creepage"].jumps
+    levels = np.array([0.02, 0.025, 0.03, 0.035, 0.04])
+    assert np.searchsorted(levels, place / 100.0) == np.searchsorted(levels, edge)
+    assert other.density(step.fit)[0] > other.density(base)[0] + 10.0
 
 
 def test_noise_alone_is_missing_nothing() -> None:

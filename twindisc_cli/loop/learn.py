@@ -163,6 +163,11 @@ class Pair:
         here = (runs[:, 0] <= place) & (place <= runs[:, 1])
         return float(np.diff(runs[here], axis=1).sum())
 
+    def between(self, place: float) -> tuple[float, float]:
+        """The nearest places below and above one that samples respond to; the ends where there is none."""
+        known = np.concatenate([self.edges[:1], self.places[self.sampled], self.edges[-1:]])
+        return float(known[known < place].max(initial=known[0])), float(known[known > place].min(initial=known[-1]))
+
     @property
     def most_knots(self) -> int:
         """Knots of a curve at the most: no more than a third of the samples that it is learnt from."""

@@ -185,7 +185,6 @@ def _most_promising(explanation: Explanation, proposed: Sequence[Proposal]) -> l
     """
     explanations: list[Explanation] = []
     laws, effects_fitted, best = _likeliest_laws(proposed), 0, 0.0
-    worth_following = 0.5 * SEARCH.effect_evidence * explanation.temperature
     for proposal in proposed:
         few = not proposal.is_law and effects_fitted < SEARCH.fitted_at_least
         least = SEARCH.least_promise if few else max(0.0, SEARCH.least_share * best)
@@ -193,7 +192,7 @@ def _most_promising(explanation: Explanation, proposed: Sequence[Proposal]) -> l
         if proposal.promise < least or enough or _asks_too_much(explanation.fit.problem, proposal):
             continue
         effects_fitted += not proposal.is_law
-        explanations.append(_with(explanation, proposal, max(SEARCH.least_share * best, worth_following)))
+        explanations.append(_with(explanation, proposal, SEARCH.least_share * best))
         best = max(best, explanations[-1].here - explanation.here)
     return explanations
 
@@ -269,8 +268,9 @@ def _with(explanation: Explanation, proposal: Proposal, enough: float = 0.0) -> 
     """An explanation with one more term.
 
     Where K differs from strip to strip, the term is fitted on the track as it is without it, and where it says enough
-    there [nats], on its own, from every start that says as much.
+    there [nats], and half of what an effect must say, on its own, from every start that says as much.
     """
+    enough = max(enough, 0.5 * SEARCH.effect_evidence * explanation.temperature)
     fitted = explanation.fit
     problem = fitted.problem.with_terms(*fitted.terms, proposal.name, trial=_trial(proposal))
     twice = problem.is_local and proposal.effect.stage != "contact"
@@ -279,9 +279,12 @@ def _with(explanation: Explanation, proposal: Proposal, enough: float = 0.0) -> 
     starts = [np.concatenate([fitted.theta, start]) for start in proposal.starts]
     fits = sorted((fit(first, start, steps) for start in starts), key=lambda f: -f.evidence)
     best = fits[0]
-    if isinstance(proposal.effect, Trial) and proposal.effect.jumps.size:
-        best = refine_edges(best, proposal.name, proposal.effect, proposal.pair)
+    jumping = proposal.effect if isinstance(proposal.effect, Trial) and proposal.effect.jumps.size else None
+    if jumping is not None:
+        best = refine_edges(best, proposal.name, jumping, proposal.pair)
     more = replace(explanation, fit=best, prices={**explanation.prices, proposal.name: proposal.price})
+    if jumping is not None and explanation.elsewhere is not None:
+        more = _edges_elsewhere(more, proposal.name, proposal.pair)
     if not twice or more.here < explanation.here + enough:
         return more
     near = _apart([best, *(f for f in fits[1:] if best.evidence - f.evidence < SEARCH.equivalent)])
@@ -315,14 +318,45 @@ def refine_edges(fitted: Fit, name: str, trial: Trial, pair: Pair | None) -> Fit
         for key in trial.fixed:
             reach = share * width + gaps * pair.gap(trial.fixed[key])
             tried = trial.fixed[key] + reach * np.linspace(-1.0, 1.0, SEARCH.edge_places)
-            values = {k: np.full(len(tried), v) for k, v in {**fitted.values(name), **trial.fixed}.items()}
-            sets = np.tile(fitted.theta, (len(tried), 1))
-            problem = fitted.problem
-            predictions = problem.moved(sets, extra={name: {**values, key: tried}}, trial={name: trial.unfixed})
-            left = problem.discount(problem.white(predictions) - problem.measured)
-            trial = trial.fixed_at({key: middle_of_least(tried, np.sum(left**2, axis=1))})
-            fitted = fit(fitted.problem.with_terms(*fitted.terms, trial={name: trial}), fitted.theta)
+            trial = trial.fixed_at({key: middle_of_least(tried, _chi2_at(fitted, name, trial, key, tried))})
+            fitted = fit(_with_trial(fitted, name, trial), fitted.theta)
     return fitted
+
+
+def _chi2_at(fitted: Fit, name: str, trial: Trial, key: str, places: Floats) -> Floats:
+    """chi2 with an edge of a law at other places (place,)."""
+    problem = fitted.problem
+    values = {k: np.full(len(places), v) for k, v in {**fitted.values(name), **trial.fixed}.items()}
+    sets = np.tile(fitted.theta, (len(places), 1))
+    predictions = problem.moved(sets, extra={name: {**values, key: places}}, trial={name: trial.unfixed})
+    return np.asarray(np.sum(problem.discount(problem.white(predictions) - problem.measured) ** 2, axis=1))
+
+
+def _with_trial(fitted: Fit, name: str, trial: Trial) -> Problem:
+    """The problem of a fit with another form of a law."""
+    return fitted.problem.with_terms(*fitted.terms, trial={name: trial})
+
+
+def _edges_elsewhere(explanation: Explanation, name: str, pair: Pair | None) -> Explanation:
+    """The same with the edges of a step or a window where the test that is only predicted has them.
+
+    Among the places that no sample of the tests that are fitted tells apart: which of these it is, is paid for.
+    """
+    assert pair is not None and explanation.elsewhere is not None
+    trial = explanation.laws[name]
+    for key, place in trial.fixed.items():
+        fitted = explanation.fit
+        near = np.linspace(*pair.between(place), SEARCH.edge_places)
+        places = near[_chi2_at(fitted, name, trial, key, near) < fitted.chi2 + 2.0 * SEARCH.evidence_error]
+        moved = [replace(fitted, problem=_with_trial(fitted, name, trial.fixed_at({key: one}))) for one in places]
+        said = np.array([explanation.elsewhere.density(one)[0] for one in moved])
+        likely = int(np.sum(said > said.max(initial=-np.inf) - SEARCH.evidence_error))
+        if likely < len(said):
+            trial = trial.fixed_at({key: middle_of_least(places, -2.0 * said)})
+            price = explanation.prices[name] + float(np.log(len(said) / likely))
+            again = fit(_with_trial(fitted, name, trial), fitted.theta)
+            explanation = replace(explanation, fit=again, prices={**explanation.prices, name: price})
+    return explanation
 
 
 def middle_of_least(places: Floats, chi2: Floats) -> float:
