@@ -164,7 +164,7 @@ def test_more_is_asked_of_a_law_and_an_effect_goes_first_where_they_are_alike() 
     assert chosen(base, [law, far]) is law
 
 
-def test_a_test_that_is_only_predicted_speaks_against_a_term_and_for_it_no_louder_than_those_fitted() -> None:
+def test_a_test_that_is_only_predicted_counts_for_a_term_up_to_what_those_fitted_say() -> None:
     base, sure, half = made(0.0), SEARCH.effect_evidence + 1.0, 0.5 * SEARCH.effect_evidence
     assert chosen(base, [made(half - 0.2, "sensor_drift", foretold=500.0)]) is None
     assert chosen(base, [made(half + 0.2, "sensor_drift", foretold=half - 0.4)]) is None
