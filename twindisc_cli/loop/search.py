@@ -421,8 +421,8 @@ def _says_enough(explanation: Explanation, before: Explanation) -> bool:
     """Whether one more term says enough: more is asked of a law, and where much was explained before by formulas.
 
     What a sample says alone, which whitening may spread over its neighbours, is no finding. A law may say less where
-    the generic functions of its channel see that something is missing, too. A test that is only predicted counts in full
-    against a term, and for it up to what the tests that are fitted say.
+    the generic functions of its channel see that something is missing, too. A test that is only predicted counts
+    against a term in full, and for it up to what the tests that are fitted say.
     """
     taken = before.fit.residual**2 - explanation.fit.residual**2
     here, more = explanation.here - before.here, explanation.evidence - before.evidence
