@@ -77,6 +77,27 @@ def test_evidence_of_a_linear_problem_is_its_marginal_likelihood(effects: tuple[
     assert fit(problem).evidence == pytest.approx(exact + slack, abs=1e-4)
 
 
+@pytest.mark.parametrize("settling", [2e3, 2e4, 2e5])
+def test_evidence_of_an_effect_is_its_likelihood_averaged_over_what_shapes_it(settling: float) -> None:
+    """Against the average over the prior of the settling cycles, which only the first course fixes.
+
+    In full sliding T/N is mu, so that the size of the excess follows from a line for each number of cycles.
+    """
+    time, scatter = spread(HISTORY, 250), 7.0 * SIGMA
+    cycles = 50.0 * time
+    ratio = 0.6 * (1.0 - 0.05 * np.exp(-cycles / settling))
+    ratio += scatter * np.random.default_rng(0).standard_normal(len(time))
+    measured = Measured(traction=traction_samples(HISTORY, time, ratio, scatter))
+    test = experiment(HISTORY, measured=measured, thermal=None, options=Options(friction_coefficient=0.6))
+    problem = Problem([case_of(test)], ("traction",), ("running_in_friction",))
+    (course,) = (p for p in problem.parameters if p.key == "settling_cycles")
+    residual = (ratio - 0.6) / scatter
+    columns = np.exp(-cycles / np.geomspace(course.lower, course.upper, 500)[:, None])
+    taken = (columns @ residual) ** 2 / np.sum(columns**2, axis=1)
+    exact = -0.5 * residual @ residual + np.log(np.mean(np.exp(0.5 * (taken - taken.max())))) + 0.5 * taken.max()
+    assert fit(problem).evidence == pytest.approx(exact - 0.5 * np.log(len(time)), abs=0.5)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_evidence_of_a_curve_is_its_marginal_likelihood(seed: int) -> None:
     """y ~ N(0, 1 + X X') for the coordinates of a curve, normal of unit variance: Laplace is exact there.

@@ -72,17 +72,19 @@ def effects(fitted: Fit, channel: str | None = None) -> list[Proposal]:
 def _effect(fitted: Fit, name: str, sets: Floats, moved: Floats, test: str = "") -> Proposal:
     """An effect from what its parameters (set, parameter) do to white samples (set, sample), in one test or in all.
 
-    It starts as large as the residual asks, to first order, and no larger than on the grid.
+    It starts as large as the residual asks, to first order, and no larger than on the grid: from the set that promises
+    most, and from the one least like it of those that promise half as much.
     """
     length = np.sum(moved**2, axis=1) + 1e-12
     along = np.maximum(moved @ fitted.residual, 0.0)
     score, share = along**2 / length, np.clip(along / length, LEAST_START, 1.0)
     off = _off(name)
     begin = np.where(np.isnan(off), sets, off + share[:, None] * (sets - off))
-    order = np.argsort(-score)[:2]
-    best, starts = float(score[order[0]]), [begin[i] for i in order if score[i] >= 0.5 * score[order[0]]]
+    first = int(np.argmax(score))
+    alike = np.where(score >= 0.5 * score[first], np.abs(moved @ moved[first]) / np.sqrt(length), np.inf)
+    best, starts = float(score[first]), [begin[i] for i in dict.fromkeys((first, int(np.argmin(alike))))]
     if (sum_ := _best_sum(fitted, name, sets, moved)) is not None:
-        best, starts = max(best, sum_[0]), [sum_[1], begin[order[0]]]
+        best, starts = max(best, sum_[0]), [sum_[1], begin[first]]
     price = fitted.problem.price_of_one if test else 0.0
     promise = 0.5 * best - 0.5 * np.log(len(fitted.residual)) * sets.shape[1] - price
     return Proposal(in_test(name, test), replace(catalogue()[name], test=test), starts, promise, price)

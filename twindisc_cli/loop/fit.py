@@ -1,10 +1,13 @@
 """Weighted least squares with bounds, and the evidence of a fitted model.
 
-    evidence = -chi2 / 2 - u'u / 2 - log|1 + J_u'J_u| / 2 - (k / 2) log n
+    evidence = -chi2 / 2 - u'u / 2 - log|1 + J_u'J_u| / 2 - (k / 2) log n - sum of log min(1 + l, n) / 2
 
     J     Jacobian of the white residual over the inner parameters, (sample, parameter)
     u     parameters of curves, normal of unit variance; J_u their columns without what the others can imitate (Laplace)
-    k     the other parameters of the terms, n the samples: what a prior as wide as one sample's worth costs (Schwarz)
+    k     parameters of laws, and sizes of effects, n the samples: what a prior as wide as one sample's worth costs
+          (Schwarz)
+    l     eigenvalues of J_s'J_s in units of their prior, J_s the columns of what only shapes an effect, without what
+          the others can imitate: what the data do not fix costs nothing (Laplace), and nothing costs more than a size
 
 Sources: D. J. C. MacKay, Neural Computation 4 (1992) 415-447; G. Schwarz, Annals of Statistics 6 (1978) 461-464.
 """
@@ -22,6 +25,8 @@ from scipy.optimize import least_squares
 from twindisc_cli.loop.problem import Case, Parameter, Problem
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Floats
+
+Mask = NDArray[np.bool_]
 
 STEP = 1e-4  # of the derivatives; inner parameters are of order one
 MOST_STEPS = 40  # of the trust region, at the most
@@ -67,14 +72,26 @@ class Fit:
     @cached_property
     def evidence(self) -> float:
         """Logarithm of the evidence, up to a constant of the data."""
-        normal = self.problem.normal
-        own = np.array([p.term is not None for p in self.problem.parameters], dtype=bool) & ~normal
-        curve = self.jacobian[:, normal]
-        rest = span_of(self.jacobian[:, ~normal])
-        curve = curve - rest @ (rest.T @ curve)
-        volume = float(np.linalg.slogdet(np.eye(int(normal.sum())) + curve.T @ curve)[1])
-        penalty = float(np.sum(self.theta[normal] ** 2)) + volume + float(own.sum()) * np.log(len(self.residual))
-        return float(-0.5 * (self.chi2 + penalty))
+        normal, shape = self.problem.normal, self._shapes
+        own = np.array([p.term is not None for p in self.problem.parameters], dtype=bool) & ~normal & ~shape
+        curve, shaping = self._alone(normal, ~normal), self._alone(shape, ~normal & ~shape)
+        volume = float(np.linalg.slogdet(np.eye(curve.shape[1]) + curve.T @ curve)[1])
+        seen = np.linalg.svd(shaping / np.sqrt(precision(self.problem)[shape]), compute_uv=False) ** 2
+        count = len(self.residual)
+        fixed = float(own.sum()) * np.log(count) + float(np.sum(np.log(np.minimum(1.0 + seen, count))))
+        return float(-0.5 * (self.chi2 + float(np.sum(self.theta[normal] ** 2)) + volume + fixed))
+
+    @property
+    def _shapes(self) -> Mask:
+        """Which parameters only shape an effect of the catalogue (parameter,)."""
+        problem = self.problem
+        return np.array([p.term is not None and p.off is None and p.term not in problem.trial
+                         for p in problem.parameters], dtype=bool) & ~problem.normal  # fmt: skip
+
+    def _alone(self, some: Mask, others: Mask) -> Floats:
+        """Columns of the Jacobian (sample, some) without what other parameters can imitate."""
+        columns, rest = self.jacobian[:, some], span_of(self.jacobian[:, others])
+        return np.asarray(columns - rest @ (rest.T @ columns))
 
     def value(self, parameter: Parameter) -> tuple[float, float]:
         """Value and standard deviation of a parameter in the unit of the test definition."""
@@ -92,7 +109,7 @@ class Fit:
         return {p.key: self.value(p)[0] for p in self.problem.parameters if p.term == term}
 
     @property
-    def pressed(self) -> NDArray[np.bool_]:
+    def pressed(self) -> Mask:
         """Which parameters are at a bound beyond which they would fit better (parameter,)."""
         lower, upper = self.problem.bounds
         downhill, edge = -self.jacobian.T @ self.residual, EDGE * (upper - lower)

@@ -277,19 +277,26 @@ def _with(explanation: Explanation, proposal: Proposal, enough: float = 0.0) -> 
     first = replace(problem, tracks=_tracks(fitted)) if twice else problem
     steps = SEARCH.curve_steps if isinstance(proposal.effect, Trial) and proposal.effect.is_curve else MOST_STEPS
     starts = [np.concatenate([fitted.theta, start]) for start in proposal.starts]
-    fits = sorted((fit(first, start, steps) for start in starts), key=lambda f: -f.evidence)
-    best = fits[0]
-    jumping = proposal.effect if isinstance(proposal.effect, Trial) and proposal.effect.jumps.size else None
-    if jumping is not None:
-        best = refine_edges(best, proposal.name, jumping, proposal.pair)
-    more = replace(explanation, fit=best, prices={**explanation.prices, proposal.name: proposal.price})
-    if jumping is not None and explanation.elsewhere is not None:
-        more = _edges_elsewhere(more, proposal.name, proposal.pair)
-    if not twice or more.here < explanation.here + enough:
-        return more
-    near = _apart([best, *(f for f in fits[1:] if best.evidence - f.evidence < SEARCH.equivalent)])
-    own = replace(best.problem, tracks=None)
-    return replace(more, fit=max((fit(own, f.theta) for f in near), key=lambda f: f.evidence))
+    fits = [fit(first, start, steps) for start in starts]
+    best = max(f.evidence for f in fits)
+    near = _apart([f for f in fits if best - f.evidence < SEARCH.equivalent])
+    prices = {**explanation.prices, proposal.name: proposal.price}
+    if isinstance(proposal.effect, Trial) and proposal.effect.jumps.size:
+        near = [refine_edges(f, proposal.name, proposal.effect, proposal.pair) for f in near]
+    more = [replace(explanation, fit=f, prices=prices) for f in near]
+    if isinstance(proposal.effect, Trial) and proposal.effect.jumps.size and explanation.elsewhere is not None:
+        more = [_edges_elsewhere(e, proposal.name, proposal.pair) for e in more]
+    if twice and max(e.here for e in more) > explanation.here + enough:
+        more = [replace(e, fit=fit(replace(e.fit.problem, tracks=None), e.fit.theta)) for e in more]
+    return _first_of_best(more)
+
+
+def _first_of_best(explanations: Sequence[Explanation]) -> Explanation:
+    """The first of those that tie with the one of most evidence."""
+    if len(explanations) == 1:
+        return explanations[0]
+    most = max(e.evidence for e in explanations)
+    return next(e for e in explanations if e.evidence > most - SEARCH.evidence_error)
 
 
 def _apart(fits: Sequence[Fit]) -> list[Fit]:
