@@ -72,6 +72,7 @@ def effects(fitted: Fit, channel: str | None = None) -> list[Proposal]:
 def _effect(fitted: Fit, name: str, sets: Floats, moved: Floats, test: str = "") -> Proposal:
     """An effect from what its parameters (set, parameter) do to white samples (set, sample), in one test or in all.
 
+    It promises what the best set takes, averaged over what only shapes it, less the price of its sizes.
     It starts as large as the residual asks, to first order, and no larger than on the grid: from the set that promises
     most, and from the one least like it of those that promise half as much.
     """
@@ -85,8 +86,10 @@ def _effect(fitted: Fit, name: str, sets: Floats, moved: Floats, test: str = "")
     best, starts = float(score[first]), [begin[i] for i in dict.fromkeys((first, int(np.argmin(alike))))]
     if (sum_ := _best_sum(fitted, name, sets, moved)) is not None:
         best, starts = max(best, sum_[0]), [sum_[1], begin[first]]
+    shaped = float(np.log(np.mean(np.exp(0.5 * (score - score[first])))))
+    paid = 0.5 * np.log(len(fitted.residual)) * np.sum(~np.isnan(off))
     price = fitted.problem.price_of_one if test else 0.0
-    promise = 0.5 * best - 0.5 * np.log(len(fitted.residual)) * sets.shape[1] - price
+    promise = 0.5 * best + shaped - paid - price
     return Proposal(in_test(name, test), replace(catalogue()[name], test=test), starts, promise, price)
 
 

@@ -275,28 +275,28 @@ def _with(explanation: Explanation, proposal: Proposal, enough: float = 0.0) -> 
     problem = fitted.problem.with_terms(*fitted.terms, proposal.name, trial=_trial(proposal))
     twice = problem.is_local and proposal.effect.stage != "contact"
     first = replace(problem, tracks=_tracks(fitted)) if twice else problem
-    steps = SEARCH.curve_steps if isinstance(proposal.effect, Trial) and proposal.effect.is_curve else MOST_STEPS
+    law = proposal.effect if isinstance(proposal.effect, Trial) else None
+    steps = SEARCH.curve_steps if law is not None and law.is_curve else MOST_STEPS
     starts = [np.concatenate([fitted.theta, start]) for start in proposal.starts]
     fits = [fit(first, start, steps) for start in starts]
     best = max(f.evidence for f in fits)
     near = _apart([f for f in fits if best - f.evidence < SEARCH.equivalent])
     prices = {**explanation.prices, proposal.name: proposal.price}
-    if isinstance(proposal.effect, Trial) and proposal.effect.jumps.size:
-        near = [refine_edges(f, proposal.name, proposal.effect, proposal.pair) for f in near]
     more = [replace(explanation, fit=f, prices=prices) for f in near]
-    if isinstance(proposal.effect, Trial) and proposal.effect.jumps.size and explanation.elsewhere is not None:
-        more = [_edges_elsewhere(e, proposal.name, proposal.pair) for e in more]
+    if law is not None and law.jumps.size:
+        more = [_with_edges(e, proposal.name, law, proposal.pair) for e in more]
     if twice and max(e.here for e in more) > explanation.here + enough:
         more = [replace(e, fit=fit(replace(e.fit.problem, tracks=None), e.fit.theta)) for e in more]
     return _first_of_best(more)
 
 
 def _first_of_best(explanations: Sequence[Explanation]) -> Explanation:
-    """The first of those that tie with the one of most evidence."""
-    if len(explanations) == 1:
-        return explanations[0]
-    most = max(e.evidence for e in explanations)
-    return next(e for e in explanations if e.evidence > most - SEARCH.evidence_error)
+    """The first of those that tie with the one of most evidence, of those with no parameter at a bound."""
+    free = [e for e in explanations if not e.fit.at_bound] or explanations
+    if len(free) == 1:
+        return free[0]
+    most = max(e.evidence for e in free)
+    return next(e for e in free if e.evidence > most - SEARCH.evidence_error)
 
 
 def _apart(fits: Sequence[Fit]) -> list[Fit]:
@@ -312,6 +312,12 @@ def _apart(fits: Sequence[Fit]) -> list[Fit]:
 def _tracks(fitted: Fit) -> Sequence[IntegratedSets | Paths]:
     """The tracks of a fit; where K is the same in all strips, it takes no integration to follow what changes."""
     return fitted.problem.followed(fitted.theta).tracks or ["none"] * len(fitted.problem.cases)
+
+
+def _with_edges(explanation: Explanation, name: str, law: Trial, pair: Pair | None) -> Explanation:
+    """The same with the edges of a law where they explain most, here and, of what ties, in the test only predicted."""
+    refined = replace(explanation, fit=refine_edges(explanation.fit, name, law, pair))
+    return refined if explanation.elsewhere is None else _edges_elsewhere(refined, name, explanation.elsewhere, pair)
 
 
 def refine_edges(fitted: Fit, name: str, trial: Trial, pair: Pair | None) -> Fit:
@@ -344,19 +350,19 @@ def _with_trial(fitted: Fit, name: str, trial: Trial) -> Problem:
     return fitted.problem.with_terms(*fitted.terms, trial={name: trial})
 
 
-def _edges_elsewhere(explanation: Explanation, name: str, pair: Pair | None) -> Explanation:
+def _edges_elsewhere(explanation: Explanation, name: str, other: Elsewhere, pair: Pair | None) -> Explanation:
     """The same with the edges of a step or a window where the test that is only predicted has them.
 
     Among the places that no sample of the tests that are fitted tells apart: which of these it is, is paid for.
     """
-    assert pair is not None and explanation.elsewhere is not None
+    assert pair is not None
     trial = explanation.laws[name]
     for key, place in trial.fixed.items():
         fitted = explanation.fit
         near = np.linspace(*pair.between(place), SEARCH.edge_places)
         places = near[_chi2_at(fitted, name, trial, key, near) < fitted.chi2 + 2.0 * SEARCH.evidence_error]
         moved = [replace(fitted, problem=_with_trial(fitted, name, trial.fixed_at({key: one}))) for one in places]
-        said = np.array([explanation.elsewhere.density(one)[0] for one in moved])
+        said = np.array([other.density(one)[0] for one in moved])
         likely = int(np.sum(said > said.max(initial=-np.inf) - SEARCH.evidence_error))
         if likely < len(said):
             trial = trial.fixed_at({key: middle_of_least(places, -2.0 * said)})
