@@ -14,9 +14,9 @@ from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.laws.trial import Trial, formula
 from twindisc_cli.loop.alternatives import Compared, Weighed, weighed
 from twindisc_cli.loop.explain import Refusal, next_to_judge
+from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import at
 from twindisc_cli.loop.problem import Problem, case_of
-from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.terms import Alternative, LawTerm
 from twindisc_cli.model.experiment import Measured
 

@@ -12,9 +12,9 @@ from rigs import SPEED, Floats, Instruments, Plant, history, rig
 
 from twindisc_cli.loop.diagnose import diagnose, few_profiles
 from twindisc_cli.loop.diagnosis import Diagnosis, FoundEffect
+from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import at
 from twindisc_cli.loop.problem import Problem, case_of
-from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.terms import LawTerm
 from twindisc_cli.model.experiment import Experiment, Options, TemperatureSamples
 

@@ -11,11 +11,11 @@ import pytest
 from rigs import Floats, Instruments, Plant, experiment, history, running, spread, traction_samples
 
 from twindisc_cli.loop.diagnose import diagnose
+from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import fit, plain_fit
 from twindisc_cli.loop.holdout import held_out_steps, steps_withheld, withheld, without
 from twindisc_cli.loop.judge import Judged, Kind, judge
 from twindisc_cli.loop.problem import problem_of
-from twindisc_cli.loop.search import Explanation
 from twindisc_cli.model.experiment import Experiment, Measured, TemperatureSamples
 
 CREEPAGES = (0.01, 0.02, 0.015, 0.04, 0.03, 0.06, 0.05, 0.09, 0.07)

@@ -12,11 +12,11 @@ from rigs import Floats, experiment, history, spread, traction_samples
 
 from twindisc_cli.laws.trial import Trial, curve, formula
 from twindisc_cli.loop.alternatives import Compared
+from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import Fit, at, fit
 from twindisc_cli.loop.judge import Judged, judge
 from twindisc_cli.loop.mixture import Mixture, jumps, mixture_of
 from twindisc_cli.loop.problem import Problem, case_of
-from twindisc_cli.loop.search import Explanation
 from twindisc_cli.model.experiment import Measured, Options
 from twindisc_cli.model.forward import ForwardModel
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from rigs import Floats, autoregressive, experiment, history, spread, traction_samples
 
+from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import fit, precision
 from twindisc_cli.loop.problem import Problem, case_of
 from twindisc_cli.loop.resample import blocks, scatter, shares, softened, weights
-from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.term_intervals import estimate_of
 from twindisc_cli.model.experiment import Measured, Options
 

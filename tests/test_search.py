@@ -14,16 +14,15 @@ from rigs import LOAD, ROOM, SPEED, Floats, Instruments, Plant, experiment, hist
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.trial import curve, formula
 from twindisc_cli.loop.candidates import effects, searched
+from twindisc_cli.loop.choose import chosen
+from twindisc_cli.loop.explanation import Explanation, ranked
+from twindisc_cli.loop.extend import extended
 from twindisc_cli.loop.fit import at, fit, refit
 from twindisc_cli.loop.problem import Case, Problem, case_of, problem_of
 from twindisc_cli.loop.screen import unexplained_residual
 from twindisc_cli.loop.search import (
-    Explanation,
     Search,
     catalogued,
-    chosen,
-    extended,
-    ranked,
     search,
     swap_and_drop,
     without_older_laws,

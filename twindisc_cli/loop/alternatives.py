@@ -10,7 +10,7 @@ import numpy as np
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.laws.trial import Trial
-from twindisc_cli.loop.search import Explanation
+from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm, Term
 from twindisc_cli.loop.thresholds import RESAMPLING, SEARCH
 from twindisc_cli.model.experiment import Floats

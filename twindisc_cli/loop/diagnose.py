@@ -32,6 +32,7 @@ from twindisc_cli.loop.diagnosis import (
     Verdict,
 )
 from twindisc_cli.loop.explain import Outcome, Progress, explain
+from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.holdout import steps_withheld
 from twindisc_cli.loop.intervals import base_parameters
@@ -40,7 +41,6 @@ from twindisc_cli.loop.levels import levels_of
 from twindisc_cli.loop.mixture import Mixture
 from twindisc_cli.loop.problem import Case, case_of
 from twindisc_cli.loop.screen import Residual, is_unexplained, unexplained_residual
-from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.step_scatter import step_scatter
 from twindisc_cli.loop.term_intervals import term_parameters, unfixed, widened
 from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm, Term, joined

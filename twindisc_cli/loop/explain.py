@@ -10,6 +10,8 @@ import numpy as np
 from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.alternatives import Compared, weighed
 from twindisc_cli.loop.channels import channels
+from twindisc_cli.loop.choose import chosen, preferred
+from twindisc_cli.loop.explanation import Explanation, ranked
 from twindisc_cli.loop.fit import Fit, carried, fit, plain_fit, refit, remembered
 from twindisc_cli.loop.holdout import withheld, without
 from twindisc_cli.loop.judge import Judged, fall, judge, rises
@@ -18,7 +20,7 @@ from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case, Problem, problem_of
 from twindisc_cli.loop.resample import shares
 from twindisc_cli.loop.screen import is_unexplained, unexplained_residual
-from twindisc_cli.loop.search import Explanation, Search, chosen, preferred, ranked, search
+from twindisc_cli.loop.search import Search, search
 from twindisc_cli.loop.term_intervals import term_parameters, unfixed
 from twindisc_cli.loop.terms import Term
 from twindisc_cli.loop.thresholds import ACCEPTANCE, RESAMPLING, SEARCH

@@ -29,6 +29,7 @@ from twindisc_cli.laws.law import Law
 from twindisc_cli.loop.candidates import effects
 from twindisc_cli.loop.design import next_for_set
 from twindisc_cli.loop.diagnosis import NextExperiment
+from twindisc_cli.loop.explanation import Explanation, by_falling, evidence_of, without
 from twindisc_cli.loop.fit import Fit, at, precision, refit
 from twindisc_cli.loop.left_out import GroupError, Learnt, group_errors
 from twindisc_cli.loop.levels import Levels, levels_of
@@ -44,7 +45,7 @@ from twindisc_cli.loop.members import (
     pooled,
 )
 from twindisc_cli.loop.problem import Problem, problem_of
-from twindisc_cli.loop.search import Explanation, Search, by_falling, evidence_of, search, without
+from twindisc_cli.loop.search import Search, search
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.model.experiment import Experiment, Floats, Ints

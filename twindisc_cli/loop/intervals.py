@@ -23,8 +23,8 @@ from scipy.special import ndtri
 from twindisc_cli.laws.quantities import MULTIPLIED
 from twindisc_cli.loop.diagnosis import BaseEstimate
 from twindisc_cli.loop.explain import Outcome
+from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import Fit
-from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.term_intervals import INTERVAL, widening
 from twindisc_cli.model.experiment import Floats
 

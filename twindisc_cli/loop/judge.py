@@ -13,10 +13,10 @@ from twindisc_cli.laws.covariates import covariate_of
 from twindisc_cli.laws.law import law_key
 from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.channels import channels
+from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import Fit, carried, plain_fit, refit
 from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case
-from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.terms import EffectTerm, term_of
 from twindisc_cli.loop.thresholds import ACCEPTANCE
 from twindisc_cli.loop.validate import rms

@@ -28,9 +28,9 @@ from twindisc_cli.effects._state import State
 from twindisc_cli.identify import hierarchy
 from twindisc_cli.laws.law import Law, acted
 from twindisc_cli.loop.candidates import effects
+from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import Fit, fit
 from twindisc_cli.loop.problem import Parameter
-from twindisc_cli.loop.search import Explanation
 from twindisc_cli.model.experiment import Floats
 
 LEAST_FACTOR = -0.95

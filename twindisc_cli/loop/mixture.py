@@ -24,10 +24,10 @@ import numpy as np
 
 from twindisc_cli.loop.alternatives import Compared
 from twindisc_cli.loop.channels import channels
+from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.judge import Judged, Kind, about_jumps, judge, rises
 from twindisc_cli.loop.noise import Mask
-from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.term_intervals import INTERVAL
 from twindisc_cli.loop.terms import Term
 from twindisc_cli.loop.thresholds import RESAMPLING

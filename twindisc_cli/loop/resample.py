@@ -16,8 +16,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import Fit, precision
-from twindisc_cli.loop.search import Explanation
 from twindisc_cli.loop.thresholds import RESAMPLING
 from twindisc_cli.model.experiment import Floats, Ints
 

@@ -1,0 +1,136 @@
+"""A complete answer, as the search compares it with others: the fit of all its terms, and what their forms cost.
+
+Evidence is compared after cooling, since no formula is exact and what is wrong with it grows with the size of what is
+explained: D = (E_best - E) / (1 + c sqrt(fall of chi2)). Explanations with D below the threshold cannot be told apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from twindisc_cli.effects._effect import Effect
+from twindisc_cli.laws.trial import Trial
+from twindisc_cli.loop.fit import Fit, carried, fit, refit
+from twindisc_cli.loop.terms import Term, term_of
+from twindisc_cli.loop.thresholds import SEARCH
+from twindisc_cli.loop.validate import Elsewhere
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """A complete answer: the fit of all its terms, what the choice of each term's form costs, chi2 without any.
+
+    elsewhere: a test that is only predicted, and speaks for or against an answer.
+    """
+
+    fit: Fit
+    prices: Mapping[str, float]
+    before: float
+    elsewhere: Elsewhere | None = field(default=None, repr=False)
+
+    @property
+    def terms(self) -> tuple[str, ...]:
+        """Names of the effects and laws."""
+        return self.fit.terms
+
+    @property
+    def evidence(self) -> float:
+        """Logarithm of the evidence, the choice of forms paid."""
+        return self.here + self._elsewhere[0]
+
+    @property
+    def here(self) -> float:
+        """The same of the tests that are fitted alone."""
+        return self.fit.evidence - sum(self.prices.values())
+
+    @cached_property
+    def _elsewhere(self) -> tuple[float, float]:
+        return (0.0, 0.0) if self.elsewhere is None else self.elsewhere.density(self.fit)
+
+    @cached_property
+    def plausibility(self) -> float:
+        """Logarithm of the prior of its errors of the set-up, relative to none of them.
+
+        A rig's load, creepage, yaw and torque are seldom off by many times what is typical, whatever a formula misses:
+        it is not tempered. Where few samples are on the rise of a creep curve, a zero of a fifth of it fits as well.
+        """
+        problem = self.fit.problem
+        errors = {name for name in self.terms if name not in self.laws and is_error(self.effect(name))}
+        sizes = [p.size(self.fit.value(p)[0]) for p in problem.parameters if p.term in errors and p.off is not None]
+        return -0.5 * float(np.sum((np.array(sizes) / SEARCH.typical_sizes) ** 2))
+
+    @property
+    def temperature(self) -> float:
+        """What differences of evidence are divided by: formulas err more, the more they explain."""
+        return 1.0 + SEARCH.tempering * float(np.sqrt(max(self.before - self.fit.chi2 - self._elsewhere[1], 0.0)))
+
+    def effect(self, name: str) -> Effect:
+        """A term as it acts."""
+        return self.fit.problem.effect(name)
+
+    def term(self, name: str) -> Term:
+        """What a term is, whatever its form."""
+        return term_of(name, self.effect(name))
+
+    @property
+    def labels(self) -> frozenset[Term]:
+        """What all terms are."""
+        return frozenset(self.term(name) for name in self.terms)
+
+    @property
+    def laws(self) -> dict[str, Trial]:
+        """The terms that are laws."""
+        return {name: effect for name in self.terms if isinstance(effect := self.effect(name), Trial)}
+
+
+def is_error(effect: Effect) -> bool:
+    """Whether an effect is an error of what a rig sets or records of the traction."""
+    return effect.channel == "traction" and effect.stage in ("operation", "sensor")
+
+
+def evidence_of(explanation: Explanation) -> float:
+    """Logarithm of the evidence of an explanation, to sort by."""
+    return explanation.evidence
+
+
+def by_falling(explanations: Sequence[Explanation], score: Callable[[Explanation], float]) -> list[Explanation]:
+    """Explanations by falling score [nats]; those within the numerical error of the evidence of the best left tie.
+
+    Of a tie the shortest description comes first (fewest parameters, lowest price of its forms), then the name.
+    """
+    rest, ordered = sorted(explanations, key=score, reverse=True), list[Explanation]()
+    while rest:
+        tie = [e for e in rest if score(rest[0]) - score(e) <= SEARCH.evidence_error]
+        ordered += sorted(tie, key=_description)
+        rest = rest[len(tie) :]
+    return ordered
+
+
+def _description(explanation: Explanation) -> tuple[int, float, list[str]]:
+    """Number of parameters, price of the forms, and names of an explanation."""
+    return len(explanation.fit.theta), round(sum(explanation.prices.values()), 6), sorted(explanation.terms)
+
+
+def ranked(explanations: Sequence[Explanation]) -> list[Explanation]:
+    """Explanations by falling evidence, the best form of each."""
+    best: dict[frozenset[Term], Explanation] = {}
+    for explanation in by_falling(explanations, evidence_of):
+        best.setdefault(explanation.labels, explanation)
+    return list(best.values())
+
+
+def without(explanation: Explanation, name: str) -> Explanation:
+    """The explanation with one term left out, the others fitted again."""
+    rest = [term for term in explanation.terms if term != name]
+    problem = explanation.fit.problem.with_terms(*rest)
+    prices = {term: explanation.prices[term] for term in rest}
+    return replace(explanation, fit=fit(problem, carried(problem, explanation.fit)), prices=prices)
+
+
+def refitted(explanation: Explanation) -> Explanation:
+    """The same terms with the nuisances where the fit is now."""
+    return replace(explanation, fit=refit(explanation.fit.problem, explanation.fit.theta))

@@ -1,0 +1,231 @@
+"""An explanation with one more term: which are fitted, from which starts, and where the edges of a law stand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from twindisc_cli.effects._effect import Effect
+from twindisc_cli.laws.law import law_key
+from twindisc_cli.laws.trial import Trial
+from twindisc_cli.loop.candidates import Proposal, flash_law, laws_elsewhere, proposals, warmed
+from twindisc_cli.loop.channels import channels
+from twindisc_cli.loop.explanation import Explanation, by_falling, evidence_of
+from twindisc_cli.loop.fit import MOST_STEPS, Fit, fit
+from twindisc_cli.loop.learn import Pair, Response
+from twindisc_cli.loop.problem import Problem
+from twindisc_cli.loop.thresholds import SEARCH
+from twindisc_cli.loop.validate import Elsewhere
+from twindisc_cli.model.experiment import Floats
+from twindisc_cli.model.forward import IntegratedSets
+from twindisc_cli.model.patch import Paths
+
+SAME_PLACE = 0.01
+"""Squared distance, in standard errors, below which two fits have ended at the same parameters."""
+
+
+def extended(explanation: Explanation, known: Sequence[Response] | None = None) -> list[Explanation]:
+    """The explanation with each of the most promising terms added, by falling evidence; known: responses nearby."""
+    explanations = most_promising(explanation, proposals(explanation.fit, known))
+    beside = [*_flashes(explanation, explanations), *_over_others(explanation, explanations)]
+    return by_falling([*explanations, *beside], evidence_of)
+
+
+def most_promising(explanation: Explanation, proposed: Sequence[Proposal]) -> list[Explanation]:
+    """The explanation with each of the terms added that promise most, of those proposed by falling promise.
+
+    Of laws these are the pairs of quantity and covariate with the most evidence over all forms, in the best of these.
+    """
+    explanations: list[Explanation] = []
+    laws, effects_fitted, best = _likeliest_laws(proposed), 0, 0.0
+    for proposal in proposed:
+        few = not proposal.is_law and effects_fitted < SEARCH.fitted_at_least
+        least = SEARCH.least_promise if few else max(0.0, SEARCH.least_share * best)
+        enough = proposal.name not in laws if proposal.is_law else effects_fitted >= SEARCH.fitted_each_round
+        if proposal.promise < least or enough or _asks_too_much(explanation.fit.problem, proposal):
+            continue
+        effects_fitted += not proposal.is_law
+        explanations.append(with_one_more(explanation, proposal, SEARCH.least_share * best))
+        best = max(best, explanations[-1].here - explanation.here)
+    return explanations
+
+
+def _likeliest_laws(proposed: Sequence[Proposal]) -> set[str]:
+    """Names of the laws to be fitted, by the evidence of their pairs over all forms."""
+    evidence = {p.name: p.pair.log_evidence for p in proposed if p.pair is not None}
+    return set(sorted(evidence, key=lambda name: (-round(evidence[name], 6), name))[: SEARCH.fitted_each_round])
+
+
+def _asks_too_much(problem: Problem, proposal: Proposal) -> bool:
+    """Whether a term needs more parameters than a channel without scatter can fix.
+
+    Where the noise had to be assumed, no residual says when enough is explained: a formula of as many parameters as
+    there are samples meets them all.
+    """
+    more = problem.with_terms(*problem.terms, proposal.name, trial=_trial(proposal))
+    channel = more.shown_in(proposal.effect)
+    noises = [case.noise[channel] for case in more.cases if channel in case.noise]
+    if not noises or any(noise.estimated for noise in noises):
+        return False
+    base = {of.key for of in channels()[channel].parameters}
+    terms = {name for name in more.terms if more.shown_in(more.effect(name)) == channel}
+    asked = sum(p.key in base if p.term is None else p.term in terms for p in more.parameters)
+    return asked * SEARCH.samples_each > sum(int(noise.kept.sum()) for noise in noises)
+
+
+def _flashes(explanation: Explanation, explanations: Sequence[Explanation]) -> list[Explanation]:
+    """Beside each term over the disc's temperature that is within reach, the same over the flash temperature.
+
+    Which of the two counts shows in how the disc lags behind the contact; where it does not, both stand in the set.
+    """
+    quantities = {
+        quantity
+        for e in _within_reach(explanations)
+        if (quantity := warmed(e.effect(e.terms[-1]))) is not None
+        and law_key(quantity, "flash_temperature") not in e.terms
+    }
+    proposed = [flash_law(explanation.fit, quantity) for quantity in sorted(quantities)]
+    return [with_one_more(explanation, proposal) for proposal in proposed if proposal is not None]
+
+
+def _over_others(explanation: Explanation, explanations: Sequence[Explanation]) -> list[Explanation]:
+    """Beside each law that is within reach, the same over what only the test that is predicted separates from it."""
+    if explanation.elsewhere is None:
+        return []
+    new = [e.effect(e.terms[-1]) for e in _within_reach(explanations)]
+    named = {(law.quantity, law.covariate) for law in new if isinstance(law, Trial) and not law.test}
+    if not named:
+        return []
+    other = explanation.elsewhere.prediction(explanation.fit)
+    proposed = laws_elsewhere(explanation.fit, sorted(named), other)
+    return [with_one_more(explanation, proposal) for proposal in proposed if not proposal.effect.test]
+
+
+def _within_reach(explanations: Sequence[Explanation]) -> list[Explanation]:
+    """Those that cannot be told from the best of them, here: another test may speak against all."""
+    best = max((e.here for e in explanations), default=0.0)
+    return [e for e in explanations if (best - e.here) / e.temperature < SEARCH.equivalent]
+
+
+def with_one_more(explanation: Explanation, proposal: Proposal, enough: float = 0.0) -> Explanation:
+    """An explanation with one more term.
+
+    Where K differs from strip to strip, the term is fitted on the track as it is without it, and where it says enough
+    there [nats], and half of what an effect must say, on its own, from every start that says as much.
+    """
+    enough = max(enough, 0.5 * SEARCH.effect_evidence * explanation.temperature)
+    fitted = explanation.fit
+    problem = fitted.problem.with_terms(*fitted.terms, proposal.name, trial=_trial(proposal))
+    twice = problem.is_local and proposal.effect.stage != "contact"
+    first = replace(problem, tracks=_tracks(fitted)) if twice else problem
+    law = proposal.effect if isinstance(proposal.effect, Trial) else None
+    steps = SEARCH.curve_steps if law is not None and law.is_curve else MOST_STEPS
+    starts = [np.concatenate([fitted.theta, start]) for start in proposal.starts]
+    fits = [fit(first, start, steps) for start in starts]
+    best = max(f.evidence for f in fits)
+    near = _apart([f for f in fits if best - f.evidence < SEARCH.equivalent])
+    prices = {**explanation.prices, proposal.name: proposal.price}
+    more = [replace(explanation, fit=f, prices=prices) for f in near]
+    if law is not None and law.jumps.size:
+        more = [_edged(e, proposal.name, law, proposal.pair) for e in more]
+    if twice and max(e.here for e in more) > explanation.here + enough:
+        more = [replace(e, fit=fit(replace(e.fit.problem, tracks=None), e.fit.theta)) for e in more]
+    return _first_of_best(more)
+
+
+def _first_of_best(explanations: Sequence[Explanation]) -> Explanation:
+    """The first of those that tie with the one of most evidence, of those with no parameter at a bound."""
+    free = [e for e in explanations if not e.fit.at_bound] or explanations
+    if len(free) == 1:
+        return free[0]
+    most = max(e.evidence for e in free)
+    return next(e for e in free if e.evidence > most - SEARCH.evidence_error)
+
+
+def _apart(fits: Sequence[Fit]) -> list[Fit]:
+    """Fits of one problem without those that ended where an earlier one did."""
+    different: list[Fit] = []
+    for fitted in fits:
+        ways = [fitted.theta - other.theta for other in different]
+        if all(way @ np.linalg.solve(fitted.covariance, way) > SAME_PLACE for way in ways):
+            different.append(fitted)
+    return different
+
+
+def _tracks(fitted: Fit) -> Sequence[IntegratedSets | Paths]:
+    """The tracks of a fit; where K is the same in all strips, it takes no integration to follow what changes."""
+    return fitted.problem.followed(fitted.theta).tracks or ["none"] * len(fitted.problem.cases)
+
+
+def _edged(explanation: Explanation, name: str, law: Trial, pair: Pair | None) -> Explanation:
+    """The same with the edges of a law where they explain most, here and, of what ties, in the test only predicted."""
+    refined = replace(explanation, fit=refine_edges(explanation.fit, name, law, pair))
+    return refined if explanation.elsewhere is None else _edges_elsewhere(refined, name, explanation.elsewhere, pair)
+
+
+def refine_edges(fitted: Fit, name: str, trial: Trial, pair: Pair | None) -> Fit:
+    """A fit with the edges of a step or a window, which have no slope, where they explain most: two finer scans.
+
+    The first reaches over all places at which no sample tells them apart.
+    """
+    assert pair is not None
+    width = float(np.median(np.diff(pair.edges)))
+    for share, gaps in ((1.0, 1.0), (0.12, 0.0)):
+        for key in trial.fixed:
+            reach = share * width + gaps * pair.gap(trial.fixed[key])
+            tried = trial.fixed[key] + reach * np.linspace(-1.0, 1.0, SEARCH.edge_places)
+            trial = trial.fixed_at({key: middle_of_least(tried, _chi2_at(fitted, name, trial, key, tried))})
+            fitted = fit(_with_trial(fitted, name, trial), fitted.theta)
+    return fitted
+
+
+def _chi2_at(fitted: Fit, name: str, trial: Trial, key: str, places: Floats) -> Floats:
+    """chi2 with an edge of a law at other places (place,)."""
+    problem = fitted.problem
+    values = {k: np.full(len(places), v) for k, v in {**fitted.values(name), **trial.fixed}.items()}
+    sets = np.tile(fitted.theta, (len(places), 1))
+    predictions = problem.moved(sets, extra={name: {**values, key: places}}, trial={name: trial.unfixed})
+    return np.asarray(np.sum(problem.discount(problem.white(predictions) - problem.measured) ** 2, axis=1))
+
+
+def _with_trial(fitted: Fit, name: str, trial: Trial) -> Problem:
+    """The problem of a fit with another form of a law."""
+    return fitted.problem.with_terms(*fitted.terms, trial={name: trial})
+
+
+def _edges_elsewhere(explanation: Explanation, name: str, other: Elsewhere, pair: Pair | None) -> Explanation:
+    """The same with the edges of a step or a window where the test that is only predicted has them.
+
+    Among the places that no sample of the tests that are fitted tells apart: which of these it is, is paid for.
+    """
+    assert pair is not None
+    trial = explanation.laws[name]
+    for key, place in trial.fixed.items():
+        fitted = explanation.fit
+        near = np.linspace(*pair.between(place), SEARCH.edge_places)
+        places = near[_chi2_at(fitted, name, trial, key, near) < fitted.chi2 + 2.0 * SEARCH.evidence_error]
+        moved = [replace(fitted, problem=_with_trial(fitted, name, trial.fixed_at({key: one}))) for one in places]
+        said = np.array([other.density(one)[0] for one in moved])
+        likely = int(np.sum(said > said.max(initial=-np.inf) - SEARCH.evidence_error))
+        if likely < len(said):
+            trial = trial.fixed_at({key: middle_of_least(places, -2.0 * said)})
+            price = explanation.prices[name] + float(np.log(len(said) / likely))
+            again = fit(_with_trial(fitted, name, trial), fitted.theta)
+            explanation = replace(explanation, fit=again, prices={**explanation.prices, name: price})
+    return explanation
+
+
+def middle_of_least(places: Floats, chi2: Floats) -> float:
+    """Middle of the first run of places (n,) at which chi2 (n,) is least, to within its numerical error.
+
+    Between two samples an edge may stand anywhere: which of the places has the least rounding error says nothing.
+    """
+    least = np.flatnonzero(chi2 <= chi2.min() + 2.0 * SEARCH.evidence_error)
+    run = least[: 1 + int(np.argmin(np.append(np.diff(least) == 1, False)))]
+    return float(0.5 * (places[run[0]] + places[run[-1]]))
+
+
+def _trial(proposal: Proposal) -> dict[str, Effect]:
+    return {proposal.name: proposal.effect} if proposal.is_law or proposal.effect.test else {}
