@@ -22,6 +22,8 @@ from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import IntegratedSets
 from twindisc_cli.model.patch import Paths
 
+FIRST_STEPS = 6
+"""Steps of a fit on tracks of its own after which one of several starts is gone on from."""
 SAME_PLACE = 0.01
 """Squared distance, in standard errors, below which two fits have ended at the same parameters."""
 
@@ -113,7 +115,8 @@ def with_one_more(explanation: Explanation, proposal: Proposal, enough: float = 
     """An explanation with one more term.
 
     Where K differs from strip to strip, the term is fitted on the track as it is without it, and where it says enough
-    there [nats], and half of what an effect must say, on its own, from every start that says as much.
+    there [nats], and half of what an effect must say, on its own: of several starts that say as much a few steps from
+    each, and then on from the best.
     """
     enough = max(enough, 0.5 * SEARCH.effect_evidence * explanation.temperature)
     fitted = explanation.fit
@@ -131,8 +134,15 @@ def with_one_more(explanation: Explanation, proposal: Proposal, enough: float = 
     if law is not None and law.jumps.size:
         more = [_edged(e, proposal.name, law, proposal.pair) for e in more]
     if twice and max(e.here for e in more) > explanation.here + enough:
-        more = [replace(e, fit=fit(replace(e.fit.problem, tracks=None), e.fit.theta)) for e in more]
+        more = [_on_its_track(e, FIRST_STEPS) for e in more] if len(more) > 1 else more
+        return _on_its_track(_first_of_best(more), MOST_STEPS)
     return _first_of_best(more)
+
+
+def _on_its_track(explanation: Explanation, most_steps: int) -> Explanation:
+    """The same fitted on the track that it makes itself, in so many steps at most."""
+    own = replace(explanation.fit.problem, tracks=None)
+    return replace(explanation, fit=fit(own, explanation.fit.theta, most_steps))
 
 
 def _first_of_best(explanations: Sequence[Explanation]) -> Explanation:

@@ -36,7 +36,7 @@ EDGE = 1e-3
 """Nearer to a bound than this share of the range a parameter is at it."""
 SAME_TRACK = 0.01
 """Fall of chi2 that is still to be had by what parameters do to the track, below which a fit on one track is enough."""
-FTOL, TRACK_FTOL = 1e-6, 3e-5
+FTOL, TRACK_FTOL = 1e-6, 1e-4
 """Relative falls of chi2 at which a fit ends, on tracks that are integrated each time the second: a tenth of a nat."""
 
 
