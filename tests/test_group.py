@@ -83,10 +83,9 @@ def three_of_four() -> GroupDiagnosis:
 
 
 def test_an_effect_of_some_tests_is_told_from_one_of_all() -> None:
-    """A test that does without it speaks against it by the price of its size alone: no size, no shape to be fixed."""
     (found,) = three_of_four().shared
     assert (found.name, found.holds, found.acts) == ("falling_friction", "some", (0, 1, 2))
-    assert found.probability[3] < 0.5 < 0.99 < found.probability[:3].min()
+    assert found.probability[3] < 0.2
     assert found.low < 0.75 < found.high
 
 

@@ -6,8 +6,9 @@
     u     parameters of curves, normal of unit variance; J_u their columns without what the others can imitate (Laplace)
     k     parameters of laws, and sizes of effects, n the samples: what a prior as wide as one sample's worth costs
           (Schwarz)
-    l     eigenvalues of J_s'J_s in units of their prior, J_s the columns of what only shapes an effect, without what
-          the others can imitate: what the data do not fix costs nothing (Laplace), and nothing costs more than a size
+    l     eigenvalues of J_s'J_s in units of their prior, J_s the columns of what only shapes an effect that shows,
+          without what the others can imitate: what the data do not fix costs nothing (Laplace), and nothing costs more
+          than a size
 
 Sources: D. J. C. MacKay, Neural Computation 4 (1992) 415-447; G. Schwarz, Annals of Statistics 6 (1978) 461-464.
 """
@@ -83,10 +84,24 @@ class Fit:
 
     @property
     def _shapes(self) -> Mask:
-        """Which parameters only shape an effect of the catalogue (parameter,)."""
-        problem = self.problem
-        return np.array([p.term is not None and p.off is None and p.term not in problem.trial
-                         for p in problem.parameters], dtype=bool) & ~problem.normal  # fmt: skip
+        """Which parameters only shape an effect of the catalogue that shows, with no size at a bound (parameter,).
+
+        Of one that does not show, or of which a bound holds the size, a fit takes the best shape and no average.
+        """
+        terms = [name for name in self.terms if name not in self.problem.trial and self._shows(name)]
+        return np.array([p.term in terms and p.off is None for p in self.problem.parameters], dtype=bool)
+
+    def _shows(self, term: str) -> bool:
+        """Whether an effect takes more from chi2 than all its parameters cost, and no size of it is at a bound."""
+        parameters, (lower, upper) = self.problem.parameters, self.problem.bounds
+        own = np.array([p.term == term for p in parameters], dtype=bool)
+        size = own & np.array([p.off is not None for p in parameters], dtype=bool)
+        edge = EDGE * (upper - lower)
+        if np.any(size & ((self.theta - lower < edge) | (upper - self.theta < edge))):
+            return False
+        off = np.array([p.inner(p.off) for p in parameters if p.term == term and p.off is not None])
+        shown = self._alone(size, ~own & ~self.problem.normal) @ (self.theta[size] - off)
+        return bool(shown @ shown > own.sum() * np.log(len(self.residual)))
 
     def _alone(self, some: Mask, others: Mask) -> Floats:
         """Columns of the Jacobian (sample, some) without what other parameters can imitate."""

@@ -120,7 +120,8 @@ def diagnose_group(tests: Sequence[Experiment], progress: Progress) -> GroupDiag
     result = search(problem, lambda what: progress(f"group of {len(tests)}: {what}", 0.3), enough=_differing)
     one = _one_set(result)
     best = one
-    if not one.shared or any(t.holds != "all" or t.p_one < SINGLE for t in one.shared) or _leaves(*one.learnt.fits):
+    simple = len(one.shared) == 1 and one.shared[0].holds == "all" and not one.shared[0].p_one < SINGLE
+    if not simple or _leaves(*one.learnt.fits):
         progress(f"group of {len(tests)}: parameters of their own", 0.6)
         own = _own_sets([_alone(problem, i) for i in range(len(tests))], result)
         best = own if own.gain > one.gain else one
