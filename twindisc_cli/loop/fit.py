@@ -84,20 +84,21 @@ class Fit:
 
     @property
     def _shapes(self) -> Mask:
-        """Which parameters only shape an effect of the catalogue that shows, with no size at a bound (parameter,).
+        """Which parameters only shape an effect of the catalogue that shows, none of it at a bound (parameter,).
 
-        Of one that does not show, or of which a bound holds the size, a fit takes the best shape and no average.
+        Of one that does not show, or that a bound holds (a jump between two samples), a fit takes the best shape and no
+        average.
         """
         terms = [name for name in self.terms if name not in self.problem.trial and self._shows(name)]
         return np.array([p.term in terms and p.off is None for p in self.problem.parameters], dtype=bool)
 
     def _shows(self, term: str) -> bool:
-        """Whether an effect takes more from chi2 than all its parameters cost, and no size of it is at a bound."""
+        """Whether an effect takes more from chi2 than all its parameters cost, and none of these is at a bound."""
         parameters, (lower, upper) = self.problem.parameters, self.problem.bounds
         own = np.array([p.term == term for p in parameters], dtype=bool)
         size = own & np.array([p.off is not None for p in parameters], dtype=bool)
         edge = EDGE * (upper - lower)
-        if np.any(size & ((self.theta - lower < edge) | (upper - self.theta < edge))):
+        if np.any(own & ((self.theta - lower < edge) | (upper - self.theta < edge))):
             return False
         off = np.array([p.inner(p.off) for p in parameters if p.term == term and p.off is not None])
         shown = self._alone(size, ~own & ~self.problem.normal) @ (self.theta[size] - off)
