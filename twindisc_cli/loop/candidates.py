@@ -82,8 +82,8 @@ def _effect(fitted: Fit, name: str, sets: Floats, moved: Floats, test: str = "")
     off = _off(name)
     begin = np.where(np.isnan(off), sets, off + share[:, None] * (sets - off))
     first = int(np.argmax(score))
-    alike = np.where(score >= 0.5 * score[first], np.abs(moved @ moved[first]) / np.sqrt(length), np.inf)
-    best, starts = float(score[first]), [begin[i] for i in dict.fromkeys((first, int(np.argmin(alike))))]
+    similarity = np.where(score >= 0.5 * score[first], np.abs(moved @ moved[first]) / np.sqrt(length), np.inf)
+    best, starts = float(score[first]), [begin[i] for i in dict.fromkeys((first, int(np.argmin(similarity))))]
     if (sum_ := _best_sum(fitted, name, sets, moved)) is not None:
         best, starts = max(best, sum_[0]), [sum_[1], begin[first]]
     shaped = float(np.log(np.mean(np.exp(0.5 * (score - score[first])))))

@@ -43,7 +43,7 @@ def _recorded(explanation: Explanation) -> int:
 def _says_enough(explanation: Explanation, before: Explanation) -> bool:
     """Whether one more term says enough: more is asked of a law, and where much was explained before by formulas.
 
-    What a sample says alone, which whitening may spread over its neighbours, is no finding. A law may say less where
+    What a sample says alone, which whitening may spread over its neighbours, does not count. A law may say less where
     the generic functions of its channel see that something is missing, too. A test that is only predicted counts
     against a term in full, and for it up to what the tests that are fitted say.
     """

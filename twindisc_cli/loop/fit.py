@@ -20,14 +20,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case, Parameter, Problem
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Floats
-
-Mask = NDArray[np.bool_]
 
 STEP = 1e-4  # of the derivatives; inner parameters are of order one
 MOST_STEPS = 40  # of the trust region, at the most
@@ -94,11 +92,10 @@ class Fit:
 
     def _shows(self, term: str) -> bool:
         """Whether an effect takes more from chi2 than all its parameters cost, and none of these is at a bound."""
-        parameters, (lower, upper) = self.problem.parameters, self.problem.bounds
+        parameters = self.problem.parameters
         own = np.array([p.term == term for p in parameters], dtype=bool)
         size = own & np.array([p.off is not None for p in parameters], dtype=bool)
-        edge = EDGE * (upper - lower)
-        if np.any(own & ((self.theta - lower < edge) | (upper - self.theta < edge))):
+        if np.any(own & np.any(self._at_edges, axis=0)):
             return False
         off = np.array([p.inner(p.off) for p in parameters if p.term == term and p.off is not None])
         shown = self._alone(size, ~own & ~self.problem.normal) @ (self.theta[size] - off)
@@ -106,6 +103,8 @@ class Fit:
 
     def _alone(self, some: Mask, others: Mask) -> Floats:
         """Columns of the Jacobian (sample, some) without what other parameters can imitate."""
+        if not some.any():
+            return self.jacobian[:, some]
         columns, rest = self.jacobian[:, some], span_of(self.jacobian[:, others])
         return np.asarray(columns - rest @ (rest.T @ columns))
 
@@ -127,9 +126,14 @@ class Fit:
     @property
     def pressed(self) -> Mask:
         """Which parameters are at a bound beyond which they would fit better (parameter,)."""
+        at_lower, at_upper = self._at_edges
+        return np.asarray(np.where(self.jacobian.T @ self.residual < 0.0, at_upper, at_lower))
+
+    @property
+    def _at_edges(self) -> Mask:
+        """Which parameters are at their lower, at their upper bound (2, parameter)."""
         lower, upper = self.problem.bounds
-        downhill, edge = -self.jacobian.T @ self.residual, EDGE * (upper - lower)
-        return np.asarray(np.where(downhill > 0.0, upper - self.theta < edge, self.theta - lower < edge))
+        return np.array([self.theta - lower, upper - self.theta]) < EDGE * (upper - lower)
 
     @property
     def at_bound(self) -> tuple[str, ...]:
@@ -139,16 +143,15 @@ class Fit:
         one that may be left by a tenth of the range without a cost.
         """
         lower, upper = self.problem.bounds
-        slope = self.jacobian.T @ self.residual
+        slope, at_edge = self.jacobian.T @ self.residual, np.any(self._at_edges, axis=0)
         results = []
         for i, p in enumerate(self.problem.parameters):
             width = upper[i] - lower[i]
             low = self.theta[i] - lower[i] < upper[i] - self.theta[i]
-            near = min(self.theta[i] - lower[i], upper[i] - self.theta[i]) < EDGE * width
             bound, inward = (p.lower, 0.1 * width) if low else (p.upper, -0.1 * width)
             complete = p.unit == "1" and p.off == 0.0 and bound == 1.0
             cost = 2.0 * slope[i] * inward + inward**2 / self.covariance[i, i]
-            if p.term is not None and near and bound != p.off and not complete and cost > FREE:
+            if p.term is not None and at_edge[i] and bound != p.off and not complete and cost > FREE:
                 results.append(p.name)
         return tuple(results)
 

@@ -1,8 +1,10 @@
 """The search for what the model lacks: effects and laws of all stages, judged on all channels at once.
 
-extend   add the term with the most evidence, as long as it says enough
-swap     exchange each term for a better one, the others fitted beside it
-drop     leave out what no longer says enough
+    extend   add the term with the most evidence, as long as it says enough
+    swap     exchange each term for a better one, the others fitted beside it
+    drop     leave out what no longer says enough
+
+Which terms are fitted is in `extend`, which of them is chosen in `choose`.
 """
 
 from __future__ import annotations
