@@ -17,15 +17,13 @@ Valid for: dry steels passing from mild to severe wear.
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import expit
-
 from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 
 
 def apply(s: State, *, ratio: Floats, critical_N_mm2: Floats, width: Floats) -> State:
     """Scale the wear coefficient of the strips above the transition."""
-    severe = expit(np.log(np.maximum(s.wear_index, 1e-30) / (1e6 * critical_N_mm2)) / width)
+    severe = 0.5 + 0.5 * np.tanh(0.5 * np.log(np.maximum(s.wear_index, 1e-30) / (1e6 * critical_N_mm2)) / width)
     return s.replace(wear_factor=s.wear_factor * (1.0 + (ratio - 1.0) * severe))
 
 

@@ -127,9 +127,9 @@ def _two_effects(
 def _second(half: Explanation, channel: str, alone: Mapping[str, float], least: float) -> list[Proposal]:
     """Effects of a channel that bring half an explanation near the least evidence [nats].
 
-    With it they must promise more than alone, of which the evidence is given by name.
+    They must promise something, and more than alone, of which the evidence is given by name.
     """
-    enough = SEARCH.least_share * (least - half.here) + SEARCH.least_promise
+    enough = max(SEARCH.least_share * (least - half.here) + SEARCH.least_promise, 0.0)
     return [
         p for p in effects(half.fit, channel) if p.name in alone and p.promise > max(enough, alone[p.name] - half.here)
     ]

@@ -23,6 +23,9 @@ FEWEST_PARTS = 4  # operating points of an iteration without samples
 MOST_PARTS = 4096
 """Parts of the whole history that samples may cut: a sample is at most two of them from its points, so that the line
 between these errs by (2 T / (4096 tau))^2 / 8 of what relaxes with a time constant tau; 3e-5 for tau = T/60."""
+OF_STRIPS, FEWEST_OF_STRIPS = 320, 6
+"""Points of the history, and of an iteration at least, at which the strips of a patch are asked one by one: between
+them the mean over the strips is on a line, which errs less than the integration of the wear."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +53,8 @@ class Points:
     1 up, -1 down, 0 before any; columns of the user's file; each (point,).
     of_traction: the point of every traction sample; of_temperature likewise; of_iteration: the last point of each.
     of_cut: the points at which the history is cut, which are all but those of samples with a creepage of their own.
-    traction, temperature: how values at the points are read at the samples.
+    of_strips: of these, some of each iteration, its first and its last among them.
+    traction, temperature: how values at the points are read at the samples; strips: at all points, from those of_strips.
     """
 
     time: Floats
@@ -69,8 +73,10 @@ class Points:
     of_temperature: Ints
     of_iteration: Ints
     of_cut: Ints
+    of_strips: Ints
     traction: Reading
     temperature: Reading
+    strips: Reading
 
     def reading(self, history: History, times: Floats, *, within: bool) -> Reading:
         """Where samples at times [s] (sample,) lie; `within`: between points of their own iteration."""
@@ -100,6 +106,7 @@ def operating_points(experiment: Experiment) -> Points:
     changed = np.concatenate([[True], np.diff(history.creepage) != 0.0]) | (begin == history.begin_time)
     traction = _replaced(_reading(history, cuts, traction_times, within=True), of_cut, own, of_own)
     temperature = _replaced(_reading(history, cuts, temperature_times, within=False), of_cut)
+    of_strips = of_cut[_few(iteration[of_cut], max(FEWEST_OF_STRIPS, OF_STRIPS // len(ends)))]
     return Points(
         time=times,
         own_time=times - history.begin_time[iteration],
@@ -117,9 +124,27 @@ def operating_points(experiment: Experiment) -> Points:
         of_temperature=temperature.of,
         of_iteration=of_cut[np.searchsorted(cuts, ends - 1e-9 * ends[-1])],
         of_cut=of_cut,
+        of_strips=of_strips,
         traction=traction,
         temperature=temperature,
+        strips=_on_lines(times[of_strips], times),
     )
+
+
+def _few(iteration: Ints, most: int) -> Ints:
+    """Places of so many points of each iteration (point,) at most, evenly among them, the first and the last included."""
+    begin, count = np.unique(iteration, return_index=True, return_counts=True)[1:]
+    share = np.linspace(0.0, 1.0, most)
+    return np.unique(begin[:, None] + np.round((count[:, None] - 1) * share).astype(np.int64))
+
+
+def _on_lines(known: Floats, times: Floats) -> Reading:
+    """Read at `times` on the lines between known times, both ascending."""
+    of = np.clip(np.searchsorted(known, times), min(1, len(known) - 1), len(known) - 1)
+    other = np.maximum(of - 1, 0)
+    way = known[of] - known[other]
+    part = np.divide(times - known[other], way, out=np.ones_like(times), where=way > 0.0)
+    return Reading(of=of, other=other, part=np.clip(part, 0.0, 1.0))
 
 
 def _at(column: RecordedColumn, times: Floats, steps: Ints) -> Floats:
