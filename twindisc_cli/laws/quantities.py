@@ -20,7 +20,8 @@ class Quantity:
 
     `unit` of a shift in the definition, `scale` from it to SI; `covariates`: what a law over it is searched over. Power
     and wear index follow from the friction; a law of friction over them would feed on itself. `shapes`: the only
-    formulas that are tried, and no curve; none: all.
+    formulas that are tried, and no curve; none: all. `probes`: the changes of a factor for which the samples' response
+    is asked; the one that explains more counts. Where all slides, the slope counts only once it has fallen far.
     """
 
     stage: Stage
@@ -32,6 +33,7 @@ class Quantity:
     unit: str = "1"
     scale: float = 1.0
     shapes: tuple[str, ...] = ()
+    probes: tuple[float, ...] = (0.01,)
 
     @property
     def size_key(self) -> str:
@@ -99,7 +101,8 @@ QUANTITIES: Mapping[str, Quantity] = {
     "mu": Quantity("friction", "traction", "factor", "the coefficient of friction",
                    (*_FRICTION, *_LOADED, "order", "direction"), _mu),
     "slope": Quantity("traction", "traction", "factor", "the initial slope of the traction",
-                      ("creepage", "time", "energy", "temperature", "greatest_creepage", "load"), _slope),
+                      ("creepage", "time", "energy", "temperature", "greatest_creepage", "load"), _slope,
+                      probes=(0.01, -0.5)),
     "creepage": Quantity("operation", "traction", "shift", "the creepage",
                          ("creepage", "time", "energy", "temperature", "rolling_speed"), _creepage, "%", 1e-2),
     "traction_ratio": Quantity("sensor", "traction", "shift", "the recorded T/N",

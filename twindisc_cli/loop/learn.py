@@ -269,7 +269,8 @@ class Response:
 def pairs(fitted: Fit, known: Sequence[Response] | None = None) -> list[Pair]:
     """Every quantity over every covariate that the tests can show, seen from a fit.
 
-    known: the responses of a fit nearby, where they have been computed.
+    Of several responses to one that which explains more. known: the responses of a fit nearby, where they have been
+    computed.
     """
     problem = fitted.problem
     span = span_of(fitted.jacobian)
@@ -281,7 +282,11 @@ def pairs(fitted: Fit, known: Sequence[Response] | None = None) -> list[Pair]:
             one = replace(response, slopes=np.where(own[:, None], response.slopes, 0.0))
             samples = problem.count(QUANTITIES[response.quantity].channel, test)
             results.append(_pair(fitted, span, one, samples, test))
-    return [pair for pair in results if pair is not None]
+    best = dict[str, Pair]()
+    for pair in results:
+        if pair is not None and (pair.name not in best or pair.log_evidence > best[pair.name].log_evidence):
+            best[pair.name] = pair
+    return [*best.values()]
 
 
 def _pair(fitted: Fit, span: Floats, response: Response, samples: int, test: str = "") -> Pair | None:
@@ -305,11 +310,12 @@ def responses(fitted: Fit, wanted: Sequence[tuple[str, str]] | None = None) -> l
     results = []
     for quantity, covariate in _searched(problem, predictions) if wanted is None else wanted:
         of, typical = QUANTITIES[quantity], typical_change(fitted, quantity)
-        level = 0.01 if of.kind == "factor" else 0.03 * typical
-        if level > 0.0:  # a channel that does not change has no size that a shift could have
-            edges = _edges(fitted, predictions, covariate)
-            if edges is not None and of.channel == FIRST_SEEN.get(of.stage) == "traction" and problem.shows_wear:
-                edges = _sampled(edges, problem, predictions, covariate)
+        if typical == 0.0:  # a channel that does not change has no size that a shift could have
+            continue
+        edges = _edges(fitted, predictions, covariate)
+        if edges is not None and of.channel == FIRST_SEEN.get(of.stage) == "traction" and problem.shows_wear:
+            edges = _sampled(edges, problem, predictions, covariate)
+        for level in of.probes if of.kind == "factor" else (0.03 * typical,):
             if edges is not None:
                 rows = _bin_rows(problem, fitted.theta, quantity, covariate, edges, level)
                 results.append(Response(quantity, covariate, edges, np.nan_to_num((rows - plain) / level).T, typical))
