@@ -242,7 +242,7 @@ def _given(
     member, refused = compared.answer, dict[frozenset[Term], Refusal]()
     while True:
         judged = judge(member, before, seen_before, masks)
-        refusal = _refusal(replace(_without(compared, refused), answer=member), judged, unseen)
+        refusal = _refusal(replace(_without(compared, refused), answer=member), compared, judged, unseen)
         if refusal is None:
             return judged, refused
         refused[member.labels] = refusal
@@ -273,15 +273,19 @@ def _without(compared: Compared, refused: Mapping[frozenset[Term], Refusal]) -> 
     return replace(compared, shares=np.array([left.get(m.labels, 0.0) for m in compared.members]))
 
 
-def _refusal(compared: Compared, judged: Judged, other: Case | None) -> Refusal | None:
-    """What speaks against giving an explanation; None where nothing does, or where it is the base model."""
+def _refusal(compared: Compared, every: Compared, judged: Judged, other: Case | None) -> Refusal | None:
+    """What speaks against giving an explanation; None where nothing does, or where it is the base model.
+
+    compared: with all weight on what was not refused; every: with those that were.
+    """
     answer = compared.answer
     if not answer.terms:
         return None
     loose = [str(answer.term(name)) for name in answer.terms if _is_loose(answer, name)]
     if loose:
         return Refusal(f"has a parameter of {' and '.join(loose)} at a bound, or fixed by nothing")
-    rare = [str(answer.term(name)) for name in answer.terms if _is_rare(compared, name)]
+    chosen_before = replace(every, answer=answer)
+    rare = [str(answer.term(n)) for n in answer.terms if _is_rare(compared, n) or _is_nobodys(chosen_before, n)]
     if rare:
         return Refusal(f"names {' and '.join(rare)}, which few resamples choose", improbable=True)
     raised = [c for c in judged.rises(held_out=False) if _misses_more(answer.fit, compared.base.fit, c)]
@@ -307,7 +311,12 @@ def _is_rare(compared: Compared, name: str) -> bool:
     found = weighed(compared, name)
     explained = 1.0 - compared.remains(compared.answer.fit.problem.shown_in(compared.answer.effect(name)))
     together = found.probability + sum(other.probability for other in found.alternatives)
-    return together * explained < RESAMPLING.least_probability or found.probability < RESAMPLING.rival_share
+    return together * explained < RESAMPLING.least_probability or _is_nobodys(compared, name)
+
+
+def _is_nobodys(compared: Compared, name: str) -> bool:
+    """Whether so few resamples choose a term that it is not even an alternative."""
+    return weighed(compared, name).probability < RESAMPLING.rival_share
 
 
 def _is_loose(answer: Explanation, name: str) -> bool:

@@ -439,30 +439,25 @@ class _Chain:
     def _local(self, state: State, before: State) -> State:
         """The mean of what differs from strip to strip, each weighted by the energy it dissipates.
 
-        Place and passes of strips are weighted by their load, which it is where all slides. Between a few points of each
-        iteration the mean is on a line. The mean of a product of what the wear index does and what place and passes do is taken for the product of both.
+        Place and passes of strips are weighted by their load, which it is where all slides. What the wear index does is on
+        a line between some of the points. The mean of a product of what the wear index does and what place and passes do is taken for the product of both.
         """
         if not self.is_local:
             return state
-        points = self.model.points
-        whole = self.section(before)
-        paths, section = self._paths(before, whole), whole[:, points.of_strips]
-        ratio, mean, creepage, cycles = (
-            np.broadcast_to(values, whole.shape)[:, points.of_strips]
-            for values in (
-                before.normal_load / before.nominal_load,
-                state.wear_index,
-                state.normalised_creepage,
-                state.cycles,
-            )
+        points, section = self.model.points, self.section(before)
+        ratio = np.broadcast_to(before.normal_load / before.nominal_load, section.shape)
+        paths = self._paths(before, section)
+        some, load_ratio, index, creepage = (
+            np.broadcast_to(values, section.shape)[:, points.of_strips]
+            for values in (section, ratio, state.wear_index, state.normalised_creepage)
         )
-        index = mean[..., None] * paths.read(WearPath.spread_at, section, ratio, creepage)
-        factor = self._by_index(index.reshape(self.sets, -1)).reshape(index.shape) @ SHARES
+        strips = index[..., None] * paths.read(WearPath.spread_at, some, load_ratio, creepage)
+        factor = points.strips(self._by_index(strips.reshape(self.sets, -1)).reshape(strips.shape) @ SHARES)
         if self._local_laws:
-            place, load, passes = strips_passed(paths, section, ratio, cycles)
+            place, load, passes = strips_passed(paths, section, ratio, state.cycles)
             own = self._by_strip(*(v.reshape(self.sets, -1) for v in (place, passes))).reshape(load.shape)
             factor = factor * np.sum(load * own, axis=-1)
-        return state.replace(wear_factor=state.wear_factor * points.strips(factor))
+        return state.replace(wear_factor=state.wear_factor * factor)
 
     def integrated(self, state: State, of: slice) -> Paths:
         """The paths on which the strips wear through a state's history, of every set or of the first."""
