@@ -116,6 +116,17 @@ def test_a_planted_change_is_found_over_its_covariate_and_at_its_place(name: str
         assert values[key] == pytest.approx(place, abs=1.5 * (centres[1] - centres[0]))
 
 
+def test_a_slope_that_falls_far_is_seen_where_all_slides() -> None:
+    """Vermeulen and Johnson's T / (mu N) = 1 - (1 - x / 3)^3, x = 3 at 1.2 % of creepage, at 3.6 % in the second half.
+
+    A small change of the slope would show nothing: x is above 3 at all creepages of the first half.
+    """
+    slid = np.minimum(AT / 0.012 * np.where(TIME > 840.0, 1.0 / 3.0, 1.0), 1.0)
+    found = {(pair.quantity, pair.covariate): pair for pair in seen(-((1.0 - slid) ** 3))}
+    assert found["slope", "time"].log_evidence > 1000.0
+    assert found["slope", "time"].log_evidence > found["mu", "energy"].log_evidence
+
+
 def test_what_the_parameters_imitate_is_not_learnt() -> None:
     """A level of mu everywhere is mu itself: no pair sees it."""
     one, two = (seen(level + 0.0 * TIME, seed=3)[0] for level in (0.0, 0.1))

@@ -14,6 +14,7 @@ from twindisc_cli.laws.trial import Trial, curve, formula
 from twindisc_cli.loop.alternatives import Compared
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import Fit, at, fit
+from twindisc_cli.loop.holdout import without
 from twindisc_cli.loop.judge import Judged, judge
 from twindisc_cli.loop.mixture import Mixture, jumps, mixture_of
 from twindisc_cli.loop.problem import Problem, case_of
@@ -130,6 +131,22 @@ def test_where_the_best_leaves_more_than_the_noise_the_odds_shrink_by_that(misse
     left = min(f.chi2 / (len(f.residual) - len(f.theta)) for f in fits)
     assert (left > 1.5) is (missed > 0.0)
     assert np.log(found[0] / found[1]) == pytest.approx(1.5 / max(left, 1.0))
+
+
+def test_what_the_samples_held_out_speak_for_predicts_other_tests() -> None:
+    """Friction that settles over the first of six steps, which is held out: only on all samples does it show."""
+    whole = problem_of(0.0, 0.05 * np.exp(-TIME / (0.3 * TIME[19])))
+    masks = [{"traction": np.arange(len(TIME)) < 20}]
+    seen = Problem([case_of(without(whole.cases[0].test, masks[0]))], ("traction",))
+    before, members = fit(seen), []
+    for name in ("falling_friction", "running_in_friction"):
+        fitted = fit(seen.with_terms(name))
+        members.append(Explanation(fitted, {"choice": fitted.evidence - 3.0}, fitted.chi2))
+    compared = Compared(members[0], members, np.full(2, np.nan), Explanation(before, {}, before.chi2))
+    found = mixture_of(judge(members[0], fit(whole), before, masks), compared, frozenset(), masks)
+    assert found.weights == pytest.approx([0.5, 0.5])
+    assert found.on_all.weights[1] > 0.999
+    assert found.on_all.on_all.weights == pytest.approx(found.on_all.weights)
 
 
 @pytest.mark.parametrize("width", [1e-5, 0.005])

@@ -104,6 +104,21 @@ def test_any_number_of_samples_is_read_as_exactly(count: int) -> None:
     assert np.all(points.iteration[points.of_traction] == running(UNEVEN, many))
 
 
+@pytest.mark.parametrize("count", [0, 300, 20_000])
+def test_what_is_asked_strip_by_strip_is_on_lines_within_each_iteration(count: int) -> None:
+    """A change of 0.05 an iteration, along a parabola, is read to 0.002; a jump between iterations is kept."""
+    many = np.linspace(0.1, UNEVEN.end_time[-1], count)
+    points = operating_points(
+        sampled(UNEVEN, traction_samples(UNEVEN, many, np.full(count, 0.5)) if count else None, many)
+    )
+    begin = UNEVEN.end_time - UNEVEN.duration
+    share = (points.time - begin[points.iteration]) / UNEVEN.duration[points.iteration]
+    changes = points.iteration + 0.05 * share**2
+    assert np.isin(points.of_iteration, points.of_strips).all()
+    assert points.strips(changes[None, points.of_strips])[0] == pytest.approx(changes, abs=2e-3)
+    assert len(points.of_strips) < 400
+
+
 @pytest.mark.parametrize("count", [3000, 9000])
 def test_every_sample_is_read_at_its_own_creepage(count: int) -> None:
     """Samples at the history's creepage lie between others that have their own."""

@@ -102,7 +102,7 @@ def _kinds(found: Outcome) -> list[tuple[str, list[Fit]]]:
 
 def _weights(found: Outcome, kind: str, channel: str, prediction: Prediction, model: ForwardModel) -> Floats:
     """Weights of the fits of one kind at the samples of a channel (fit, sample)."""
-    weights = found.mixture.weights_at(channel, model, prediction)
+    weights = found.mixture.on_all.weights_at(channel, model, prediction)
     return weights if kind == "loop" else np.ones((1, weights.shape[1]))
 
 

@@ -17,6 +17,7 @@ Valid for: dry steels passing from mild to severe wear.
 from __future__ import annotations
 
 import numpy as np
+
 from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.effects._state import Floats, State
 

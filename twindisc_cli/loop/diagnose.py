@@ -532,7 +532,7 @@ def _prediction(outcome: Outcome, case: Case) -> PredictedErrors:
         for key, value in last[0].level.items()
         if np.isfinite(value) and own[1][0].level[key] != value
     }
-    mixture = outcome.mixture
+    mixture = outcome.mixture.on_all
     errors = _predicted_errors(first, last, mixture), _predicted_errors(*own, mixture)
     return PredictedErrors(case.test.name, *errors, level)
 

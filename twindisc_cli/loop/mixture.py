@@ -7,6 +7,8 @@
     E_i   evidence, t its temperature; c variance of what is left by the best over that of the noise, at least one
     p_i   prior odds: that of the base model against that of all others together are one
 
+What predicts other tests is fitted to all samples, those held out as well; the weights are those of the evidence then.
+
 Beyond the covariates of the samples that were fitted, lines and powers over these, which grow without bound, have no
 weight beside other explanations; a curve stays what it was at the last of them. Nor has a jump between the two samples
 between which it stands: nothing tells where.
@@ -18,7 +20,8 @@ Source: K. P. Burnham, D. R. Anderson, Sociological Methods & Research 33 (2004)
 from __future__ import annotations
 
 from collections.abc import Container, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -50,6 +53,15 @@ class Mixture:
     weights: Floats
     fitted: Mapping[tuple[str, str], Floats] = field(default_factory=dict)
     jumps: Sequence[Sequence[tuple[str, Floats]]] = ()
+
+    @cached_property
+    def on_all(self) -> Mixture:
+        """The same explanations, weighed by all samples, with which their parameters are then estimated as well."""
+        judged = self.members[0]
+        if not any(mask.any() for test in judged.masks for mask in test.values()):
+            return self
+        whole = [replace(member.explanation, fit=member.estimated) for member in self.members]
+        return replace(self, weights=_by_evidence(whole), fitted=_fitted(judged.before))
 
     def weights_at(self, channel: str, model: ForwardModel, prediction: Prediction) -> Floats:
         """Weights at the samples of a channel of a test (member, sample); its covariates are those of a prediction.
@@ -162,6 +174,11 @@ def _weights(every: Sequence[Explanation], compared: Compared) -> Floats:
     if np.isfinite(compared.shares).all():
         share = {m.labels: float(s) for m, s in zip(compared.members, compared.shares, strict=True)}
         return np.array([share[m.labels] for m in every])
+    return _by_evidence(every)
+
+
+def _by_evidence(every: Sequence[Explanation]) -> Floats:
+    """Weights of explanations (member,) by their evidence alone."""
     evidence = np.array([m.evidence for m in every])
     best = every[int(np.argmax(evidence))]
     left = min(m.fit.chi2 / max(len(m.fit.residual) - len(m.fit.theta), 1) for m in every)

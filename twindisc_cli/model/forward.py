@@ -439,8 +439,9 @@ class _Chain:
     def _local(self, state: State, before: State) -> State:
         """The mean of what differs from strip to strip, each weighted by the energy it dissipates.
 
-        Place and passes of strips are weighted by their load, which it is where all slides. What the wear index does is on
-        a line between some of the points. The mean of a product of what the wear index does and what place and passes do is taken for the product of both.
+        What the wear index does is on a line between some of the points. Place and passes of strips are weighted by
+        their load, which it is where all slides. The mean of a product of what the wear index does and what place and
+        passes do is taken for the product of both.
         """
         if not self.is_local:
             return state

@@ -54,7 +54,7 @@ class Points:
     of_traction: the point of every traction sample; of_temperature likewise; of_iteration: the last point of each.
     of_cut: the points at which the history is cut, which are all but those of samples with a creepage of their own.
     of_strips: of these, some of each iteration, its first and its last among them.
-    traction, temperature: how values at the points are read at the samples; strips: at all points, from those of_strips.
+    traction, temperature: how values at the points are read at the samples; strips: how those of_strips at all points.
     """
 
     time: Floats
@@ -132,7 +132,7 @@ def operating_points(experiment: Experiment) -> Points:
 
 
 def _few(iteration: Ints, most: int) -> Ints:
-    """Places of so many points of each iteration (point,) at most, evenly among them, the first and the last included."""
+    """Places of so many points of each iteration (point,) at most, evenly among them, with the first and the last."""
     begin, count = np.unique(iteration, return_index=True, return_counts=True)[1:]
     share = np.linspace(0.0, 1.0, most)
     return np.unique(begin[:, None] + np.round((count[:, None] - 1) * share).astype(np.int64))
