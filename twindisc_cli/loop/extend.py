@@ -24,7 +24,7 @@ from twindisc_cli.model.patch import Paths
 
 FIRST_STEPS = 6
 """Steps of a fit on tracks of its own after which one of several starts is gone on from."""
-SAME_PLACE = 0.01
+SAME_PLACE = 0.25
 """Squared distance, in standard errors, below which two fits have ended at the same parameters."""
 
 

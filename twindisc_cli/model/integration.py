@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -349,9 +349,10 @@ class _BestCircle:
     A wider patch sees more of the unworn flanks and a sharper circle, so that the half-width is unique. Sums over the
     strips inside, of which the outermost counts by the part of it that is inside, are linear from border to border.
 
-    sums of 1, y^2, y^4 up to the outer border of each strip outwards from y = 0, (3, strip); wanted: the curvature
-    [1/m] that makes a half-width at FINE from each border but the FEWEST innermost to the next, (border, fine); table:
-    logarithms of the relative transverse curvature [1/m] and of the semi-axes a and b [m], (3, curvature).
+    sums of 1, y^2, y^4 up to the outer border of each strip outwards from y = 0, (3, strip), without the FEWEST
+    innermost; wanted: the curvature [1/m] that makes a half-width at FINE from each of these borders to the next,
+    (border, fine); table: logarithms of the relative transverse curvature [1/m] and of the semi-axes a and b [m],
+    (3, curvature).
     """
 
     rig: Rig
@@ -367,37 +368,45 @@ class _BestCircle:
         both = np.where(outward > 0.0, 2.0, 1.0)
         sums = np.cumsum(both * np.stack([np.ones_like(outward), outward**2, outward**4]), axis=1)
         borders, table = outward[FEWEST:] + 0.5 * (y[1] - y[0]), _table(rig)
-        half_width = _between(np.stack([borders[:-1], borders[1:]], axis=-1))
+        half_width = _between(borders[:-1], borders[1:])
         known, _, log_b = table[:, ::-1]
-        return cls(rig, y, sums, np.exp(np.interp(np.log(half_width), log_b, known)), table)
+        return cls(rig, y, sums[:, FEWEST:], np.exp(np.interp(np.log(half_width), log_b, known)), table)
 
     def curvature(self, worn: Floats) -> Floats:
         """Relative transverse curvature [1/m], (case,), of the best circle through a worn gap (case, strip)."""
         middle = len(self.y) // 2
         outward, folded = self.y[middle:], worn[:, middle:].copy()
         folded[:, 1:] += worn[:, :middle][:, ::-1]
-        powers = np.broadcast_to(self.sums[:, None], (3, *folded.shape))
-        moments = np.cumsum(np.stack([folded, folded * outward**2]), axis=-1)
-        sums = np.concatenate([powers, moments])
-        sums = sums[..., FEWEST:]
-        beyond = self._fitted(sums) > np.append(self.wanted[:, 0], self.wanted[-1, -1])
+        height = np.cumsum(folded, axis=-1)[:, FEWEST:]
+        bow = np.cumsum(folded * outward**2, axis=-1)[:, FEWEST:]
+        beyond = self._fitted(self.sums, height, bow) > self._last_wanted
         if not beyond[:, -1].all() or beyond.all(axis=-1).any():
             raise NoConvergenceError("no ellipse fits the worn track")
         last = beyond.shape[-1] - 1 - np.argmin(beyond[:, ::-1], axis=-1)
         row = np.arange(len(last))
-        ends = np.stack([sums[:, row, last], sums[:, row, last + 1]], axis=-1)
-        part = _crossing(self._fitted(_between(ends)) - self.wanted[last])
-        return np.maximum(self._fitted(ends[..., 0] + part * (ends[..., 1] - ends[..., 0])), self._flattest)
+        ends = [(self.sums[:, at], height[row, at], bow[row, at]) for at in (last, last + 1)]
+        fine = [_between(low, high) for low, high in zip(*ends, strict=True)]
+        part = _crossing(self._fitted(*fine) - self.wanted[last])
+        there = [low + part * (high - low) for low, high in zip(*ends, strict=True)]
+        return np.maximum(self._fitted(*there), self._flattest)
+
+    @cached_property
+    def _last_wanted(self) -> Floats:
+        """The curvature [1/m] that makes a half-width of each border, (border,)."""
+        return np.append(self.wanted[:, 0], self.wanted[-1, -1])
 
     @property
     def _flattest(self) -> float:
         return float(FLAT[0] * self.rig.curvature_y)
 
-    def _fitted(self, sums: Floats) -> Floats:
-        """Relative transverse curvature [1/m] of the best circle through the worn gap, from its sums (5, ...)."""
-        weight, second, fourth, height, bow = sums
-        inner = 2.0 * (bow - second / weight * height) / (fourth - second / weight * second)
-        return np.asarray(self.rig.curvature_y + inner)
+    def _fitted(self, powers: Floats, height: Floats, bow: Floats) -> Floats:
+        """Relative transverse curvature [1/m] of the best circle through the worn gap.
+
+        powers: sums of 1, y^2, y^4 (3, ...); height, bow: of the gap, and of the gap times y^2, (...).
+        """
+        weight, second, fourth = powers
+        mean = second / weight
+        return np.asarray(self.rig.curvature_y + 2.0 * (bow - mean * height) / (fourth - mean * second))
 
     def axes(self, curvature_y: Floats) -> tuple[Floats, Floats]:
         """Semi-axes a, b [m] of the ellipse for transverse curvatures [1/m]."""
@@ -409,7 +418,7 @@ class _BestCircle:
         """Hertz ellipses with semi-axes (...) [m] under loads (...) [N], their line load integrated over each strip."""
         half_strip, whole = 0.5 * (self.y[1] - self.y[0]), np.asarray(load)[..., None]
         outer, inner = (np.clip((self.y + side) / b[..., None], -1.0, 1.0) for side in (half_strip, -half_strip))
-        integral = 0.75 * whole * ((outer - outer**3 / 3.0) - (inner - inner**3 / 3.0))
+        integral = 0.75 * whole * (outer * (1.0 - outer * outer / 3.0) - inner * (1.0 - inner * inner / 3.0))
         line_load = integral / (2.0 * half_strip)
         # g / (2 a(y) N) with a(y) = a sqrt(1 - y^2 / b^2), and the root is that of g over its largest
         intensity = 0.375 / (a * b)[..., None] * np.sqrt(line_load * b[..., None] / (0.75 * whole))
@@ -417,9 +426,9 @@ class _BestCircle:
         return Pressed(line_load, intensity, a, b, 1.5 * load / area, area, np.zeros_like(a), np.ones_like(a))
 
 
-def _between(ends: Floats) -> Floats:
-    """Values at FINE from the first to the last of two ends (..., 2)."""
-    return np.asarray(ends[..., :1] + FINE * (ends[..., 1:] - ends[..., :1]))
+def _between(low: Floats, high: Floats) -> Floats:
+    """Values at FINE from the first to the last of two ends (...), (..., fine)."""
+    return np.asarray(low[..., None] + FINE * (high - low)[..., None])
 
 
 def _crossing(excess: Floats) -> Floats:
