@@ -13,7 +13,7 @@ from twindisc_cli.laws.covariates import COVARIATES
 from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.laws.trial import Trial, formula
 from twindisc_cli.loop.alternatives import Compared, Weighed, weighed
-from twindisc_cli.loop.explain import Refusal, is_chosen_by_nobody, next_to_judge
+from twindisc_cli.loop.explain import Refusal, is_negligible, next_to_judge
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import at
 from twindisc_cli.loop.problem import Problem, case_of
@@ -137,8 +137,8 @@ def test_what_stands_behind_a_refused_explanation_comes_next(monkeypatch: pytest
     assert next_to_judge(known, {m.labels: Refusal("errs") for m in (WARM, second, third)}).terms == ()
 
 
-@pytest.mark.parametrize(("share", "nobody"), [(0.001, True), (0.04, True), (0.06, False), (0.9, False)])
-def test_what_fewer_than_a_twentieth_of_the_resamples_choose_is_nobodys_choice(share: float, nobody: bool) -> None:
+@pytest.mark.parametrize(("share", "negligible"), [(0.001, True), (0.04, True), (0.06, False), (0.9, False)])
+def test_what_fewer_than_a_twentieth_of_the_resamples_choose_is_negligible(share: float, negligible: bool) -> None:
     second = member(("running_in_wear",), -8.0, OTHER)
     known = compared([1.0 - share, share], WARM, second)
-    assert is_chosen_by_nobody(replace(known, answer=second), second.terms[0]) == nobody
+    assert is_negligible(replace(known, answer=second), second.terms[0]) == negligible

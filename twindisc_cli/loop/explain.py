@@ -285,7 +285,7 @@ def _refusal(compared: Compared, every: Compared, judged: Judged, other: Case | 
     if loose:
         return Refusal(f"has a parameter of {' and '.join(loose)} at a bound, or fixed by nothing")
     chosen_before = replace(every, answer=answer)
-    rare = [str(answer.term(n)) for n in answer.terms if _is_rare(compared, n) or is_chosen_by_nobody(chosen_before, n)]
+    rare = [str(answer.term(n)) for n in answer.terms if _is_rare(compared, n) or is_negligible(chosen_before, n)]
     if rare:
         return Refusal(f"names {' and '.join(rare)}, which few resamples choose", improbable=True)
     raised = [c for c in judged.rises(held_out=False) if _misses_more(answer.fit, compared.base.fit, c)]
@@ -311,10 +311,10 @@ def _is_rare(compared: Compared, name: str) -> bool:
     found = weighed(compared, name)
     explained = 1.0 - compared.remains(compared.answer.fit.problem.shown_in(compared.answer.effect(name)))
     together = found.probability + sum(other.probability for other in found.alternatives)
-    return together * explained < RESAMPLING.least_probability or is_chosen_by_nobody(compared, name)
+    return together * explained < RESAMPLING.least_probability or is_negligible(compared, name)
 
 
-def is_chosen_by_nobody(compared: Compared, name: str) -> bool:
+def is_negligible(compared: Compared, name: str) -> bool:
     """Whether so few resamples choose a term that it is not even an alternative."""
     return weighed(compared, name).probability < RESAMPLING.rival_share
 
