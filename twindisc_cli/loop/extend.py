@@ -49,7 +49,7 @@ def most_promising(explanation: Explanation, proposed: Sequence[Proposal]) -> li
         if proposal.promise < least or enough or _asks_too_much(explanation.fit.problem, proposal):
             continue
         effects_fitted += not proposal.is_law
-        explanations.append(with_one_more(explanation, proposal, SEARCH.least_share * best))
+        explanations.append(with_one_more(explanation, proposal, best))
         best = max(best, explanations[-1].here - explanation.here)
     return explanations
 
@@ -111,14 +111,13 @@ def _within_reach(explanations: Sequence[Explanation]) -> list[Explanation]:
     return [e for e in explanations if (best - e.here) / e.temperature < SEARCH.equivalent]
 
 
-def with_one_more(explanation: Explanation, proposal: Proposal, enough: float = 0.0) -> Explanation:
+def with_one_more(explanation: Explanation, proposal: Proposal, best: float = 0.0) -> Explanation:
     """An explanation with one more term.
 
     Where K differs from strip to strip, the term is fitted on the track as it is without it, and where it says enough
-    there [nats], and half of what an effect must say, on its own: of several starts that say as much a few steps from
-    each, and then on from the best.
+    there, beside the best so far [nats], on its own: of several starts that say as much a few steps from each, and then
+    on from the best.
     """
-    enough = max(enough, 0.5 * SEARCH.effect_evidence * explanation.temperature)
     fitted = explanation.fit
     problem = fitted.problem.with_terms(*fitted.terms, proposal.name, trial=_trial(proposal))
     twice = problem.is_local and proposal.effect.stage != "contact"
@@ -127,16 +126,27 @@ def with_one_more(explanation: Explanation, proposal: Proposal, enough: float = 
     steps = SEARCH.curve_steps if law is not None and law.is_curve else MOST_STEPS
     starts = [np.concatenate([fitted.theta, start]) for start in proposal.starts]
     fits = [fit(first, start, steps) for start in starts]
-    best = max(f.evidence for f in fits)
-    near = _apart([f for f in fits if best - f.evidence < SEARCH.equivalent])
+    most = max(f.evidence for f in fits)
+    near = _apart([f for f in fits if most - f.evidence < SEARCH.equivalent])
     prices = {**explanation.prices, proposal.name: proposal.price}
     more = [replace(explanation, fit=f, prices=prices) for f in near]
     if law is not None and law.jumps.size:
         more = [_edged(e, proposal.name, law, proposal.pair) for e in more]
-    if twice and max(e.here for e in more) > explanation.here + enough:
+    if twice and max(e.here for e in more) > explanation.here + _enough(more[0], proposal.effect, best):
         more = [_on_its_track(e, FIRST_STEPS) for e in more] if len(more) > 1 else more
         return _on_its_track(_first_of_best(more), MOST_STEPS)
     return _first_of_best(more)
+
+
+def _enough(explanation: Explanation, new: Effect, best: float) -> float:
+    """What a new term must say on the track as it is to be fitted on its own [nats]; best: what one has said so far.
+
+    Half of what an effect must say, and a share of the best; what acts on no wear moves the track little, and must be
+    within reach of the best.
+    """
+    temperature = explanation.temperature
+    within_reach = -np.inf if new.channel == "profile" else best - 2.0 * SEARCH.equivalent * temperature
+    return float(max(0.5 * SEARCH.effect_evidence * temperature, SEARCH.least_share * best, within_reach))
 
 
 def _on_its_track(explanation: Explanation, most_steps: int) -> Explanation:

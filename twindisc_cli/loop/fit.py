@@ -35,8 +35,9 @@ EDGE = 1e-3
 """Nearer to a bound than this share of the range a parameter is at it."""
 SAME_TRACK = 0.01
 """Fall of chi2 that is still to be had by what parameters do to the track, below which a fit on one track is enough."""
-FTOL, TRACK_FTOL = 1e-6, 1e-4
-"""Relative falls of chi2 at which a fit ends, on tracks that are integrated each time the second: a tenth of a nat."""
+FTOL, TRACK_FTOL = 1e-5, 1e-4
+"""Relative falls of chi2 at which a fit ends, on tracks that are integrated each time the second: a hundredth of a nat,
+and a tenth, where a thousand samples are fitted."""
 
 
 @dataclass(frozen=True)
