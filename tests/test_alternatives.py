@@ -141,4 +141,4 @@ def test_what_stands_behind_a_refused_explanation_comes_next(monkeypatch: pytest
 def test_what_fewer_than_a_twentieth_of_the_resamples_choose_is_negligible(share: float, negligible: bool) -> None:
     second = member(("running_in_wear",), -8.0, OTHER)
     known = compared([1.0 - share, share], WARM, second)
-    assert is_negligible(replace(known, answer=second), second.terms[0]) == negligible
+    assert is_negligible(weighed(replace(known, answer=second), second.terms[0])) == negligible

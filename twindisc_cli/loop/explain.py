@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twindisc_cli.laws.trial import Trial
-from twindisc_cli.loop.alternatives import Compared, weighed
+from twindisc_cli.loop.alternatives import Compared, Weighed, weighed
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.choose import chosen, preferred
 from twindisc_cli.loop.explanation import Explanation, ranked
 from twindisc_cli.loop.fit import Fit, carried, fit, plain_fit, refit, remembered
-from twindisc_cli.loop.holdout import withheld, without
+from twindisc_cli.loop.holdout import holds_out, withheld, without
 from twindisc_cli.loop.judge import Judged, fall, judge, rises
 from twindisc_cli.loop.mixture import Mixture, mixture_of
 from twindisc_cli.loop.noise import Mask
@@ -141,7 +141,7 @@ def _explained(
     members = ranked(
         [result.answer, *(e for rivals in result.rivals.values() for e in rivals), *result.others, result.base]
     )
-    apart = any(mask.any() for test in masks for mask in test.values())
+    apart = holds_out(masks)
     before = plain_fit(problem_of(tests), seen_before) if apart else seen_before
     progress("judging on held-out samples", 0.8)
     chances = np.full(len(members), np.nan) if quick else shares(members)
@@ -284,8 +284,8 @@ def _refusal(compared: Compared, every: Compared, judged: Judged, other: Case | 
     loose = [str(answer.term(name)) for name in answer.terms if _is_loose(answer, name)]
     if loose:
         return Refusal(f"has a parameter of {' and '.join(loose)} at a bound, or fixed by nothing")
-    chosen_before = replace(every, answer=answer)
-    rare = [str(answer.term(n)) for n in answer.terms if _is_rare(compared, n) or is_negligible(chosen_before, n)]
+    first = replace(every, answer=answer)
+    rare = [str(answer.term(n)) for n in answer.terms if _is_rare(compared, n) or is_negligible(weighed(first, n))]
     if rare:
         return Refusal(f"names {' and '.join(rare)}, which few resamples choose", improbable=True)
     raised = [c for c in judged.rises(held_out=False) if _misses_more(answer.fit, compared.base.fit, c)]
@@ -311,12 +311,12 @@ def _is_rare(compared: Compared, name: str) -> bool:
     found = weighed(compared, name)
     explained = 1.0 - compared.remains(compared.answer.fit.problem.shown_in(compared.answer.effect(name)))
     together = found.probability + sum(other.probability for other in found.alternatives)
-    return together * explained < RESAMPLING.least_probability or is_negligible(compared, name)
+    return together * explained < RESAMPLING.least_probability or is_negligible(found)
 
 
-def is_negligible(compared: Compared, name: str) -> bool:
+def is_negligible(found: Weighed) -> bool:
     """Whether so few resamples choose a term that it is not even an alternative."""
-    return weighed(compared, name).probability < RESAMPLING.rival_share
+    return found.probability < RESAMPLING.rival_share
 
 
 def _is_loose(answer: Explanation, name: str) -> bool:

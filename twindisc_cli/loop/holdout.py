@@ -7,7 +7,7 @@ track. An end is what a model must extrapolate to.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 
 import numpy as np
@@ -63,3 +63,8 @@ def without(test: Experiment, masks: Mapping[str, Mask]) -> Experiment:
         kept = {column.name: getattr(samples, column.name)[~dropped] for column in fields(samples)}
         measured = measured.with_samples(name, replace(samples, **kept))
     return replace(test, measured=measured)
+
+
+def holds_out(masks: Sequence[Mapping[str, Mask]]) -> bool:
+    """Whether any sample of any test is withheld; masks by channel, of each test."""
+    return any(mask.any() for test in masks for mask in test.values())

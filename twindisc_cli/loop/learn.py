@@ -315,10 +315,11 @@ def responses(fitted: Fit, wanted: Sequence[tuple[str, str]] | None = None) -> l
         edges = _edges(fitted, predictions, covariate)
         if edges is not None and of.channel == FIRST_SEEN.get(of.stage) == "traction" and problem.shows_wear:
             edges = _sampled(edges, problem, predictions, covariate)
+        if edges is None:
+            continue
         for level in of.probes if of.kind == "factor" else (0.03 * typical,):
-            if edges is not None:
-                rows = _bin_rows(problem, fitted.theta, quantity, covariate, edges, level)
-                results.append(Response(quantity, covariate, edges, np.nan_to_num((rows - plain) / level).T, typical))
+            rows = _bin_rows(problem, fitted.theta, quantity, covariate, edges, level)
+            results.append(Response(quantity, covariate, edges, np.nan_to_num((rows - plain) / level).T, typical))
     return results
 
 

@@ -29,6 +29,7 @@ from twindisc_cli.loop.alternatives import Compared
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import Fit
+from twindisc_cli.loop.holdout import holds_out
 from twindisc_cli.loop.judge import Judged, Kind, about_jumps, judge, rises
 from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.term_intervals import INTERVAL
@@ -58,7 +59,7 @@ class Mixture:
     def on_all(self) -> Mixture:
         """The same explanations, weighed by all samples, with which their parameters are then estimated as well."""
         judged = self.members[0]
-        if not any(mask.any() for test in judged.masks for mask in test.values()):
+        if not holds_out(judged.masks):
             return self
         whole = [replace(member.explanation, fit=member.estimated) for member in self.members]
         return replace(self, weights=_by_evidence(whole), fitted=_fitted(judged.before))

@@ -446,7 +446,7 @@ class _Chain:
         if not self.is_local:
             return state
         points, section = self.model.points, self.section(before)
-        ratio = np.broadcast_to(before.normal_load / before.nominal_load, section.shape)
+        ratio = before.normal_load / before.nominal_load
         paths = self._paths(before, section)
         some, load_ratio, index, creepage = (
             np.broadcast_to(values, section.shape)[:, points.of_strips]

@@ -379,7 +379,7 @@ class _BestCircle:
         folded[:, 1:] += worn[:, :middle][:, ::-1]
         height = np.cumsum(folded, axis=-1)[:, FEWEST:]
         bow = np.cumsum(folded * outward**2, axis=-1)[:, FEWEST:]
-        beyond = self._fitted(self.sums, height, bow) > self._last_wanted
+        beyond = self._fitted(self.sums, height, bow) > self._wanted_at_borders
         if not beyond[:, -1].all() or beyond.all(axis=-1).any():
             raise NoConvergenceError("no ellipse fits the worn track")
         last = beyond.shape[-1] - 1 - np.argmin(beyond[:, ::-1], axis=-1)
@@ -391,8 +391,8 @@ class _BestCircle:
         return np.maximum(self._fitted(*there), self._flattest)
 
     @cached_property
-    def _last_wanted(self) -> Floats:
-        """The curvature [1/m] that makes a half-width of each border, (border,)."""
+    def _wanted_at_borders(self) -> Floats:
+        """The curvature [1/m] that makes a half-width up to each border, (border,)."""
         return np.append(self.wanted[:, 0], self.wanted[-1, -1])
 
     @property

@@ -127,7 +127,7 @@ def operating_points(experiment: Experiment) -> Points:
         of_strips=of_strips,
         traction=traction,
         temperature=temperature,
-        strips=_on_lines(times[of_strips], times),
+        strips=_reading(history, times[of_strips], times, within=False),
     )
 
 
@@ -136,15 +136,6 @@ def _few(iteration: Ints, most: int) -> Ints:
     begin, count = np.unique(iteration, return_index=True, return_counts=True)[1:]
     share = np.linspace(0.0, 1.0, most)
     return np.unique(begin[:, None] + np.round((count[:, None] - 1) * share).astype(np.int64))
-
-
-def _on_lines(known: Floats, times: Floats) -> Reading:
-    """Read at `times` on the lines between known times, both ascending."""
-    of = np.clip(np.searchsorted(known, times), min(1, len(known) - 1), len(known) - 1)
-    other = np.maximum(of - 1, 0)
-    way = known[of] - known[other]
-    part = np.divide(times - known[other], way, out=np.ones_like(times), where=way > 0.0)
-    return Reading(of=of, other=other, part=np.clip(part, 0.0, 1.0))
 
 
 def _at(column: RecordedColumn, times: Floats, steps: Ints) -> Floats:
