@@ -11,7 +11,7 @@ from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.alternatives import Compared, Weighed, weighed
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.choose import chosen, preferred
-from twindisc_cli.loop.explanation import Explanation, ranked
+from twindisc_cli.loop.explanation import Explanation, on_samples_of, ranked
 from twindisc_cli.loop.fit import Fit, carried, fit, plain_fit, refit, remembered
 from twindisc_cli.loop.holdout import holds_out, withheld, without
 from twindisc_cli.loop.judge import Judged, fall, judge, rises
@@ -105,8 +105,7 @@ def _shown_by_held_out(outcome: Outcome) -> tuple[str, ...]:
     held_out = {channel for test in judged.masks for channel, mask in test.items() if mask.any()}
     if not held_out - explained:
         return ()
-    whole = judged.estimated
-    base = refit(judged.before.problem, judged.before.theta) if answer.terms else whole
+    whole, base = judged.estimated, judged.base_estimated
     chosen_on_all = _channels_of_choice(outcome) if not answer.terms else set()
     return tuple(
         channel
@@ -171,14 +170,13 @@ def chosen_on_all(judged: Judged, members: Sequence[Explanation]) -> frozenset[T
 
     Where the answer is the base model, another has to say enough.
     """
-    answer, whole = judged.explanation, judged.estimated
-    base = refit(judged.before.problem, judged.before.theta) if answer.terms else whole
-    again = [replace(answer, fit=whole, before=base.chi2)]
+    answer, whole, base = judged.explanation, judged.estimated, judged.base_estimated
+    again = [on_samples_of(base, answer, whole)]
     near = [m for m in members if m.labels != answer.labels and not m.fit.at_bound]
     near = [m for m in near if (answer.evidence - m.evidence) / answer.temperature < 2.0 * SEARCH.equivalent]
     for member in near[: SEARCH.most_rivals]:
         problem = whole.problem.with_terms(*member.terms, trial=member.fit.problem.trial)
-        again.append(replace(member, fit=fit(problem, carried(problem, whole, member.fit)), before=base.chi2))
+        again.append(on_samples_of(base, member, fit(problem, carried(problem, whole, member.fit))))
     best = preferred(again) if answer.terms else chosen(again[0], again[1:]) or again[0]
     return best.labels
 

@@ -32,6 +32,17 @@ class Explanation:
     before: float
     elsewhere: Elsewhere | None = field(default=None, repr=False)
 
+    @classmethod
+    def of_base(cls, base: Fit, elsewhere: Elsewhere | None = None) -> Explanation:
+        """The base model, beside which others are judged."""
+        first = cls(base, {}, 0.0, elsewhere)
+        return replace(first, before=first.chi2)
+
+    @property
+    def chi2(self) -> float:
+        """Squared length of what is missed, also of the test that is only predicted."""
+        return self.fit.chi2 + self._elsewhere[1]
+
     @property
     def terms(self) -> tuple[str, ...]:
         """Names of the effects and laws."""
@@ -66,7 +77,7 @@ class Explanation:
     @property
     def temperature(self) -> float:
         """What differences of evidence are divided by: formulas err more, the more they explain."""
-        return 1.0 + SEARCH.tempering * float(np.sqrt(max(self.before - self.fit.chi2 - self._elsewhere[1], 0.0)))
+        return 1.0 + SEARCH.tempering * float(np.sqrt(max(self.before - self.chi2, 0.0)))
 
     def effect(self, name: str) -> Effect:
         """A term as it acts."""
@@ -121,6 +132,11 @@ def ranked(explanations: Sequence[Explanation]) -> list[Explanation]:
     for explanation in by_falling(explanations, evidence_of):
         best.setdefault(explanation.labels, explanation)
     return list(best.values())
+
+
+def on_samples_of(base: Fit, explanation: Explanation, fitted: Fit) -> Explanation:
+    """The same terms as fitted to the samples of a fit of the base model, and judged beside it."""
+    return replace(explanation, fit=fitted, before=Explanation.of_base(base, explanation.elsewhere).chi2)
 
 
 def without(explanation: Explanation, name: str) -> Explanation:

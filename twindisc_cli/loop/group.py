@@ -151,7 +151,7 @@ def _alone(problem: Problem, number: int) -> Explanation:
     """One of the tests by itself, with the noise that all of them tell."""
     case = problem.cases[number]
     first = refit(Problem([case], tuple(c for c in problem.channels if c in case.noise)))
-    return Explanation(first, {}, first.chi2)
+    return Explanation.of_base(first)
 
 
 def _next(best: _Structure) -> NextExperiment | None:

@@ -47,9 +47,14 @@ class Judged:
         """All parameters of the explanation estimated on all samples."""
         member = self.explanation.fit
         if not member.terms:
-            return refit(self.before.problem, self.before.theta)
+            return self.base_estimated
         problem = self.before.problem.with_terms(*member.terms, trial=member.problem.trial)
         return refit(problem, carried(problem, self.before, member))
+
+    @cached_property
+    def base_estimated(self) -> Fit:
+        """The base model estimated on all samples, with the nuisances there."""
+        return refit(self.before.problem, self.before.theta)
 
     @cached_property
     def after(self) -> Fit:

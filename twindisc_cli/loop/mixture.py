@@ -27,7 +27,7 @@ import numpy as np
 
 from twindisc_cli.loop.alternatives import Compared
 from twindisc_cli.loop.channels import channels
-from twindisc_cli.loop.explanation import Explanation
+from twindisc_cli.loop.explanation import Explanation, on_samples_of
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.holdout import holds_out
 from twindisc_cli.loop.judge import Judged, Kind, about_jumps, judge, rises
@@ -61,7 +61,7 @@ class Mixture:
         judged = self.members[0]
         if not holds_out(judged.masks):
             return self
-        whole = [replace(member.explanation, fit=member.estimated) for member in self.members]
+        whole = [on_samples_of(judged.base_estimated, m.explanation, m.estimated) for m in self.members]
         return replace(self, weights=_by_evidence(whole), fitted=_fitted(judged.before))
 
     def weights_at(self, channel: str, model: ForwardModel, prediction: Prediction) -> Floats:

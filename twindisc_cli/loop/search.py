@@ -54,9 +54,7 @@ def search(
     enough: whether an answer beside the base model ends the search.
     """
     progress("base model")
-    first = refit(problem)
-    before = first.chi2 + (other.density(first)[1] if other else 0.0)
-    base = Explanation(first, {}, before, other)
+    base = Explanation.of_base(refit(problem), other)
     best, others = base, list[Explanation]()
     rivals: Mapping[str, Sequence[Explanation]] = {}
     known = set[frozenset[Term]]()
