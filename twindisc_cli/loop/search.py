@@ -110,27 +110,26 @@ def _two_effects(
     Pairs with a term of the better one are among its rivals already.
     """
     least = better.here - SEARCH.equivalent * better.temperature
-    single = [p for p in effects(before.fit, channel) if p.name not in better.terms]
-    alone = {p.name: before.here + p.promise for p in single}
+    every = [p for p in effects(before.fit) if p.name not in better.terms]
+    alone = {p.name: before.here + p.promise for p in every}
+    single = [p for p in every if p.effect.channel == channel]
     return ranked(
         [
             e
             for half in _halves(better, before, tried, single)
-            for e in most_promising(half, _second(half, channel, alone, least))
+            for e in most_promising(half, _second(half, alone, least))
             if not e.fit.at_bound and not _courses_over_time(*(e.effect(name) for name in e.terms[-2:]))
         ]
     )
 
 
-def _second(half: Explanation, channel: str, alone: Mapping[str, float], least: float) -> list[Proposal]:
-    """Effects of a channel that bring half an explanation near the least evidence [nats].
+def _second(half: Explanation, alone: Mapping[str, float], least: float) -> list[Proposal]:
+    """Effects that bring half an explanation near the least evidence [nats].
 
     They must promise something, and more than alone, of which the evidence is given by name.
     """
     enough = max(SEARCH.least_share * (least - half.here) + SEARCH.least_promise, 0.0)
-    return [
-        p for p in effects(half.fit, channel) if p.name in alone and p.promise > max(enough, alone[p.name] - half.here)
-    ]
+    return [p for p in effects(half.fit) if p.name in alone and p.promise > max(enough, alone[p.name] - half.here)]
 
 
 def _courses_over_time(one: Effect, other: Effect) -> bool:
