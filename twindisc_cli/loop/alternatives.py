@@ -115,12 +115,18 @@ def by_probability(chances: Mapping[Term, float]) -> list[tuple[Term, float]]:
     return sorted(chances.items(), key=lambda pair: (-pair[1], str(pair[0])))
 
 
+def _effects_first(chances: Mapping[Term, float]) -> list[tuple[Term, float]]:
+    """Terms by falling probability, effects of the catalogue before laws that are more probable only by chance."""
+    ahead = {term: isinstance(term, EffectTerm) * RESAMPLING.share_error for term in chances}
+    return sorted(by_probability(chances), key=lambda pair: -(pair[1] + ahead[pair[0]]))
+
+
 def _named_beside(
     compared: Compared, places: Mapping[Term, Explanation], held: float, together: Mapping[Term, float]
 ) -> list[Alternative]:
     """The terms that are named beside a term that is held with this probability, by falling probability."""
     beside, left = list[Alternative](), list[Alternative]()
-    for term, share in by_probability(together):
+    for term, share in _effects_first(together):
         effect = isinstance(term, EffectTerm)
         small = effect and len(beside) + 1 < RESAMPLING.small_set
         if share > RESAMPLING.rival_share and (small or held < RESAMPLING.set_share):

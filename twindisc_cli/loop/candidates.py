@@ -57,11 +57,11 @@ def proposals(fitted: Fit, known: Sequence[Response] | None = None) -> list[Prop
     return sorted([*effects(fitted), *laws(fitted, known)], key=lambda p: -p.promise)
 
 
-def effects(fitted: Fit, channel: str | None = None) -> list[Proposal]:
-    """The effects of the catalogue, or those of a channel, that these tests can show and that are not in the model."""
+def effects(fitted: Fit, names: Sequence[str] | None = None) -> list[Proposal]:
+    """The effects of the catalogue, or those of these names, that the tests can show and that are not in the model."""
     target, results = _target(fitted), []
     for name in searched(fitted.problem):
-        if channel is not None and catalogue()[name].channel != channel:
+        if names is not None and name not in names:
             continue
         sets, moved = _responses_of(fitted, target, name)
         results.append(_effect(fitted, name, sets, _beyond(moved, target)))

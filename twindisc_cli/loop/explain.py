@@ -22,7 +22,7 @@ from twindisc_cli.loop.resample import shares
 from twindisc_cli.loop.screen import is_unexplained, unexplained_residual
 from twindisc_cli.loop.search import Search, search
 from twindisc_cli.loop.term_intervals import term_parameters, unfixed
-from twindisc_cli.loop.terms import Term
+from twindisc_cli.loop.terms import EffectTerm, Term
 from twindisc_cli.loop.thresholds import ACCEPTANCE, RESAMPLING, SEARCH
 from twindisc_cli.loop.validate import at_its_own_level, elsewhere, predict_test
 from twindisc_cli.model.experiment import Experiment, Floats
@@ -212,10 +212,13 @@ def _more_probable(compared: Compared, name: str) -> Explanation | None:
         and not places[alternative.term].fit.at_bound
         and not _is_the_record_of(compared, name, places[alternative.term])
     ]
-    best = max(likely, key=lambda alternative: alternative.probability, default=None)
-    if best is None or not best.probability > result.probability + RESAMPLING.share_error:
+    chance = {
+        a.term: a.probability if isinstance(a.term, EffectTerm) else result.chances.get(a.term, 0.0) for a in likely
+    }
+    best = max(chance, key=lambda term: chance[term], default=None)
+    if best is None or not chance[best] > result.probability + RESAMPLING.share_error:
         return None
-    return places[best.term]
+    return places[best]
 
 
 def _is_the_record_of(compared: Compared, name: str, other: Explanation) -> bool:

@@ -96,7 +96,7 @@ def _with(explanation: Explanation, name: str, laws: Mapping[str, Law]) -> tuple
     trial = {name: scaled(laws[name])} if name in laws else {}
     problem = fitted.problem.with_terms(*fitted.terms, name, trial=trial)
     own = [p for p in problem.parameters if p.term == name]
-    proposed = next((p.starts for p in effects(fitted) if p.name == name), []) if not trial else []
+    proposed = next((p.starts for p in effects(fitted, [name])), []) if not trial else []
     starts = [np.array([p.inner(p.start) for p in own])] if trial else proposed
     fits = [fit(problem, np.concatenate([fitted.theta, start])) for start in starts]
     inside = [result for result in fits if not result.at_bound]

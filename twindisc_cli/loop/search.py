@@ -12,6 +12,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
+from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Effect
 from twindisc_cli.loop.candidates import Proposal, effects
 from twindisc_cli.loop.choose import chosen, preferred
@@ -90,8 +93,8 @@ def _nothing_left(explanation: Explanation) -> bool:
 def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explanation]) -> list[Explanation]:
     """Two effects of the catalogue in the place of a law that was added, where they cannot be told from it.
 
-    First the explanation to go on with, then the others within reach. The second effect is one of the law's own
-    channel, by what it promises beside the first as fitted. Two courses over time of one quantity do not stand for a
+    First the explanation to go on with, then the others within reach. The second effect is one of any channel, by what
+    it promises beside the first as fitted. Two courses over time of one quantity do not stand for a
     law: sums of settlings follow any curve, as the law does.
     """
     if len(better.laws) == len(before.laws):
@@ -105,19 +108,17 @@ def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explana
 def _two_effects(
     better: Explanation, before: Explanation, tried: Sequence[Explanation], channel: str
 ) -> list[Explanation]:
-    """An explanation with two effects of a channel beside it, in the place of what a better one has more.
+    """An explanation with two effects beside it, the first of a channel, in the place of what a better one has more.
 
     Pairs with a term of the better one are among its rivals already.
     """
     least = better.here - SEARCH.equivalent * better.temperature
-    every = [p for p in effects(before.fit) if p.name not in better.terms]
-    alone = {p.name: before.here + p.promise for p in every}
-    single = [p for p in every if p.effect.channel == channel]
+    alone = {e.terms[-1]: e.here for e in tried}
     return ranked(
         [
             e
-            for half in _halves(better, before, tried, single)
-            for e in most_promising(half, _second(half, alone, least))
+            for half in _halves(better, before, tried, channel)
+            for e in most_promising(half, [p for p in _second(half, alone, least) if p.name not in better.terms])
             if not e.fit.at_bound and not _courses_over_time(*(e.effect(name) for name in e.terms[-2:]))
         ]
     )
@@ -126,10 +127,10 @@ def _two_effects(
 def _second(half: Explanation, alone: Mapping[str, float], least: float) -> list[Proposal]:
     """Effects that bring half an explanation near the least evidence [nats].
 
-    They must promise something, and more than alone, of which the evidence is given by name.
+    They must promise something, and bring more than alone, as far as their evidence alone is known, by name.
     """
     enough = max(SEARCH.least_share * (least - half.here) + SEARCH.least_promise, 0.0)
-    return [p for p in effects(half.fit) if p.name in alone and p.promise > max(enough, alone[p.name] - half.here)]
+    return [p for p in effects(half.fit) if p.promise > max(enough, alone.get(p.name, -np.inf) - half.here)]
 
 
 def _courses_over_time(one: Effect, other: Effect) -> bool:
@@ -137,9 +138,7 @@ def _courses_over_time(one: Effect, other: Effect) -> bool:
     return one.over == other.over == "time" and one.stage == other.stage
 
 
-def _halves(
-    better: Explanation, before: Explanation, tried: Sequence[Explanation], single: Sequence[Proposal]
-) -> list[Explanation]:
+def _halves(better: Explanation, before: Explanation, tried: Sequence[Explanation], channel: str) -> list[Explanation]:
     """Explanations with the first of two effects that may stand for a law.
 
     Those that take a good part of what the law takes, and those with another contact, whatever they take: the patch
@@ -149,9 +148,9 @@ def _halves(
     new = [e for e in tried if len(e.laws) == len(before.laws) and e.terms[-1] not in better.terms]
     free = [e for e in new if not e.fit.at_bound]
     large = [e for e in free if before.fit.chi2 - e.fit.chi2 > SEARCH.replaced_share * taken][: SEARCH.replacements]
-    known = {e.terms[-1] for e in large}
-    contacts = [p for p in single if p.effect.stage == "contact"]
-    return [*large, *(with_one_more(before, p) for p in contacts if p.name not in known)]
+    known = {*better.terms, *(e.terms[-1] for e in large)}
+    contacts = [n for n, e in catalogue().items() if e.stage == "contact" and e.channel == channel and n not in known]
+    return [*large, *(with_one_more(before, p) for p in effects(before.fit, contacts))]
 
 
 def without_older_laws(
