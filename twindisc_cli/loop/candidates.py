@@ -73,52 +73,51 @@ def effects(fitted: Fit, names: Sequence[str] | None = None) -> list[Proposal]:
 def _effect(fitted: Fit, name: str, sets: Floats, moved: Floats, test: str = "") -> Proposal:
     """An effect from what its parameters (set, parameter) do to white samples (set, sample), in one test or in all.
 
-    It promises what the best set takes, averaged over what only shapes it, less the price of its sizes.
-    It starts as large as the residual asks, to first order, and no larger than on the grid: from the set that promises
-    most, and from the one least like it of those that promise half as much.
+    It promises what the best start takes, averaged over what only shapes it, less the price of its sizes. It starts
+    where it promises most, and where it does what is least like that, of what promises half as much.
     """
-    length = _length(moved)
-    score, share = _said(fitted, moved), np.clip(moved @ fitted.residual / length, LEAST_START, 1.0)
     off = _off(name)
-    begin = np.where(np.isnan(off), sets, off + share[:, None] * (sets - off))
+    sized = ~np.isnan(off)
+    begin, moved = (_shares if np.sum(sized) == 1 else _sums)(fitted, off, sets, moved)
+    score, length = _said(fitted, moved), _length(moved)
     first = int(np.argmax(score))
     similarity = np.where(score >= 0.5 * score[first], np.abs(moved @ moved[first]) / np.sqrt(length), np.inf)
-    best, starts = float(score[first]), [begin[i] for i in dict.fromkeys((first, int(np.argmin(similarity))))]
-    if (sum_ := _best_sum(fitted, name, sets, moved)) is not None:
-        best, starts = max(best, sum_[0]), [sum_[1], begin[first]]
+    starts = [begin[i] for i in dict.fromkeys((first, int(np.argmin(similarity))))]
     shaped = float(np.log(np.mean(np.exp(0.5 * (score - score[first])))))
-    paid = 0.5 * np.log(len(fitted.residual)) * np.sum(~np.isnan(off))
+    paid = 0.5 * np.log(len(fitted.residual)) * np.sum(sized)
     price = fitted.problem.price_of_one if test else 0.0
-    promise = 0.5 * best + shaped - paid - price
+    promise = 0.5 * float(score[first]) + shaped - paid - price
     return Proposal(in_test(name, test), replace(catalogue()[name], test=test), starts, promise, price)
+
+
+def _shares(fitted: Fit, off: Floats, sets: Floats, moved: Floats) -> tuple[Floats, Floats]:
+    """Parameters (set, parameter) with the size that the residual asks, to first order, and what they do (set, sample).
+
+    They are inside the grid.
+    """
+    share = np.clip(moved @ fitted.residual / _length(moved), LEAST_START, 1.0)
+    return np.where(np.isnan(off), sets, off + share[:, None] * (sets - off)), moved
+
+
+def _sums(fitted: Fit, off: Floats, sets: Floats, moved: Floats) -> tuple[Floats, Floats]:
+    """The same of an effect of several sizes: what each does alone, added up as the residual asks, for every shape.
+
+    Parameters are inside the grid.
+    """
+    sized = ~np.isnan(off)
+    _, shape = np.unique(sets[:, ~sized], axis=0, return_inverse=True)
+    begin, sums = [], []
+    for here in (shape == number for number in range(int(shape.max()) + 1)):
+        weight, _ = nnls(moved[here].T, fitted.residual)
+        begin.append(np.where(sized, off + weight @ (sets[here] - off), sets[here][0]))
+        sums.append(weight @ moved[here])
+    return np.clip(begin, sets.min(axis=0), sets.max(axis=0)), np.array(sums)
 
 
 def _off(name: str) -> Floats:
     """Inner values that switch an effect off, NaN of parameters that only shape it (parameter,)."""
     own = parameters_of(name, catalogue()[name])
     return np.array([np.nan if p.off is None else p.inner(p.off) for p in own])
-
-
-def _best_sum(fitted: Fit, name: str, sets: Floats, moved: Floats) -> tuple[float, Floats] | None:
-    """By how much the best sum of the sizes of an effect lowers chi2, to first order, and its parameters (parameter,).
-
-    What each size does alone is added up as the residual asks, for every choice of the other parameters. None where the
-    effect has one size.
-    """
-    sized = np.flatnonzero(~np.isnan(_off(name)))
-    if len(sized) < 2:
-        return None
-    off = _off(name)[sized]
-    alone = np.sum(sets[:, sized] != off, axis=1) == 1
-    shapes = np.delete(sets, sized, axis=1)
-    sums = []
-    for shape in np.unique(shapes, axis=0):
-        here = alone & np.all(shapes == shape, axis=1)
-        weight, left = nnls(moved[here].T, fitted.residual)
-        both = sets[here][0]
-        both[sized] = off + weight @ (sets[here][:, sized] - off)
-        sums.append((fitted.chi2 - float(left) ** 2, both))
-    return max(sums, key=lambda pair: pair[0])
 
 
 def laws(fitted: Fit, known: Sequence[Response] | None = None) -> list[Proposal]:
@@ -238,7 +237,7 @@ def _target(fitted: Fit) -> tuple[Floats, Floats]:
 def _grid(fitted: Fit, name: str) -> Floats:
     """Inner parameters of one effect on a coarse grid (set, parameter) that covers what its parameters may be.
 
-    Of several sizes each is also on alone.
+    Of several sizes one is on at a time.
     """
     effect, own = catalogue()[name], parameters_of(name, catalogue()[name])
     shapes = sum(p.off is None for p in own)
@@ -250,7 +249,7 @@ def _grid(fitted: Fit, name: str) -> Floats:
     ]
     sets = np.stack([a.ravel() for a in np.meshgrid(*axes, indexing="ij")], axis=1)
     sized = ~np.isnan(_off(name))
-    return sets[np.any(sets[:, sized] != _off(name)[sized], axis=1)]
+    return np.asarray(sets[np.sum(sets[:, sized] != _off(name)[sized], axis=1) == 1])
 
 
 def _covered(fitted: Fit, covariate: str, place: Parameter) -> list[float]:

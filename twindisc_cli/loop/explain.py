@@ -290,7 +290,7 @@ def _refusal(compared: Compared, every: Compared, judged: Judged, other: Case | 
     if rare:
         return Refusal(f"names {' and '.join(rare)}, which few resamples choose", improbable=True)
     raised = [c for c in judged.rises(held_out=False) if _misses_more(answer.fit, compared.base.fit, c)]
-    raised = raised or (_raised_elsewhere(judged, other) if other is not None else [])
+    raised = raised or (_raised_elsewhere(judged, compared.base, other) if other is not None else [])
     unseen = judged.rises(held_out=True)
     if raised or unseen:
         names = " and the ".join(channels()[c].label for c in dict.fromkeys([*raised, *unseen]))
@@ -333,12 +333,13 @@ def _is_loose(answer: Explanation, name: str) -> bool:
     return sizes <= set(unfixed(effect, term_parameters(answer.fit, name)))
 
 
-def _raised_elsewhere(judged: Judged, test: Case) -> list[str]:
+def _raised_elsewhere(judged: Judged, base: Explanation, test: Case) -> list[str]:
     """Channels of a test that was not fitted in which the revised model is worse than the base, and than the noise.
 
     Level and form of a channel that is predicted within its noise are up to chance, and so is a small rise where all
     samples that were not fitted are predicted better. A test has a level of its own: what predicts its course better
-    once the level is known is not refused for the level.
+    once the level is known is not refused for the level; nor, for the depth that it wears, what the test says nothing
+    against where K scatters as from one repeat to the next.
     """
     first, last = predict_test(test, judged.unseen_before), predict_test(test, judged.unseen_after)
     open_ = [c for c, noise in first.case.noise.items() if last.error(c) > ACCEPTANCE.predicted * noise.std]
@@ -348,7 +349,9 @@ def _raised_elsewhere(judged: Judged, test: Case) -> list[str]:
     if not raised:
         return []
     own = at_its_own_level(first), at_its_own_level(last)
-    return [c for c in raised if own[1].error(c) > (1.0 - ACCEPTANCE.growth) * own[0].error(c)]
+    against = (base.evidence - base.here) - (judged.explanation.evidence - judged.explanation.here)
+    known = {c for c in raised if against < SEARCH.equivalent and all(of.shared for of in channels()[c].parameters)}
+    return [c for c in raised if c not in known and own[1].error(c) > (1.0 - ACCEPTANCE.growth) * own[0].error(c)]
 
 
 def as_estimated(fitted: Fit) -> Fit:
