@@ -86,7 +86,7 @@ def weighed(compared: Compared, name: str) -> Weighed:
     An effect of which the law over its own covariate is another form is as probable as both, and both are named.
     What does something else than the term where it is added in its place is no alternative. The set ends where it is
     probable enough; while it is small, with the effects of the catalogue that are left, or that fit as well and are
-    less probable for their parameters alone. That of an effect is small.
+    less probable for their parameters alone. That of an effect is small, and effects of the catalogue come first in it.
     """
     own = compared.answer.term(name)
     places = {own: compared.answer} | compared.in_place_of(name)
@@ -104,9 +104,10 @@ def weighed(compared: Compared, name: str) -> Weighed:
     held = together.pop(own, 0.0)
     forms = {term for term in chances if _is_form(compared, name, term, places) and same.get(term) != own}
     probability = min(held + sum(chances[term] for term in forms), 1.0)
-    near = _named_beside(compared, places, held, together)
     if isinstance(own, EffectTerm):
-        near = near[: RESAMPLING.small_set - 1]
+        near = _named_beside(compared, places, held, _effects_first(together))[: RESAMPLING.small_set - 1]
+    else:
+        near = _named_beside(compared, places, held, by_probability(together))
     return Weighed(probability if np.isfinite(compared.shares).all() else np.nan, near, chances, same)
 
 
@@ -122,11 +123,11 @@ def _effects_first(chances: Mapping[Term, float]) -> list[tuple[Term, float]]:
 
 
 def _named_beside(
-    compared: Compared, places: Mapping[Term, Explanation], held: float, together: Mapping[Term, float]
+    compared: Compared, places: Mapping[Term, Explanation], held: float, together: Sequence[tuple[Term, float]]
 ) -> list[Alternative]:
-    """The terms that are named beside a term that is held with this probability, by falling probability."""
+    """The terms that are named beside a term that is held with this probability, of those in this order."""
     beside, left = list[Alternative](), list[Alternative]()
-    for term, share in _effects_first(together):
+    for term, share in together:
         effect = isinstance(term, EffectTerm)
         small = effect and len(beside) + 1 < RESAMPLING.small_set
         if share > RESAMPLING.rival_share and (small or held < RESAMPLING.set_share):

@@ -93,9 +93,9 @@ def _nothing_left(explanation: Explanation) -> bool:
 def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explanation]) -> list[Explanation]:
     """Two effects of the catalogue in the place of a law that was added, where they cannot be told from it.
 
-    First the explanation to go on with, then the others within reach. The second effect is one of any channel, by what
-    it promises beside the first as fitted. Two courses over time of one quantity do not stand for a
-    law: sums of settlings follow any curve, as the law does.
+    First the explanation to go on with, then the others within reach. The second effect is one of a channel of which
+    the law takes a good part, by what it promises beside the first as fitted. Two courses over time of one quantity do
+    not stand for a law: sums of settlings follow any curve, as the law does.
     """
     if len(better.laws) == len(before.laws):
         return [better]
@@ -108,29 +108,32 @@ def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explana
 def _two_effects(
     better: Explanation, before: Explanation, tried: Sequence[Explanation], channel: str
 ) -> list[Explanation]:
-    """An explanation with two effects beside it, the first of a channel, in the place of what a better one has more.
+    """An explanation with two effects beside it in the place of what a better one has more: terms of a channel.
 
     Pairs with a term of the better one are among its rivals already.
     """
     least = better.here - SEARCH.equivalent * better.temperature
     alone = {e.terms[-1]: e.here for e in tried}
+    taken = {c: before.fit.power(c) - better.fit.power(c) for c in better.fit.problem.channels}
+    lost = {c for c in taken if taken[c] > SEARCH.replaced_share * max(taken.values())}
+    names = [n for n, effect in catalogue().items() if effect.channel in lost and n not in better.terms]
     return ranked(
         [
             e
             for half in _halves(better, before, tried, channel)
-            for e in most_promising(half, [p for p in _second(half, alone, least) if p.name not in better.terms])
+            for e in most_promising(half, _second(half, names, alone, least))
             if not e.fit.at_bound and not _courses_over_time(*(e.effect(name) for name in e.terms[-2:]))
         ]
     )
 
 
-def _second(half: Explanation, alone: Mapping[str, float], least: float) -> list[Proposal]:
-    """Effects that bring half an explanation near the least evidence [nats].
+def _second(half: Explanation, names: Sequence[str], alone: Mapping[str, float], least: float) -> list[Proposal]:
+    """Those of the effects that bring half an explanation near the least evidence [nats].
 
     They must promise something, and bring more than alone, as far as their evidence alone is known, by name.
     """
     enough = max(SEARCH.least_share * (least - half.here) + SEARCH.least_promise, 0.0)
-    return [p for p in effects(half.fit) if p.promise > max(enough, alone.get(p.name, -np.inf) - half.here)]
+    return [p for p in effects(half.fit, names) if p.promise > max(enough, alone.get(p.name, -np.inf) - half.here)]
 
 
 def _courses_over_time(one: Effect, other: Effect) -> bool:

@@ -20,9 +20,10 @@ from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, Rec
 Mask = NDArray[np.bool_]
 
 FEWEST_PARTS = 4  # operating points of an iteration without samples
-MOST_PARTS = 4096
+MOST_PARTS = 768
 """Parts of the whole history that samples may cut: a sample is at most two of them from its points, so that the line
-between these errs by (2 T / (4096 tau))^2 / 8 of what relaxes with a time constant tau; 3e-5 for tau = T/60."""
+between these errs by (2 T / (768 tau))^2 / 8 of what relaxes with a time constant tau; 3e-3 for tau = T/60. In seven
+synthetic tests samples moved by at most 0.13 of the noise against 4096 parts, in the mean square by 0.003."""
 OF_STRIPS, FEWEST_OF_STRIPS = 320, 6
 """Points of the history, and of an iteration at least, at which the strips of a patch are asked one by one: between
 them the mean over the strips is on a line, which errs less than the integration of the wear."""
