@@ -13,7 +13,7 @@ from twindisc_cli.laws.covariates import COVARIATES
 from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.laws.trial import Trial, formula
 from twindisc_cli.loop.alternatives import Compared, Weighed, weighed
-from twindisc_cli.loop.explain import Refusal, is_negligible, next_to_judge
+from twindisc_cli.loop.explain import Refusal, is_negligible, most_probable, next_to_judge
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import at
 from twindisc_cli.loop.problem import Problem, case_of
@@ -121,6 +121,13 @@ def test_the_set_of_an_effect_has_three_members_and_that_of_a_law_ends_where_it_
     assert names(found) == [
         "wear over power", "wear over creepage", "running_in_wear", "temperature_dependent_wear"
     ]  # fmt: skip
+
+
+def test_an_effect_gives_way_to_a_law_that_is_more_probable_by_itself() -> None:
+    """Two laws that run alike are one rival in its set, and neither of them is what would be given."""
+    own = [member(("wear", c), -0.5, RISING - 0.9 * OTHER) for c in ("energy", "power")]
+    assert most_probable(compared([0.35, 0.35, 0.3], WARM, *own)).labels == WARM.labels
+    assert most_probable(compared([0.35, 0.55, 0.1], WARM, *own)).labels == own[0].labels
 
 
 def test_what_stands_behind_a_refused_explanation_comes_next(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,7 @@ from rigs import LOAD, ROOM, SPEED, Floats, Instruments, Plant, experiment, hist
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.trial import curve, formula
-from twindisc_cli.loop.candidates import effects, searched
+from twindisc_cli.loop.candidates import _moved, _responses_of, _target, effects, searched
 from twindisc_cli.loop.choose import chosen
 from twindisc_cli.loop.explanation import Explanation, ranked
 from twindisc_cli.loop.extend import extended
@@ -186,6 +186,18 @@ def test_an_effect_of_several_sizes_promises_what_one_of_them_does_and_pays_for_
     price = 0.5 * np.log(len(time))
     assert promise["third_body_layer"] > 10.0
     assert promise["two_slope_factors"] > promise["third_body_layer"] - price - 0.5
+
+
+def test_what_an_effect_does_is_asked_where_the_base_parameters_have_absorbed_it() -> None:
+    """A load that is 15 % less is another mu for the most part: once mu is moved, little of it is left to absorb."""
+    base = refit(Problem([traction_case(TRACTIONS["falling_friction"])], ("traction",)))
+    target = _target(base)
+    sets, rows = _responses_of(base, target, "load_error")
+    problem = base.problem.with_terms("load_error")
+    alone = _moved(problem, np.column_stack([np.tile(base.theta, (len(sets), 1)), sets]), target)
+    absorbed, before = (np.linalg.norm(moved @ target[1], axis=1) for moved in (rows, alone))
+    assert np.all(before > 5.0)
+    assert np.all(absorbed < 0.1 * before)
 
 
 def test_a_term_at_its_bound_is_not_chosen() -> None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from rigs import Floats, Instruments, Plant, history, running
 
 from twindisc_cli.laws.law import Law, warnings
-from twindisc_cli.loop.explain import explain
+from twindisc_cli.loop.explain import _raised_elsewhere, explain
 from twindisc_cli.loop.fit import fit, linearised
 from twindisc_cli.loop.problem import Problem, case_of
 from twindisc_cli.loop.terms import LawTerm
@@ -138,3 +139,26 @@ def test_a_predicted_test_keeps_the_friction_that_it_gives_for_its_steps() -> No
     assert ratio[step == 2] == pytest.approx(0.2, rel=1e-3)
     assert ratio[step == 3] == pytest.approx(0.4, rel=1e-3)
     assert ratio[step == 0].max() > 0.5
+
+
+@pytest.mark.parametrize(
+    ("channel", "lost", "refused"), [("profile", 1.0, False), ("profile", 5.0, True), ("traction", 1.0, True)]
+)
+def test_a_depth_that_the_scatter_of_repeats_allows_refuses_nothing(
+    monkeypatch: pytest.MonkeyPatch, channel: str, lost: float, refused: bool
+) -> None:
+    """K has no level of its own in another test: how far it is off is in the density, which lets it scatter."""
+    noise = np.random.default_rng(4).standard_normal(240)
+
+    def foretold(size: float) -> SimpleNamespace:
+        missed = size * noise
+        case = SimpleNamespace(noise={channel: SimpleNamespace(std=1.0)})
+        return SimpleNamespace(case=case, misses=lambda c: missed, error=lambda c: float(np.std(missed)))
+
+    def made(evidence: float) -> SimpleNamespace:
+        return SimpleNamespace(evidence=evidence, here=0.0)
+
+    monkeypatch.setattr("twindisc_cli.loop.explain.predict_test", lambda test, size: foretold(size))
+    monkeypatch.setattr("twindisc_cli.loop.explain.at_its_own_level", lambda predicted: foretold(1.0))
+    judged = SimpleNamespace(unseen_before=1.1, unseen_after=1.5, fall=0.0, explanation=made(-lost))
+    assert bool(_raised_elsewhere(judged, made(0.0), SimpleNamespace())) == refused  # type: ignore[arg-type]
