@@ -117,9 +117,11 @@ def by_probability(chances: Mapping[Term, float]) -> list[tuple[Term, float]]:
 
 
 def _effects_first(chances: Mapping[Term, float]) -> list[tuple[Term, float]]:
-    """Terms by falling probability, effects of the catalogue before laws that are more probable only by chance."""
-    ahead = {term: isinstance(term, EffectTerm) * RESAMPLING.share_error for term in chances}
-    return sorted(by_probability(chances), key=lambda pair: -(pair[1] + ahead[pair[0]]))
+    """Terms by falling probability, effects of the catalogue before laws that are hardly more probable."""
+    odds = {
+        term: share * (RESAMPLING.alike if isinstance(term, EffectTerm) else 1.0) for term, share in chances.items()
+    }
+    return [(term, chances[term]) for term, _ in by_probability(odds)]
 
 
 def _named_beside(

@@ -164,6 +164,8 @@ class Resampling:
                             as found: four in five choose against it.
     share_error             difference of shares of the resamples that is up to chance: two standard errors of a
                             hundred.
+    alike                   how many times as probable as an effect of the catalogue a law must be to stand before it in
+                            the set of an effect: by less, shares of a hundred resamples near a tenth differ by chance.
     none_of_these           probability that what was found follows something that is not among the explanations: of
                             303 of the seeds 13, 909, 2024, 4242 and 31415, 103 had a share above 0.97, of which 93 %
                             were right; the calibration error falls from 0.064 to 0.038 with it.
@@ -185,6 +187,7 @@ class Resampling:
     stands_for: float = 0.25
     least_probability: float = 0.2
     share_error: float = 0.1
+    alike: float = 1.5
     none_of_these: float = 0.05
     rival_share: float = 0.05
     set_share: float = 0.8
