@@ -164,9 +164,9 @@ def without_older_laws(
         if name not in before.terms or name not in rivals or len(explanation.terms) == SEARCH.most_terms:
             continue
         shorter = without(explanation, name)
-        two = catalogued(explanation, shorter, rivals[name])[0]
+        two = _still_preferred(catalogued(explanation, shorter, rivals[name])[0], explanation)
         if two is not explanation:
-            return swap_and_drop(refitted(two), shorter, [])
+            return swap_and_drop(two, shorter, [])
     return explanation, rivals
 
 
@@ -184,9 +184,18 @@ def without_two_terms(
         shorter = without(without(explanation, own[0]), own[1])
         tried = most_promising(shorter, effects(shorter.fit))
         two = preferred([explanation, *_two_effects(explanation, shorter, tried, channel)])
+        two = _still_preferred(two, explanation)
         if two is not explanation:
-            return swap_and_drop(refitted(two), shorter, [])
+            return swap_and_drop(two, shorter, [])
     return explanation, rivals
+
+
+def _still_preferred(two: Explanation, explanation: Explanation) -> Explanation:
+    """What was preferred to an explanation with its nuisances, if it still is, inside its bounds, with its own."""
+    if two is explanation:
+        return explanation
+    again = refitted(two)
+    return explanation if again.fit.at_bound else preferred([explanation, again])
 
 
 def swap_and_drop(
