@@ -18,6 +18,7 @@ from twindisc_cli.loop.holdout import without
 from twindisc_cli.loop.judge import Judged, judge
 from twindisc_cli.loop.mixture import Mixture, jumps, mixture_of
 from twindisc_cli.loop.problem import Problem, case_of
+from twindisc_cli.loop.term_intervals import INTERVAL
 from twindisc_cli.model.experiment import Measured, Options
 from twindisc_cli.model.forward import ForwardModel
 
@@ -163,3 +164,31 @@ def test_a_transition_that_may_be_a_jump_is_one(width: float) -> None:
     ((covariate, place),) = here["film_breakdown",]
     assert covariate == "creepage"
     assert 3.0 < place.item() < 4.0
+
+
+def test_a_transition_may_be_a_jump_where_the_rest_of_the_model_follows() -> None:
+    """A film that breaks down between 2 and 6 % beside falling friction: two levels fit as well as its wide slope."""
+    course = history((0.005, 0.01, 0.015, 0.02, 0.06, 0.07, 0.08, 0.09), 1)
+    time, creepage = spread(course, 5), np.repeat(course.creepage, 5)
+    film = 0.5 + 0.5 / (1.0 + np.exp((0.03 - creepage) / 0.004))
+    noise = 0.02 * np.random.default_rng(2).standard_normal(len(creepage))
+    ratio = 0.6 * film * (0.4 + 0.6 * np.exp(-15.0 * creepage)) + noise
+    measured = Measured(traction=traction_samples(course, time, ratio, 0.02))
+    test = experiment(course, thermal=None, options=Options(friction_coefficient=0.6), measured=measured)
+    fitted = fit(Problem([case_of(test)], ("traction",)).with_terms("falling_friction", "film_breakdown"))
+    assert fitted.values("film_breakdown")["width_percent"] > 0.1
+    assert of_two_levels(creepage, ratio) / 0.02**2 < fitted.chi2 + INTERVAL
+    ((covariate, place),) = jumps(Explanation(fitted, {}, fitted.chi2))
+    assert covariate == "creepage"
+    assert 2.0 < place.item() < 6.0
+
+
+def of_two_levels(creepage: Floats, ratio: Floats) -> float:
+    """Squared misses of a friction that falls, with a level below 4 % creepage and another above, on a fine grid."""
+    least = np.inf
+    for left in np.linspace(0.0, 1.0, 21):
+        for decay in np.geomspace(1.0, 100.0, 41):
+            falling = left + (1.0 - left) * np.exp(-decay * creepage)
+            levels = np.stack([falling * (creepage < 0.04), falling * (creepage > 0.04)], axis=1)
+            least = min(least, float(np.sum((ratio - levels @ np.linalg.pinv(levels) @ ratio) ** 2)))
+    return least

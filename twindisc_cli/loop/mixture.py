@@ -133,7 +133,8 @@ def mixture_of(
 def jumps(explanation: Explanation) -> list[tuple[str, Floats]]:
     """Where an explanation jumps, and over which covariate: steps of laws, and transitions that may be jumps.
 
-    These are effects the 90 % interval of whose width reaches its lower bound: it is somewhere between two samples.
+    These are effects the 90 % interval of whose width reaches its lower bound, where all but their place follow to
+    first order: it is somewhere between two samples.
     """
     fitted, problem = explanation.fit, explanation.fit.problem
     places = [(law.covariate, law.jumps) for law in explanation.laws.values() if law.jumps.size]
@@ -144,6 +145,9 @@ def jumps(explanation: Explanation) -> list[tuple[str, Floats]]:
             theta = fitted.theta.copy()
             theta[number] = problem.bounds[0][number]
             left = problem.discount(problem.white(problem.predict(theta[None])) - problem.measured)[0]
+            own = [i for i, p in enumerate(problem.parameters) if p.term == name and p.off is None]
+            others = np.delete(fitted.jacobian, own, axis=1)
+            left -= others @ np.linalg.pinv(others) @ left
             if float(left @ left) < fitted.chi2 + INTERVAL * fitted.excess:
                 places.append((effect.over, np.ravel(fitted.values(name)[width.width_of])))
     return places
