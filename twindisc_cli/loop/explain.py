@@ -336,11 +336,14 @@ def _is_loose(answer: Explanation, name: str) -> bool:
 def _raised_elsewhere(judged: Judged, base: Explanation, test: Case) -> list[str]:
     """Channels of a test that was not fitted in which the revised model is worse than the base, and than the noise.
 
+    None where all channels of that test together, as uncertain as parameters and repeats are, do not speak against it.
     Level and form of a channel that is predicted within its noise are up to chance, and so is a small rise where all
     samples that were not fitted are predicted better. A test has a level of its own: what predicts its course better
-    once the level is known is not refused for the level; nor, for the depth that it wears, what the test says nothing
-    against where K scatters as from one repeat to the next.
+    once the level is known is not refused for the level.
     """
+    against = (base.evidence - base.here) - (judged.explanation.evidence - judged.explanation.here)
+    if against < SEARCH.equivalent:
+        return []
     first, last = predict_test(test, judged.unseen_before), predict_test(test, judged.unseen_after)
     open_ = [c for c, noise in first.case.noise.items() if last.error(c) > ACCEPTANCE.predicted * noise.std]
     falls = [fall(first.misses(c), last.misses(c), noise.std) for c, noise in first.case.noise.items()]
@@ -349,9 +352,7 @@ def _raised_elsewhere(judged: Judged, base: Explanation, test: Case) -> list[str
     if not raised:
         return []
     own = at_its_own_level(first), at_its_own_level(last)
-    against = (base.evidence - base.here) - (judged.explanation.evidence - judged.explanation.here)
-    known = {c for c in raised if against < SEARCH.equivalent and all(of.shared for of in channels()[c].parameters)}
-    return [c for c in raised if c not in known and own[1].error(c) > (1.0 - ACCEPTANCE.growth) * own[0].error(c)]
+    return [c for c in raised if own[1].error(c) > (1.0 - ACCEPTANCE.growth) * own[0].error(c)]
 
 
 def as_estimated(fitted: Fit) -> Fit:
