@@ -35,14 +35,13 @@ def extended(explanation: Explanation, known: Sequence[Response] | None = None) 
     return by_falling([*explanations, *beside], evidence_of)
 
 
-def most_promising(explanation: Explanation, proposed: Sequence[Proposal], best: float = 0.0) -> list[Explanation]:
+def most_promising(explanation: Explanation, proposed: Sequence[Proposal]) -> list[Explanation]:
     """The explanation with each of the terms added that promise most, of those proposed by falling promise.
 
     Of laws these are the pairs of quantity and covariate with the most evidence over all forms, in the best of these.
-    best: what others have said in the place of the term [nats].
     """
     explanations: list[Explanation] = []
-    laws, effects_fitted = _likeliest_laws(proposed), 0
+    laws, effects_fitted, best = _likeliest_laws(proposed), 0, 0.0
     for proposal in proposed:
         few = not proposal.is_law and effects_fitted < SEARCH.fitted_at_least
         least = SEARCH.least_promise if few else max(0.0, SEARCH.least_share * best)

@@ -121,7 +121,7 @@ def _two_effects(
         [
             e
             for half in _halves(better, before, tried, channel)
-            for e in most_promising(half, _second(half, names, alone, least), least - half.here)
+            for e in most_promising(half, _second(half, names, alone, least))
             if not e.fit.at_bound and not _courses_over_time(*(e.effect(name) for name in e.terms[-2:]))
         ]
     )
