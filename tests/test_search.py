@@ -208,7 +208,7 @@ def test_what_an_effect_does_is_asked_where_the_base_parameters_have_absorbed_it
     assert np.all(absorbed < 0.1 * before)
 
 
-@pytest.mark.parametrize(("promise", "fitted"), [(8.0, True), (2.0, False)])
+@pytest.mark.parametrize(("promise", "fitted"), [(9.0, True), (2.0, False)])
 def test_where_terms_say_more_than_they_promise_they_are_compared_by_what_they_promise(
     promise: float, fitted: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
