@@ -13,10 +13,10 @@ from rigs import LOAD, ROOM, SPEED, Floats, Instruments, Plant, experiment, hist
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.trial import curve, formula
-from twindisc_cli.loop.candidates import Proposal, _moved, _responses_of, _target, effects, searched
+from twindisc_cli.loop.candidates import _moved, _responses_of, _target, effects, searched
 from twindisc_cli.loop.choose import chosen
 from twindisc_cli.loop.explanation import Explanation, ranked
-from twindisc_cli.loop.extend import extended, most_promising
+from twindisc_cli.loop.extend import extended
 from twindisc_cli.loop.fit import at, fit, refit
 from twindisc_cli.loop.problem import Case, Problem, case_of, problem_of
 from twindisc_cli.loop.screen import unexplained_residual
@@ -206,19 +206,6 @@ def test_what_an_effect_does_is_asked_where_the_base_parameters_have_absorbed_it
     absorbed, before = (np.linalg.norm(moved @ target[1], axis=1) for moved in (rows, alone))
     assert np.all(before > 5.0)
     assert np.all(absorbed < 0.1 * before)
-
-
-@pytest.mark.parametrize(("promise", "fitted"), [(9.0, True), (2.0, False)])
-def test_where_terms_say_more_than_they_promise_they_are_compared_by_what_they_promise(
-    promise: float, fitted: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Four are fitted in any case; the fifth where it promises a good part of what the best promised, not of its 30."""
-    names = [name for name in catalogue() if name not in PLAIN.terms][:5]
-    proposed = [Proposal(name, catalogue()[name], [], 10.0) for name in names[:4]]
-    proposed.append(Proposal(names[4], catalogue()[names[4]], [], promise))
-    monkeypatch.setattr("twindisc_cli.loop.extend.with_one_more", lambda before, one, best: made(30.0, one.name))
-    found = most_promising(made(0.0), proposed)
-    assert [e.terms[-1] for e in found] == names[: 5 if fitted else 4]
 
 
 def test_a_term_at_its_bound_is_not_chosen() -> None:

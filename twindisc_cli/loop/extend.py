@@ -39,20 +39,18 @@ def most_promising(explanation: Explanation, proposed: Sequence[Proposal]) -> li
     """The explanation with each of the terms added that promise most, of those proposed by falling promise.
 
     Of laws these are the pairs of quantity and covariate with the most evidence over all forms, in the best of these.
-    Where the best says more than it promised, others may as well: they are compared by what they promise.
     """
     explanations: list[Explanation] = []
-    laws, effects_fitted, best, promised = _likeliest_laws(proposed), 0, 0.0, 0.0
+    laws, effects_fitted, best = _likeliest_laws(proposed), 0, 0.0
     for proposal in proposed:
         few = not proposal.is_law and effects_fitted < SEARCH.fitted_at_least
-        least = SEARCH.least_promise if few else max(0.0, SEARCH.least_share * promised)
+        least = SEARCH.least_promise if few else max(0.0, SEARCH.least_share * best)
         enough = proposal.name not in laws if proposal.is_law else effects_fitted >= SEARCH.fitted_each_round
         if proposal.promise < least or enough or _asks_too_much(explanation.fit.problem, proposal):
             continue
         effects_fitted += not proposal.is_law
         explanations.append(with_one_more(explanation, proposal, best))
-        said = explanations[-1].here - explanation.here
-        best, promised = max(best, said), max(promised, min(said, proposal.promise))
+        best = max(best, explanations[-1].here - explanation.here)
     return explanations
 
 
