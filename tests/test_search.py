@@ -89,8 +89,8 @@ class Made(Explanation):
         return self.said
 
     @property
-    def evidence(self) -> float:
-        return self.said + self.foretold
+    def there(self) -> float:
+        return self.foretold
 
 
 PLAIN = Problem([traction_case(np.full(len(TIME), 0.6))], ("traction",))

@@ -142,7 +142,8 @@ def test_a_predicted_test_keeps_the_friction_that_it_gives_for_its_steps() -> No
 
 
 @pytest.mark.parametrize(
-    ("channel", "lost", "refused"), [("profile", 1.0, False), ("profile", 5.0, True), ("traction", 1.0, False)]
+    ("channel", "lost", "refused"),
+    [("profile", 1.0, False), ("profile", 5.0, True), ("traction", 1.0, False), ("traction", 5.0, True)],
 )
 def test_a_rise_that_the_other_test_does_not_speak_against_refuses_nothing(
     monkeypatch: pytest.MonkeyPatch, channel: str, lost: float, refused: bool
@@ -155,8 +156,8 @@ def test_a_rise_that_the_other_test_does_not_speak_against_refuses_nothing(
         case = SimpleNamespace(noise={channel: SimpleNamespace(std=1.0)})
         return SimpleNamespace(case=case, misses=lambda c: missed, error=lambda c: float(np.std(missed)))
 
-    def made(evidence: float) -> SimpleNamespace:
-        return SimpleNamespace(evidence=evidence, here=0.0)
+    def made(there: float) -> SimpleNamespace:
+        return SimpleNamespace(there=there)
 
     monkeypatch.setattr("twindisc_cli.loop.explain.predict_test", lambda test, size: foretold(size))
     monkeypatch.setattr("twindisc_cli.loop.explain.at_its_own_level", lambda predicted: foretold(1.0))

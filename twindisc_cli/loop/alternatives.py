@@ -205,7 +205,7 @@ def _effect_of(compared: Compared, name: str, law: LawTerm, places: Mapping[Term
 
 def _fits_as_well(answer: Explanation, member: Explanation) -> bool:
     """Whether only its parameters are held against an explanation."""
-    misfit = [0.5 * e.fit.chi2 - (e.evidence - e.here) for e in (member, answer)]
+    misfit = [0.5 * e.fit.chi2 - e.there for e in (member, answer)]
     return not member.fit.at_bound and (misfit[0] - misfit[1]) / answer.temperature < SEARCH.equivalent
 
 

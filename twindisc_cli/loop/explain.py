@@ -341,8 +341,7 @@ def _raised_elsewhere(judged: Judged, base: Explanation, test: Case) -> list[str
     samples that were not fitted are predicted better. A test has a level of its own: what predicts its course better
     once the level is known is not refused for the level.
     """
-    against = (base.evidence - base.here) - (judged.explanation.evidence - judged.explanation.here)
-    if against < SEARCH.equivalent:
+    if base.there - judged.explanation.there < SEARCH.equivalent:
         return []
     first, last = predict_test(test, judged.unseen_before), predict_test(test, judged.unseen_after)
     open_ = [c for c, noise in first.case.noise.items() if last.error(c) > ACCEPTANCE.predicted * noise.std]

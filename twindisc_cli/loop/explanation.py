@@ -51,12 +51,17 @@ class Explanation:
     @property
     def evidence(self) -> float:
         """Logarithm of the evidence, the choice of forms paid."""
-        return self.here + self._elsewhere[0]
+        return self.here + self.there
 
     @property
     def here(self) -> float:
         """The same of the tests that are fitted alone."""
         return self.fit.evidence - sum(self.prices.values())
+
+    @property
+    def there(self) -> float:
+        """How probable the test that is only predicted is, as a logarithm; 0 without one."""
+        return self._elsewhere[0]
 
     @cached_property
     def _elsewhere(self) -> tuple[float, float]:

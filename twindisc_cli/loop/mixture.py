@@ -32,6 +32,7 @@ from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.holdout import holds_out
 from twindisc_cli.loop.judge import Judged, Kind, about_jumps, judge, rises
 from twindisc_cli.loop.noise import Mask
+from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.term_intervals import INTERVAL
 from twindisc_cli.loop.terms import Term
 from twindisc_cli.loop.thresholds import RESAMPLING
@@ -136,21 +137,26 @@ def jumps(explanation: Explanation) -> list[tuple[str, Floats]]:
     These are effects the 90 % interval of whose width reaches its lower bound, where all but their place follow to
     first order: it is somewhere between two samples.
     """
-    fitted, problem = explanation.fit, explanation.fit.problem
+    fitted = explanation.fit
     places = [(law.covariate, law.jumps) for law in explanation.laws.values() if law.jumps.size]
     for name in (name for name in explanation.terms if name not in explanation.laws):
         effect = explanation.effect(name)
-        for width in (p for p in effect.params if p.width_of):
-            number = next(i for i, p in enumerate(problem.parameters) if (p.term, p.key) == (name, width.name))
-            theta = fitted.theta.copy()
-            theta[number] = problem.bounds[0][number]
-            left = problem.discount(problem.white(problem.predict(theta[None])) - problem.measured)[0]
-            own = [i for i, p in enumerate(problem.parameters) if p.term == name and p.off is None]
-            others = np.delete(fitted.jacobian, own, axis=1)
-            left -= others @ np.linalg.pinv(others) @ left
-            if float(left @ left) < fitted.chi2 + INTERVAL * fitted.excess:
-                places.append((effect.over, np.ravel(fitted.values(name)[width.width_of])))
+        widths = [p for p in effect.params if p.width_of and _may_jump(fitted, name, p.name)]
+        places.extend((effect.over, np.ravel(fitted.values(name)[width.width_of])) for width in widths)
     return places
+
+
+def _may_jump(fitted: Fit, name: str, width: str) -> bool:
+    """Whether a transition of no width stays within the 90 % interval, all but what shapes it fitted beside it."""
+    problem = fitted.problem
+    shapes = [i for i, p in enumerate(problem.parameters) if p.term == name and p.off is None]
+    number = next(i for i, p in enumerate(problem.parameters) if (p.term, p.key) == (name, width))
+    theta = fitted.theta.copy()
+    theta[number] = problem.bounds[0][number]
+    left = problem.discount(problem.white(problem.predict(theta[None])) - problem.measured)[0]
+    others = span_of(np.delete(fitted.jacobian, shapes, axis=1))
+    left -= others @ (others.T @ left)
+    return float(left @ left) < fitted.chi2 + INTERVAL * fitted.excess
 
 
 def _unbounded(explanation: Explanation) -> list[str]:
