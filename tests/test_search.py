@@ -13,10 +13,10 @@ from rigs import LOAD, ROOM, SPEED, Floats, Instruments, Plant, experiment, hist
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.trial import curve, formula
-from twindisc_cli.loop.candidates import _moved, _responses_of, _target, effects, searched
+from twindisc_cli.loop.candidates import _moved, _responses_of, _target, effects, laws, searched
 from twindisc_cli.loop.choose import chosen
 from twindisc_cli.loop.explanation import Explanation, ranked
-from twindisc_cli.loop.extend import extended
+from twindisc_cli.loop.extend import extended, most_promising
 from twindisc_cli.loop.fit import at, fit, refit
 from twindisc_cli.loop.problem import Case, Problem, case_of, problem_of
 from twindisc_cli.loop.screen import unexplained_residual
@@ -194,6 +194,16 @@ def test_an_effect_of_several_sizes_promises_what_one_of_them_does_and_pays_for_
     price = 0.5 * np.log(len(time))
     assert promise["third_body_layer"] > 10.0
     assert promise["two_slope_factors"] > promise["third_body_layer"] - price - 0.5
+
+
+def test_a_slope_that_has_fallen_to_a_fifth_is_fitted_where_half_of_it_shows_nothing() -> None:
+    """Vermeulen and Johnson's 1 - (1 - x / 3)^3 at mu = 0.3: x = 3 at 0.6 % of creepage, in the second half at 3 %."""
+    slid = np.minimum(AT / 0.006 * np.where(TIME > 600.0, 0.2, 1.0), 1.0)
+    fitted = fit(Problem([traction_case(0.3 * (1.0 - (1.0 - slid) ** 3))], ("traction",)))
+    tried = most_promising(Explanation(fitted, {}, fitted.chi2), laws(fitted))
+    (best,) = (e for e in tried if e.terms == ("slope_over_time",) and e.laws["slope_over_time"].shape == "step")
+    assert best.here - fitted.evidence > 50.0
+    assert best.fit.values("slope_over_time")["size"] == pytest.approx(-0.8, abs=0.05)
 
 
 def test_what_an_effect_does_is_asked_where_the_base_parameters_have_absorbed_it() -> None:

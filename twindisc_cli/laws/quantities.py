@@ -102,7 +102,7 @@ QUANTITIES: Mapping[str, Quantity] = {
                    (*_FRICTION, *_LOADED, "order", "direction"), _mu),
     "slope": Quantity("traction", "traction", "factor", "the initial slope of the traction",
                       ("creepage", "time", "energy", "temperature", "greatest_creepage", "load"), _slope,
-                      probes=(0.01, -0.5)),
+                      probes=(0.01, -0.5, -0.8)),
     "creepage": Quantity("operation", "traction", "shift", "the creepage",
                          ("creepage", "time", "energy", "temperature", "rolling_speed"), _creepage, "%", 1e-2),
     "traction_ratio": Quantity("sensor", "traction", "shift", "the recorded T/N",

@@ -29,6 +29,7 @@ SIZES = (3.0, 1.0, 0.25)  # of the typical size: a response may be steep or satu
 MOST_FOLLOWED = 16  # sets of an effect beside which the parameters of the fit are moved
 DECADES = (2.5, 5.5)  # of a factor that spans decades: its logarithm over that of the typical one
 LEAST_START = 0.05  # share of a size on the grid that an effect starts with, at least
+LARGE_CHANGE = 0.1  # of a factor
 TRANSITIONS = 12  # places of a transition over what the tests cover
 
 
@@ -129,9 +130,22 @@ def laws(fitted: Fit, known: Sequence[Response] | None = None) -> list[Proposal]
             continue
         own = fitted.problem.price_of_one if pair.test else 0.0
         for promise, trial, price in pair.proposals(len(fitted.residual))[: SEARCH.forms_fitted]:
-            start = np.array([p.inner(p.start) for p in parameters_of(name, trial)])
-            results.append(Proposal(name, trial, [start], promise - own, price + own, pair))
+            results.append(Proposal(name, trial, _starts_of(name, trial, pair), promise - own, price + own, pair))
     return results
+
+
+def _starts_of(name: str, law: Trial, pair: Pair) -> list[Floats]:
+    """Inner start values of a law (start, parameter): as promised, and with the change that was tried if it is large.
+
+    Near no change there may be no slope that leads there.
+    """
+    parameters = parameters_of(name, law)
+    promised = np.array([p.inner(p.start) for p in parameters])
+    large = QUANTITIES[pair.quantity].kind == "factor" and abs(pair.change) > LARGE_CHANGE
+    if law.is_curve or not large:
+        return [promised]
+    tried = [p.inner(pair.change) if p.off is not None else own for p, own in zip(parameters, promised, strict=True)]
+    return [promised, np.array(tried)]
 
 
 def laws_elsewhere(fitted: Fit, named: Sequence[tuple[str, str]], other: Prediction) -> list[Proposal]:

@@ -53,7 +53,8 @@ class Pair:
     """A quantity over a covariate, as the present fit sees it.
 
     edges (bin + 1,) and places (bin,) in the covariate's unit; A (bin, bin), g (bin,); typical: size of a change;
-    samples: of the channel that the quantity shows in. test: the only one in which the law would act.
+    samples: of the channel that the quantity shows in. test: the only one in which the law would act. change: of the
+    quantity, to which the samples respond so.
     """
 
     quantity: str
@@ -65,6 +66,7 @@ class Pair:
     typical: float
     samples: int
     test: str = ""
+    change: float = 0.0
 
     @property
     def name(self) -> str:
@@ -257,13 +259,17 @@ def _smooth(x: Floats, low: float, high: float) -> Iterator[Family]:
 
 @dataclass(frozen=True)
 class Response:
-    """What a change of a quantity in each bin of a covariate does to white samples: slopes (sample, bin) over it."""
+    """What a change of a quantity in each bin of a covariate does to white samples: slopes (sample, bin) over it.
+
+    change: the one that was tried, in SI.
+    """
 
     quantity: str
     covariate: str
     edges: Floats
     slopes: Floats
     typical: float
+    change: float
 
 
 def pairs(fitted: Fit, known: Sequence[Response] | None = None) -> list[Pair]:
@@ -299,7 +305,8 @@ def _pair(fitted: Fit, span: Floats, response: Response, samples: int, test: str
     edges = response.edges
     centres = 0.5 * (edges[1:] + edges[:-1])
     A, g = G.T @ G, G.T @ fitted.residual
-    return Pair(response.quantity, response.covariate, edges, centres, A, g, response.typical, samples, test)
+    asked = response.quantity, response.covariate
+    return Pair(*asked, edges, centres, A, g, response.typical, samples, test, response.change)
 
 
 def responses(fitted: Fit, wanted: Sequence[tuple[str, str]] | None = None) -> list[Response]:
@@ -319,7 +326,8 @@ def responses(fitted: Fit, wanted: Sequence[tuple[str, str]] | None = None) -> l
             continue
         for level in of.probes if of.kind == "factor" else (0.03 * typical,):
             rows = _bin_rows(problem, fitted.theta, quantity, covariate, edges, level)
-            results.append(Response(quantity, covariate, edges, np.nan_to_num((rows - plain) / level).T, typical))
+            slopes = np.nan_to_num((rows - plain) / level).T
+            results.append(Response(quantity, covariate, edges, slopes, typical, level))
     return results
 
 
