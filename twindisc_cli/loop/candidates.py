@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -56,6 +56,13 @@ class Proposal:
 def proposals(fitted: Fit, known: Sequence[Response] | None = None) -> list[Proposal]:
     """Every effect and every law that may be added to a fit, by falling promise; known: responses nearby."""
     return sorted([*effects(fitted), *laws(fitted, known)], key=lambda p: -p.promise)
+
+
+def proposals_in(fitted: Fit, shown: Container[str]) -> list[Proposal]:
+    """The same of what shows first in these channels."""
+    names = [name for name, effect in catalogue().items() if fitted.problem.shown_in(effect) in shown]
+    both = [*effects(fitted, names), *laws(fitted, responses(fitted, shown=shown))]
+    return sorted(both, key=lambda p: -p.promise)
 
 
 def effects(fitted: Fit, names: Sequence[str] | None = None) -> list[Proposal]:

@@ -51,7 +51,7 @@ def _says_enough(explanation: Explanation, before: Explanation) -> bool:
     here, more = explanation.here - before.here, explanation.evidence - before.evidence
     if min(here, more) < 0.5 * _by_one_sample(before.fit.problem, taken):
         return False
-    said = min(2.0 * here, more) / before.temperature
+    said = min(2.0 * here, more) / before.temperature_for(explanation)
     new = [explanation.effect(name) for name in explanation.terms if name not in before.terms]
     if not any(isinstance(effect, Trial) for effect in new):
         return said > SEARCH.effect_evidence

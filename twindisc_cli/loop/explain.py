@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.alternatives import Compared, Weighed, weighed
+from twindisc_cli.loop.candidates import proposals_in
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.choose import chosen, preferred
 from twindisc_cli.loop.explanation import Explanation, on_samples_of, ranked
+from twindisc_cli.loop.extend import most_promising
 from twindisc_cli.loop.fit import Fit, carried, fit, plain_fit, refit, remembered
 from twindisc_cli.loop.holdout import holds_out, withheld, without
 from twindisc_cli.loop.judge import Judged, fall, judge, rises
@@ -90,7 +92,7 @@ def explain(tests: Sequence[Experiment], *, validate: Case | None, quick: bool, 
         return outcome
     masks = [{c: np.zeros_like(mask) if c in whole else mask for c, mask in test.items()} for test in masks]
     again = _explained(
-        tests, masks, validate, quick=quick, progress=lambda what, share: progress(what, max(share, SEARCHED))
+        tests, masks, validate, whole, quick=quick, progress=lambda what, share: progress(what, max(share, SEARCHED))
     )
     return replace(again, whole=whole)
 
@@ -106,12 +108,13 @@ def _shown_by_held_out(outcome: Outcome) -> tuple[str, ...]:
     if not held_out - explained:
         return ()
     whole, base = judged.estimated, judged.base_estimated
-    chosen_on_all = _channels_of_choice(outcome) if not answer.terms else set()
+    shown = _channels_of_choice(outcome) if not answer.terms else set()
+    shown |= _channels_of_more(judged, held_out - explained - shown)
     return tuple(
         channel
         for channel in outcome.problem.channels
         if channel in held_out - explained
-        and (channel in chosen_on_all or is_unexplained(unexplained_residual(whole, channel), whole, base))
+        and (channel in shown or is_unexplained(unexplained_residual(whole, channel), whole, base))
     )
 
 
@@ -123,20 +126,29 @@ def _channels_of_choice(outcome: Outcome) -> set[str]:
     return {outcome.problem.shown_in(member.effect(name)) for name in member.terms}
 
 
+def _channels_of_more(judged: Judged, open_: Container[str]) -> set[str]:
+    """Those of the channels in which one more term would be chosen on all samples."""
+    answer = on_samples_of(judged.base_estimated, judged.explanation, judged.estimated)
+    promising = [p for p in proposals_in(answer.fit, open_) if p.promise > 0.5 * SEARCH.effect_evidence]
+    more = chosen(answer, most_promising(answer, promising))
+    return set() if more is None else {more.fit.problem.shown_in(more.effect(more.terms[-1]))}
+
+
 def _explained(
     tests: Sequence[Experiment],
     masks: Sequence[Mapping[str, Mask]],
     validate: Case | None,
+    missing: Sequence[str] = (),
     *,
     quick: bool,
     progress: Progress,
 ) -> Outcome:
-    """The same with these samples held out of every channel of the tests."""
+    """The same with these samples held out of every channel of the tests; missing: channels that lack something."""
     seen = problem_of([without(test, mask) for test, mask in zip(tests, masks, strict=True)])
     seen_before = plain_fit(seen)
     seen = replace(seen, cases=remembered(seen.cases, seen_before), unlike=True)
     other = elsewhere(validate, seen_before) if validate is not None else None
-    result = search(seen, _by_stage(progress), other)
+    result = search(seen, _by_stage(progress), other, missing=missing)
     members = ranked(
         [result.answer, *(e for rivals in result.rivals.values() for e in rivals), *result.others, result.base]
     )

@@ -24,18 +24,20 @@ from twindisc_cli.loop.validate import Elsewhere
 class Explanation:
     """A complete answer: the fit of all its terms, what the choice of each term's form costs, chi2 without any.
 
-    elsewhere: a test that is only predicted, and speaks for or against an answer.
+    elsewhere: a test that is only predicted, and speaks for or against an answer. missed: chi2 without any term of each
+    channel of the tests that are fitted.
     """
 
     fit: Fit
     prices: Mapping[str, float]
     before: float
     elsewhere: Elsewhere | None = field(default=None, repr=False)
+    missed: Mapping[str, float] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of_base(cls, base: Fit, elsewhere: Elsewhere | None = None) -> Explanation:
         """The base model, beside which others are judged."""
-        first = cls(base, {}, 0.0, elsewhere)
+        first = cls(base, {}, 0.0, elsewhere, powers(base))
         return replace(first, before=first.chi2)
 
     @property
@@ -82,7 +84,21 @@ class Explanation:
     @property
     def temperature(self) -> float:
         """What differences of evidence are divided by: formulas err more, the more they explain."""
-        return 1.0 + SEARCH.tempering * float(np.sqrt(max(self.before - self.chi2, 0.0)))
+        return self._tempered(1.0)
+
+    def temperature_for(self, more: Explanation) -> float:
+        """The same of what one with more terms says beside this: by what was explained in the channels where it does.
+
+        A tilt of the profile's record explains much there, and no formula errs by it in the traction.
+        """
+        left = powers(self.fit)
+        explained = {c: max(self.missed[c] - left[c], 0.0) for c in self.missed}
+        taken = {c: max(left[c] - power, 0.0) for c, power in powers(more.fit).items()}
+        both = sum(explained.values()) * sum(taken.values())
+        return self._tempered(sum(explained[c] * taken[c] for c in explained) / both if both > 0.0 else 1.0)
+
+    def _tempered(self, share: float) -> float:
+        return 1.0 + SEARCH.tempering * float(np.sqrt(share * max(self.before - self.chi2, 0.0)))
 
     def effect(self, name: str) -> Effect:
         """A term as it acts."""
@@ -101,6 +117,11 @@ class Explanation:
     def laws(self) -> dict[str, Trial]:
         """The terms that are laws."""
         return {name: effect for name in self.terms if isinstance(effect := self.effect(name), Trial)}
+
+
+def powers(fitted: Fit) -> dict[str, float]:
+    """Squared length of the white residual of each channel."""
+    return {channel: fitted.power(channel) for channel in fitted.problem.channels}
 
 
 def is_error(effect: Effect) -> bool:
@@ -141,7 +162,8 @@ def ranked(explanations: Sequence[Explanation]) -> list[Explanation]:
 
 def on_samples_of(base: Fit, explanation: Explanation, fitted: Fit) -> Explanation:
     """The same terms as fitted to the samples of a fit of the base model, and judged beside it."""
-    return replace(explanation, fit=fitted, before=Explanation.of_base(base, explanation.elsewhere).chi2)
+    first = Explanation.of_base(base, explanation.elsewhere)
+    return replace(explanation, fit=fitted, before=first.before, missed=first.missed)
 
 
 def without(explanation: Explanation, name: str) -> Explanation:

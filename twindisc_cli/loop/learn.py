@@ -12,7 +12,7 @@ Source: C. E. Rasmussen, C. K. I. Williams, Gaussian Processes for Machine Learn
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -309,13 +309,19 @@ def _pair(fitted: Fit, span: Floats, response: Response, samples: int, test: str
     return Pair(*asked, edges, centres, A, g, response.typical, samples, test, response.change)
 
 
-def responses(fitted: Fit, wanted: Sequence[tuple[str, str]] | None = None) -> list[Response]:
-    """The responses of the samples to quantities over covariates, where a fit is: to those wanted, or to every one."""
+def responses(
+    fitted: Fit, wanted: Sequence[tuple[str, str]] | None = None, shown: Container[str] | None = None
+) -> list[Response]:
+    """The responses of the samples to quantities over covariates, where a fit is: to those wanted, or to every one.
+
+    shown: only to what shows in these channels.
+    """
     problem = fitted.problem.followed(fitted.theta)
     predictions = problem.predict(fitted.theta[None], rough=True)
     plain = problem.white(predictions)[0]
     results = []
-    for quantity, covariate in _searched(problem, predictions) if wanted is None else wanted:
+    every = _searched(problem, predictions, problem.channels if shown is None else shown)
+    for quantity, covariate in every if wanted is None else wanted:
         of, typical = QUANTITIES[quantity], typical_change(fitted, quantity)
         if typical == 0.0:  # a channel that does not change has no size that a shift could have
             continue
@@ -331,10 +337,10 @@ def responses(fitted: Fit, wanted: Sequence[tuple[str, str]] | None = None) -> l
     return results
 
 
-def _searched(problem: Problem, predictions: list[Prediction]) -> Iterator[tuple[str, str]]:
-    """Every quantity that the channels show, over every covariate that runs unlike the others."""
+def _searched(problem: Problem, predictions: list[Prediction], shown: Container[str]) -> Iterator[tuple[str, str]]:
+    """Every quantity that channels show, over every covariate that runs unlike the others."""
     for quantity, of in QUANTITIES.items():
-        if of.channel in problem.channels:
+        if of.channel in shown:
             for covariate in _distinct(predictions, (*of.covariates, *_columns(problem, of))):
                 yield quantity, covariate
 

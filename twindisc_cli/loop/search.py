@@ -51,10 +51,11 @@ def search(
     other: Elsewhere | None = None,
     *,
     enough: Callable[[Explanation, Explanation], bool] | None = None,
+    missing: Sequence[str] = (),
 ) -> Search:
     """Find the terms that explain all channels together, and predict another test that is not fitted.
 
-    enough: whether an answer beside the base model ends the search.
+    enough: whether an answer beside the base model ends the search. missing: channels in which something is missing.
     """
     progress("base model")
     base = Explanation.of_base(refit(problem), other)
@@ -64,7 +65,7 @@ def search(
     while (
         best.labels not in known
         and len(best.terms) < SEARCH.most_terms
-        and not (best.terms and _nothing_left(best))
+        and not (best.terms and _nothing_left(best, missing))
         and not (best.terms and enough is not None and enough(best, base))
     ):
         known.add(best.labels)
@@ -82,10 +83,11 @@ def search(
     return Search(base, best, rivals, others)
 
 
-def _nothing_left(explanation: Explanation) -> bool:
-    """Whether no generic function of any channel sees anything in what an explanation leaves."""
+def _nothing_left(explanation: Explanation, missing: Sequence[str]) -> bool:
+    """Whether no generic function of any channel sees anything in what an explanation leaves, and none is missing."""
     fitted = explanation.fit
-    return all(
+    explained = {fitted.problem.shown_in(explanation.effect(name)) for name in explanation.terms}
+    return explained.issuperset(missing) and all(
         unexplained_residual(fitted, channel).p_value > SEARCH.nothing_left for channel in fitted.problem.channels
     )
 
