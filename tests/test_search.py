@@ -22,6 +22,7 @@ from twindisc_cli.loop.problem import Case, Problem, case_of, problem_of
 from twindisc_cli.loop.screen import unexplained_residual
 from twindisc_cli.loop.search import (
     Search,
+    _nothing_left,
     catalogued,
     search,
     swap_and_drop,
@@ -304,6 +305,13 @@ def test_where_no_sample_tells_an_edge_the_other_test_does(edge: float) -> None:
     assert other.density(step.fit)[0] > other.density(base)[0] + 10.0
 
 
+def test_the_search_goes_on_while_nothing_is_given_in_a_channel_that_lacks_something() -> None:
+    answer = found_in("running_in_friction").answer
+    assert _nothing_left(answer, ())
+    assert _nothing_left(answer, ("traction",))
+    assert not _nothing_left(answer, ("traction", "temperature"))
+
+
 def test_noise_alone_is_missing_nothing() -> None:
     nothing = np.full(len(TIME), 0.6)
     answers = [
@@ -339,6 +347,26 @@ def test_a_declared_effect_is_not_offered_again() -> None:
 def recorded(*channels: str) -> Case:
     plant = Plant(COURSE, mu=lambda time, creepage, cycles: 0.6 * (0.5 + 0.5 * np.exp(-3.0 * creepage * SPEED)))
     return case_of(Instruments(channels=channels).record(plant, np.random.default_rng(6)))
+
+
+def test_a_term_is_tempered_by_what_was_explained_where_it_says_something() -> None:
+    """A record of the profile that is tilted by 20 um over its width: no formula errs by it in the traction."""
+    test = recorded("traction", "profile").test
+    profile = test.measured.profile
+    assert profile is not None
+    tilted = replace(profile, height=profile.height + 5e-3 * profile.y)
+    case = case_of(replace(test, measured=replace(test.measured, profile=tilted)))
+    base = Explanation.of_base(refit(Problem([case], ("traction", "profile"))))
+
+    def of(*terms: str) -> Explanation:
+        return replace(base, fit=fit(base.fit.problem.with_terms(*terms)))
+
+    tilt, friction, both = of("profile_tilt"), of("falling_friction"), of("profile_tilt", "falling_friction")
+    assert tilt.temperature > 2.0
+    assert tilt.temperature_for(both) < 1.1
+    assert base.temperature_for(tilt) == base.temperature == 1.0
+    assert friction.temperature_for(both) < 1.1 < friction.temperature
+    assert tilt.temperature_for(replace(both, fit=base.fit)) == tilt.temperature, "what says nothing anywhere"
 
 
 def test_every_effect_that_the_channels_can_show_is_searched_and_no_other() -> None:
