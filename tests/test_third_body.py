@@ -9,9 +9,6 @@ import numpy as np
 import pytest
 import rigs
 from definitions import VALID, write
-from hypothesis import given
-from hypothesis import strategies as st
-from numpy.typing import NDArray
 from rigs import solve_rolling
 
 from twindisc_cli.commands import contact
@@ -25,7 +22,6 @@ from twindisc_cli.physics import exact, kalker, line_contact, third_body
 from twindisc_cli.physics.half_space import rolling
 from twindisc_cli.physics.half_space.rolling import Creepage
 
-Floats = NDArray[np.float64]
 CONTACT = (
     (0.001, 6425.0), (0.004, 21480.0), (0.008, 30470.0), (0.012, 32890.0),
     (0.018, 33200.0), (0.04, 31240.0), (0.1, 26620.0), (0.25, 20020.0),
@@ -116,28 +112,6 @@ def test_no_layer_is_as_before() -> None:
     zero, xi = np.zeros(3), np.array([0.1, 1.0, 5.0])
     np.testing.assert_array_equal(third_body.slope_factor(zero), 1.0)
     np.testing.assert_array_equal(third_body.saturation(xi, zero, xi), xi)
-
-
-@given(st.floats(1e-6, 1e4))
-def test_the_slope_tells_the_layer(ratio: float) -> None:
-    """`ratio_of` is the inverse of `slope_factor`; a slope above that of clean discs tells of no layer."""
-    assert third_body.ratio_of(third_body.slope_factor(np.array([ratio]))) == pytest.approx([ratio], rel=1e-6, abs=1e-9)
-    np.testing.assert_array_equal(third_body.ratio_of(np.array([1.0, 1.2])), 0.0)
-
-
-@pytest.mark.parametrize("compliance", [3e-7, 3e-6, 3e-5])
-def test_the_effect_bends_the_curve_as_a_declared_layer_does(compliance: float, tmp_path: Path) -> None:
-    """Of the same initial slope they have the same curve, which is that of CONTACT."""
-    mu, creepage = np.array([0.3, 0.6]), np.geomspace(1e-7, 0.05, 12)
-
-    def apparent(text: str) -> Floats:
-        return friction_chart(load(write(tmp_path, text)).experiment, mu=mu, creepage=creepage).apparent
-
-    declared = apparent(VALID.replace("[model]\n", f"[model]\nlayer_compliance_mm3_N = {compliance}\n"))
-    slope_ratio = float(declared[0, 0] / apparent(VALID)[0, 0])
-    found = apparent(f"{VALID}\n[effects.third_body_layer]\nslope_ratio = {slope_ratio}\n")
-    assert 0.02 < slope_ratio < 0.98
-    assert found == pytest.approx(declared, rel=2e-4)
 
 
 def test_a_layer_between_straight_discs() -> None:

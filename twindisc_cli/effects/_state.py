@@ -13,8 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twindisc_cli.physics import third_body
-
 Floats = NDArray[np.float64]
 
 
@@ -93,9 +91,8 @@ class State:
 
     operation  creepage, lateral_creepage [1], spin [1/m], normal_load [N], rolling_speed [m/s]
     friction   mu, the local coefficient of friction [1]
-    traction   slope, factor on the initial slope of the traction curve [1]; layer, slope of the discs alone over that
-               of a layer between them, which is in the slope [1]; slip_slope, slope in the area of slip over that in
-               the area of adhesion [1]; exactness, from 0 (the declared law) to 1 (the exact theory)
+    traction   slope, factor on the initial slope of the traction curve [1]; slip_slope, slope in the area of slip over
+               that in the area of adhesion [1]; exactness, from 0 (the declared law) to 1 (the exact theory)
     contact    half_space, from 0 (the updated Hertz ellipse) to 1 (the half-space patch); wander, standard deviation
                of the contact's lateral position [m]
     wear       wear_factor, K over its base value [1]; disc1_share, part of the worn depth that disc 1 bears [1]
@@ -137,7 +134,6 @@ class State:
     lateral_creepage: Floats = field(default_factory=_zero)
     spin: Floats = field(default_factory=_zero)
     slope: Floats = field(default_factory=_one)
-    layer: Floats = field(default_factory=_zero)
     slip_slope: Floats = field(default_factory=_one)
     exactness: Floats = field(default_factory=_zero)
     half_space: Floats = field(default_factory=_zero)
@@ -205,10 +201,6 @@ class State:
         changed = object.__new__(type(self))
         vars(changed).update(vars(self), **changes)
         return changed
-
-    def softened(self, slope_ratio: Floats) -> State:
-        """Return this state with a layer between the discs that multiplies the initial slope by this ratio [1]."""
-        return self.replace(slope=self.slope * slope_ratio, layer=self.layer + third_body.ratio_of(slope_ratio))
 
     def of_sets(self, chosen: NDArray[np.int64]) -> State:
         """Return this state for some of the parameter sets, in any order and number (set,)."""

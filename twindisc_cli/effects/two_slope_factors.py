@@ -3,7 +3,7 @@
     xi = k_A G a b C11 v / (mu N),   T/(mu N) = f(xi) p(e, r e) / p(e, e),   e = pi xi / 4
     p(e_A, e_S) = (2 / pi) [e_A / (1 + e_A^2) + arctan(e_S)]
 
-    f    creep curve with a layer that lowers the slope to k_A, xi its normalised creepage, v creepage
+    f    creep curve of the declared theory, xi its normalised creepage, v creepage
     k_A  slope in the area of adhesion over that of clean discs [1]; k_A = 1 and r = 1 switch the effect off
     r    slope in the area of slip over that in the area of adhesion, k_S / k_A [1]
 
@@ -20,7 +20,7 @@ from twindisc_cli.effects._state import Floats, State
 
 def apply(s: State, *, adhesion: Floats, slip_to_adhesion: Floats) -> State:
     """Reduce the slopes of the traction curve."""
-    return s.softened(adhesion).replace(slip_slope=s.slip_slope * slip_to_adhesion)
+    return s.replace(slope=s.slope * adhesion, slip_slope=s.slip_slope * slip_to_adhesion)
 
 
 EFFECT = Effect(

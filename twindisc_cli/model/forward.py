@@ -358,7 +358,8 @@ class _Chain:
             normalised_creepage=np.full(shape, CREEPAGES[-1]),
             power_before=np.full(shape, 1e-30),
             power=np.full(shape, 1e-30),
-        ).softened(np.full((1, 1), test.options.initial_slope))
+            slope=np.full((1, 1), test.options.initial_slope),
+        )
 
     def _of_disc1(self) -> Floats:
         """Worn depth of disc 1 over disc 2's, K1 H2 R2 / (K2 H1 R1) where both K are known, (set, 1) [1]."""
@@ -606,16 +607,15 @@ class _Chain:
     def _law(self, state: State, xi: Floats, patch: Patch) -> Floats:
         """T/(mu N) of the declared traction law, moved towards the exact theory where an effect says so.
 
-        A third body, declared or found, has a curve of its own; with another slope in the area of slip, it is
-        corrected as Polach has it.
+        With another slope in the area of slip, the curve is corrected as Polach has it; a third body has a curve of
+        its own.
         """
+        if np.any(patch.layer):
+            plain = self._law(state, xi, replace(patch, layer=np.zeros((1, 1))))
+            return third_body.saturation(xi, patch.layer, plain)
         if np.any(state.slip_slope != 1.0):
             plain = self._law(state.replace(slip_slope=np.ones((1, 1))), xi, patch)
             return plain * polach.correction(xi, state.slip_slope)
-        if np.any(layer := patch.layer + state.layer):
-            nothing = np.zeros((1, 1))
-            plain = self._law(state.replace(layer=nothing), xi, replace(patch, layer=nothing))
-            return third_body.saturation(xi, layer, plain)
         rig, declared = self.model.experiment.rig, self.model.experiment.options.traction
         if declared == "exact":
             return self._exact(xi, patch)

@@ -40,13 +40,6 @@ def slope_factor(ratio: Floats) -> Floats:
     return np.asarray(1.0 / (1.0 + ratio + _NOT_IN_SERIES * ratio / (ratio + _HALF_OF_THAT)))
 
 
-def ratio_of(factor: Floats) -> Floats:
-    """Lambda [1] for k [1], the inverse of `slope_factor`; none for k = 1 and above."""
-    softer = 1.0 / np.minimum(factor, 1.0) - 1.0
-    rest = softer - _HALF_OF_THAT - _NOT_IN_SERIES
-    return np.asarray(0.5 * (rest + np.sqrt(rest**2 + 4.0 * softer * _HALF_OF_THAT)))
-
-
 def saturation(xi: Floats, ratio: Floats, without: Floats) -> Floats:
     """T/(mu N) [1] at the normalised creepage xi and Lambda; `without` is the law without the layer at xi."""
     e = 0.25 * np.pi * xi
