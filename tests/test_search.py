@@ -366,7 +366,7 @@ def test_a_term_is_tempered_by_what_was_explained_where_it_says_something() -> N
     assert tilt.temperature_for(both) < 1.1
     assert base.temperature_for(tilt) == base.temperature == 1.0
     assert friction.temperature_for(both) < 1.1 < friction.temperature
-    assert tilt.temperature_for(replace(both, fit=base.fit)) == tilt.temperature, "what says nothing anywhere"
+    assert tilt.temperature_for(tilt) == tilt.temperature, "what says nothing anywhere"
 
 
 def test_every_effect_that_the_channels_can_show_is_searched_and_no_other() -> None:
