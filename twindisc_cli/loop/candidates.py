@@ -53,16 +53,20 @@ class Proposal:
         return isinstance(self.effect, Trial)
 
 
-def proposals(fitted: Fit, known: Sequence[Response] | None = None) -> list[Proposal]:
-    """Every effect and every law that may be added to a fit, by falling promise; known: responses nearby."""
-    return sorted([*effects(fitted), *laws(fitted, known)], key=lambda p: -p.promise)
+def proposals(
+    fitted: Fit, known: Sequence[Response] | None = None, names: Sequence[str] | None = None
+) -> list[Proposal]:
+    """Every effect, or those of these names, and every law that may be added to a fit, by falling promise.
+
+    known: responses nearby.
+    """
+    return sorted([*effects(fitted, names), *laws(fitted, known)], key=lambda p: -p.promise)
 
 
 def proposals_in(fitted: Fit, shown: Container[str]) -> list[Proposal]:
     """The same of what shows first in these channels."""
     names = [name for name, effect in catalogue().items() if fitted.problem.shown_in(effect) in shown]
-    both = [*effects(fitted, names), *laws(fitted, responses(fitted, shown=shown))]
-    return sorted(both, key=lambda p: -p.promise)
+    return proposals(fitted, responses(fitted, shown=shown), names)
 
 
 def effects(fitted: Fit, names: Sequence[str] | None = None) -> list[Proposal]:

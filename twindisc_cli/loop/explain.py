@@ -100,20 +100,20 @@ def explain(tests: Sequence[Experiment], *, validate: Case | None, quick: bool, 
 def _shown_by_held_out(outcome: Outcome) -> tuple[str, ...]:
     """Channels with samples held out in which nothing is given, and all samples show something.
 
-    What the answer leaves of them is significant, or they let a term be chosen where the others let none.
+    What the answer leaves of them is significant, or all samples let a term be chosen, or one more.
     """
     answer, judged = outcome.answer, outcome.judged
-    explained = {outcome.problem.shown_in(answer.effect(name)) for name in answer.terms}
     held_out = {channel for test in judged.masks for channel, mask in test.items() if mask.any()}
-    if not held_out - explained:
+    unexplained = held_out - answer.explained
+    if not unexplained:
         return ()
     whole, base = judged.estimated, judged.base_estimated
     shown = _channels_of_choice(outcome) if not answer.terms else set()
-    shown |= _channels_of_more(judged, held_out - explained - shown)
+    shown |= _channels_of_more(judged, unexplained - shown)
     return tuple(
         channel
         for channel in outcome.problem.channels
-        if channel in held_out - explained
+        if channel in unexplained
         and (channel in shown or is_unexplained(unexplained_residual(whole, channel), whole, base))
     )
 
@@ -123,15 +123,15 @@ def _channels_of_choice(outcome: Outcome) -> set[str]:
     member = next((m for m in outcome.members if m.labels == outcome.on_all), None)
     if member is None or member.labels in outcome.refused:
         return set()
-    return {outcome.problem.shown_in(member.effect(name)) for name in member.terms}
+    return member.explained
 
 
-def _channels_of_more(judged: Judged, open_: Container[str]) -> set[str]:
-    """Those of the channels in which one more term would be chosen on all samples."""
+def _channels_of_more(judged: Judged, unexplained: Container[str]) -> set[str]:
+    """Channels of the answer with one more term in the unexplained ones, if all samples let it be chosen."""
     answer = on_samples_of(judged.base_estimated, judged.explanation, judged.estimated)
-    promising = [p for p in proposals_in(answer.fit, open_) if p.promise > 0.5 * SEARCH.effect_evidence]
+    promising = [p for p in proposals_in(answer.fit, unexplained) if p.promise > 0.5 * SEARCH.effect_evidence]
     more = chosen(answer, most_promising(answer, promising))
-    return set() if more is None else {more.fit.problem.shown_in(more.effect(more.terms[-1]))}
+    return set() if more is None else more.explained
 
 
 def _explained(

@@ -114,6 +114,11 @@ class Explanation:
         return frozenset(self.term(name) for name in self.terms)
 
     @property
+    def explained(self) -> set[str]:
+        """The channels in which its terms show first."""
+        return {self.fit.problem.shown_in(self.effect(name)) for name in self.terms}
+
+    @property
     def laws(self) -> dict[str, Trial]:
         """The terms that are laws."""
         return {name: effect for name in self.terms if isinstance(effect := self.effect(name), Trial)}

@@ -305,8 +305,8 @@ def _pair(fitted: Fit, span: Floats, response: Response, samples: int, test: str
     edges = response.edges
     centres = 0.5 * (edges[1:] + edges[:-1])
     A, g = G.T @ G, G.T @ fitted.residual
-    asked = response.quantity, response.covariate
-    return Pair(*asked, edges, centres, A, g, response.typical, samples, test, response.change)
+    quantity, covariate, typical, change = response.quantity, response.covariate, response.typical, response.change
+    return Pair(quantity, covariate, edges, centres, A, g, typical, samples, test, change)
 
 
 def responses(

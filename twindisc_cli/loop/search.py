@@ -86,8 +86,7 @@ def search(
 def _nothing_left(explanation: Explanation, missing: Sequence[str]) -> bool:
     """Whether no generic function of any channel sees anything in what an explanation leaves, and none is missing."""
     fitted = explanation.fit
-    explained = {fitted.problem.shown_in(explanation.effect(name)) for name in explanation.terms}
-    return explained.issuperset(missing) and all(
+    return explanation.explained.issuperset(missing) and all(
         unexplained_residual(fitted, channel).p_value > SEARCH.nothing_left for channel in fitted.problem.channels
     )
 
