@@ -23,7 +23,7 @@ from twindisc_cli.loop.problem import Case, Problem, problem_of
 from twindisc_cli.loop.resample import shares
 from twindisc_cli.loop.screen import is_unexplained, unexplained_residual
 from twindisc_cli.loop.search import Search, search
-from twindisc_cli.loop.term_intervals import term_parameters, unfixed
+from twindisc_cli.loop.term_intervals import fixes_a_size
 from twindisc_cli.loop.terms import EffectTerm, Term
 from twindisc_cli.loop.thresholds import ACCEPTANCE, RESAMPLING, SEARCH
 from twindisc_cli.loop.validate import at_its_own_level, elsewhere, predict_test
@@ -338,11 +338,7 @@ def _is_loose(answer: Explanation, name: str) -> bool:
     Parameters that only shape it may be loose, and one size of several: they are named in a note, and the effect is
     then possible at most.
     """
-    effect = answer.effect(name)
-    if isinstance(effect, Trial):
-        return False
-    sizes = {p.name for p in effect.params if p.off is not None}
-    return sizes <= set(unfixed(effect, term_parameters(answer.fit, name)))
+    return not isinstance(answer.effect(name), Trial) and not fixes_a_size(answer.fit, name)
 
 
 def _raised_elsewhere(judged: Judged, base: Explanation, test: Case) -> list[str]:

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from twindisc_cli.effects._effect import Effect
+from twindisc_cli.effects._effect import Effect, Param
 from twindisc_cli.loop.diagnosis import Estimate
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.resample import scatter
@@ -33,16 +33,24 @@ def unfixed(effect: Effect, parameters: Mapping[str, Estimate]) -> list[str]:
 
     A bound where an effect is off or complete is none.
     """
-    results = []
-    for p in effect.params:
-        estimate, near = parameters[p.name], ACCEPTANCE.near_bound * (p.upper - p.lower)
-        low, high = estimate.value - p.lower < near, p.upper - estimate.value < near
-        bound = p.lower if low else p.upper
-        natural = bound == p.off or (p.unit == "1" and p.off == 0.0 and bound == 1.0)
-        everywhere = estimate.low - p.lower < near and p.upper - estimate.high < near
-        if everywhere or ((low or high) and not natural):
-            results.append(p.name)
-    return results
+    return [p.name for p in effect.params if _is_unfixed(p, parameters[p.name])]
+
+
+def fixes_a_size(fitted: Fit, name: str) -> bool:
+    """Whether the data fix at least one size of an effect; what only shapes it may be anything."""
+    effect, parameters = fitted.problem.effect(name), fitted.problem.parameters
+    numbers = {p.key: number for number, p in enumerate(parameters) if p.term == name}
+    sizes = [p for p in effect.params if p.off is not None]
+    return any(not _is_unfixed(p, estimate_of(fitted, numbers[p.name])) for p in sizes)
+
+
+def _is_unfixed(p: Param, estimate: Estimate) -> bool:
+    near = ACCEPTANCE.near_bound * (p.upper - p.lower)
+    low, high = estimate.value - p.lower < near, p.upper - estimate.value < near
+    bound = p.lower if low else p.upper
+    natural = bound == p.off or (p.unit == "1" and p.off == 0.0 and bound == 1.0)
+    everywhere = estimate.low - p.lower < near and p.upper - estimate.high < near
+    return everywhere or ((low or high) and not natural)
 
 
 def widened(fitted: Fit) -> Floats:
