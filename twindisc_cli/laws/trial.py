@@ -61,6 +61,11 @@ class Trial(Effect):
         """Whether it is a curve and no formula."""
         return self.shape is None
 
+    def heights(self, u: Floats, places: Floats) -> Floats:
+        """f of a curve of parameters (parameter,) at places of the covariate (place,)."""
+        assert self.mix is not None
+        return np.asarray(_between(places, np.array(self.at), u[None] @ self.mix.T)[0])
+
     def law(self, values: Mapping[str, float]) -> Law:
         """The law with fitted parameters."""
         if self.shape is not None:

@@ -145,6 +145,11 @@ def laws(fitted: Fit, known: Sequence[Response] | None = None) -> list[Proposal]
     return results
 
 
+def is_curve(effect: Effect) -> bool:
+    """Whether a term is a law without a formula."""
+    return isinstance(effect, Trial) and effect.is_curve
+
+
 def _starts_of(name: str, law: Trial, pair: Pair) -> list[Floats]:
     """Inner start values of a law (start, parameter): as promised, and with the change that was tried if it is large.
 

@@ -10,11 +10,11 @@ import numpy as np
 from twindisc_cli.effects._effect import Effect
 from twindisc_cli.laws.law import law_key
 from twindisc_cli.laws.trial import Trial
-from twindisc_cli.loop.candidates import Proposal, flash_law, laws_elsewhere, proposals, warmed
+from twindisc_cli.loop.candidates import Proposal, flash_law, is_curve, laws_elsewhere, proposals, warmed
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.explanation import Explanation, by_falling, evidence_of
 from twindisc_cli.loop.fit import MOST_STEPS, Fit, fit
-from twindisc_cli.loop.learn import Pair, Response
+from twindisc_cli.loop.learn import Pair, Response, seen_again
 from twindisc_cli.loop.problem import Problem
 from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.loop.validate import Elsewhere
@@ -123,7 +123,7 @@ def with_one_more(explanation: Explanation, proposal: Proposal, best: float = 0.
     twice = problem.is_local and proposal.effect.stage != "contact"
     first = replace(problem, tracks=_tracks(fitted)) if twice else problem
     law = proposal.effect if isinstance(proposal.effect, Trial) else None
-    steps = SEARCH.curve_steps if law is not None and law.is_curve else MOST_STEPS
+    steps = SEARCH.curve_steps if is_curve(proposal.effect) else MOST_STEPS
     starts = [np.concatenate([fitted.theta, start]) for start in proposal.starts]
     fits = [fit(first, start, steps) for start in starts]
     most = max(f.evidence for f in fits)
@@ -132,10 +132,31 @@ def with_one_more(explanation: Explanation, proposal: Proposal, best: float = 0.
     more = [replace(explanation, fit=f, prices=prices) for f in near]
     if law is not None and law.jumps.size:
         more = [_edged(e, proposal.name, law, proposal.pair) for e in more]
+    if is_curve(proposal.effect):
+        more = [_smoothed(e, proposal) if e.here > explanation.here else e for e in more]
     if twice and max(e.here for e in more) > explanation.here + _enough(more[0], proposal.effect, best):
         more = [_on_its_track(e, FIRST_STEPS) for e in more] if len(more) > 1 else more
         return _on_its_track(_first_of_best(more), MOST_STEPS)
     return _first_of_best(more)
+
+
+def _smoothed(explanation: Explanation, proposal: Proposal) -> Explanation:
+    """The same with the length and the size of a curve that say most where the fit is.
+
+    They were chosen to first order, before the curve had taken anything.
+    """
+    fitted, name = explanation.fit, proposal.name
+    assert proposal.pair is not None
+    pair = seen_again(fitted, name, proposal.pair)
+    if pair is None:
+        return explanation
+    before, after = explanation.laws[name], pair.likeliest_curve
+    own = np.array([p.term == name for p in fitted.problem.parameters], dtype=bool)
+    places = np.array(after.at)
+    assert after.mix is not None
+    start, *_ = np.linalg.lstsq(after.mix, before.heights(fitted.theta[own], places))
+    again = fit(_with_trial(fitted, name, after), np.concatenate([fitted.theta[~own], start]), SEARCH.curve_steps)
+    return replace(explanation, fit=again) if again.evidence > fitted.evidence else explanation
 
 
 def _enough(explanation: Explanation, new: Effect, best: float) -> float:

@@ -146,11 +146,15 @@ class Pair:
             results.append((0.5 * float(gain[best]) - paid, trial, price))
         if self.most_knots < FEWEST_KNOTS or QUANTITIES[self.quantity].shapes:
             return sorted(results, key=lambda f: -f[0])
-        evidence, which = self._curves
-        best = int(np.argmax(evidence))
-        price = choice + float(np.log(len(which)))
-        results.append((float(evidence[best]) - price, self._curve(*which[best]), price))
+        price = choice + float(np.log(len(self._curves[1])))
+        results.append((float(self._curves[0].max()) - price, self.likeliest_curve, price))
         return sorted(results, key=lambda f: -f[0])
+
+    @property
+    def likeliest_curve(self) -> Trial:
+        """A smooth curve with the length and the size that say most."""
+        evidence, which = self._curves
+        return self.curve(*which[int(np.argmax(evidence))])
 
     @property
     def sampled(self) -> Mask:
@@ -184,7 +188,7 @@ class Pair:
         pure = ("exponent", "phase")
         return {name if name in pure else covariate_of(self.covariate).key(name): v for name, v in start.items()}
 
-    def _curve(self, length: float, level: float) -> Trial:
+    def curve(self, length: float, level: float) -> Trial:
         """A smooth curve through the places, as its prior lets expect it between knots at some of them.
 
         Where no sample is, it goes straight from place to place, and on as it was at the last. Of what multiplies a
@@ -293,6 +297,26 @@ def pairs(fitted: Fit, known: Sequence[Response] | None = None) -> list[Pair]:
         if pair is not None and (pair.name not in best or pair.log_evidence > best[pair.name].log_evidence):
             best[pair.name] = pair
     return [*best.values()]
+
+
+def seen_again(fitted: Fit, name: str, pair: Pair) -> Pair | None:
+    """The pair of a curve as seen from a fit with that curve in it: what all samples ask of it, where they are now.
+
+    None where it shows nowhere.
+    """
+    problem, curve = fitted.problem, fitted.problem.trial[name]
+    assert isinstance(curve, Trial)
+    own = np.array([p.term == name for p in problem.parameters], dtype=bool)
+    responded = responses(fitted, [(pair.quantity, pair.covariate)])
+    response = next((r for r in responded if r.change == pair.change), None)
+    if response is None:
+        return None
+    if pair.test:
+        acts = problem.owner == problem.own_terms.index(pair.test)
+        response = replace(response, slopes=np.where(acts[:, None], response.slopes, 0.0))
+    span = span_of(fitted.jacobian[:, ~own])
+    again = _pair(fitted, span, response, pair.samples, pair.test)
+    return again and replace(again, g=again.g + again.A @ curve.heights(fitted.theta[own], again.places))
 
 
 def _pair(fitted: Fit, span: Floats, response: Response, samples: int, test: str = "") -> Pair | None:

@@ -165,7 +165,8 @@ def without_older_laws(
         if name not in before.terms or name not in rivals or len(explanation.terms) == SEARCH.most_terms:
             continue
         shorter = without(explanation, name)
-        two = _still_preferred(catalogued(explanation, shorter, rivals[name])[0], explanation)
+        tried = [e for e in rivals[name] if len(e.terms) == len(explanation.terms)]
+        two = _still_preferred(catalogued(explanation, shorter, tried)[0], explanation)
         if two is not explanation:
             return swap_and_drop(two, shorter, [])
     return explanation, rivals
