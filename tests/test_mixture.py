@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import cache
 
 import numpy as np
@@ -11,7 +11,6 @@ from records.sources import sweeps
 from rigs import Floats, experiment, history, spread, traction_samples
 
 from twindisc_cli.laws.trial import Trial, curve, formula
-from twindisc_cli.loop.alternatives import Compared
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import Fit, at, fit
 from twindisc_cli.loop.holdout import without
@@ -97,17 +96,21 @@ def problem_of(missed: float, change: Floats | float = 0.0) -> Problem:
     return Problem([case_of(test)], ("traction",))
 
 
-def averaged(problem: Problem, evidence: Mapping[str, float]) -> tuple[Mixture, list[Explanation]]:
-    """The average over an effect each, "" for the base model, the first the answer; prices make their evidence."""
+def averaged(
+    problem: Problem, evidence: Mapping[str, float], erring: Collection[str] = ()
+) -> tuple[Mixture, list[Explanation]]:
+    """The average over an effect each, "" for the base model, the first the answer; prices make their evidence.
+
+    erring: the effects that raise an error.
+    """
     before = fit(problem)
     members = []
     for name, size in evidence.items():
         fitted = fit(problem.with_terms(name)) if name else before
         members.append(Explanation(fitted, {"choice": fitted.evidence - size}, fitted.chi2))
     masks = [{"traction": np.zeros(len(TIME), dtype=bool)}]
-    base = next((m for m in members if not m.terms), Explanation(before, {}, before.chi2))
-    compared = Compared(members[0], members, np.full(len(members), np.nan), base)
-    return mixture_of(judge(members[0], before, before, masks), compared, frozenset(), masks), members
+    wrong = {member.labels for member in members if member.terms and member.terms[0] in erring}
+    return mixture_of(judge(members[0], before, before, masks), members, wrong, masks), members
 
 
 def mixed(problem: Problem, evidence: Mapping[str, float]) -> tuple[list[float], list[Fit]]:
@@ -123,6 +126,13 @@ def test_where_all_are_as_evident_the_base_model_outweighs_each_by_their_number(
     )
     first, base, *others = found
     assert [first, *others] == pytest.approx([base / 4.0] * 3)
+
+
+def test_only_what_raises_an_error_predicts_nothing() -> None:
+    evidence = {"falling_friction": 3.0, "third_body_layer": 3.0, "running_in_friction": 3.0}
+    found, _ = averaged(problem_of(0.0), evidence, ["third_body_layer"])
+    assert {member.explanation.terms for member in found.members} == {("falling_friction",), ("running_in_friction",)}
+    assert found.weights == pytest.approx([0.5, 0.5])
 
 
 @pytest.mark.parametrize("missed", [0.0, 0.01, 0.02])
@@ -143,8 +153,7 @@ def test_what_the_samples_held_out_speak_for_predicts_other_tests() -> None:
     for name in ("falling_friction", "running_in_friction"):
         fitted = fit(seen.with_terms(name))
         members.append(Explanation(fitted, {"choice": fitted.evidence - 3.0}, fitted.chi2))
-    compared = Compared(members[0], members, np.full(2, np.nan), Explanation(before, {}, before.chi2))
-    found = mixture_of(judge(members[0], fit(whole), before, masks), compared, frozenset(), masks)
+    found = mixture_of(judge(members[0], fit(whole), before, masks), members, frozenset(), masks)
     assert found.weights == pytest.approx([0.5, 0.5])
     assert found.on_all.weights[1] > 0.999
     assert found.on_all.on_all.weights == pytest.approx(found.on_all.weights)

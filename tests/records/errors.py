@@ -109,7 +109,7 @@ def _weights(found: Outcome, kind: str, channel: str, prediction: Prediction, mo
 def _learnt(tests: Sequence[Experiment]) -> tuple[Outcome, float]:
     """What the loop finds in tests, and its processor time [s]."""
     begin = time.process_time()
-    return explain(tests, validate=None, quick=True, progress=silent), time.process_time() - begin
+    return explain(tests, validate=None, quick=False, progress=silent), time.process_time() - begin
 
 
 @dataclass(frozen=True)

@@ -57,7 +57,7 @@ def _draw_errors(axis: Axes, errors: Sequence[Errors]) -> None:
 @cache
 def explained(name: str) -> Outcome:
     """The answer to a shipped record, without resampling."""
-    return explain([shipped(name)], validate=None, quick=True, progress=silent)
+    return explain([shipped(name)], validate=None, quick=False, progress=silent)
 
 
 def _draw_curve(axis: Axes, found: Outcome, label: str, across: Callable[[TractionSamples], Floats]) -> None:
@@ -75,7 +75,7 @@ def _draw_curve(axis: Axes, found: Outcome, label: str, across: Callable[[Tracti
 
 def _draw_sweeps(axis: Axes) -> None:
     learnt = choice(SEED)
-    found = explain([sweeps()[i] for i in learnt], validate=None, quick=True, progress=silent)
+    found = explain([sweeps()[i] for i in learnt], validate=None, quick=False, progress=silent)
     others = [test for i, test in enumerate(sweeps()) if i not in learnt]
     for test in others:
         samples = _traction(test)

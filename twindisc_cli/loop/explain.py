@@ -162,7 +162,8 @@ def _explained(
     judged, refused = _given(compared, validate, before, seen_before, masks)
     on_all = None if quick or not apart else chosen_on_all(judged, members)
     compared = replace(compared, answer=judged.explanation)
-    mixture = mixture_of(judged, compared, refused, masks)
+    erring = {labels for labels, refusal in refused.items() if refusal.errs}
+    mixture = mixture_of(judged, members, erring, masks)
     return Outcome(result, judged, mixture, compared, refused, on_all, as_estimated(judged.estimated))
 
 
@@ -195,9 +196,13 @@ def chosen_on_all(judged: Judged, members: Sequence[Explanation]) -> frozenset[T
 
 @dataclass(frozen=True)
 class Refusal:
-    """Why an explanation is not given; whether the samples held out say so, or only that others are more probable."""
+    """Why an explanation is not given.
+
+    errs: it raises an error; held_out: that of samples held out alone; improbable: only others are more probable.
+    """
 
     why: str
+    errs: bool = False
     held_out: bool = False
     improbable: bool = False
 
@@ -307,7 +312,7 @@ def _refusal(compared: Compared, every: Compared, judged: Judged, other: Case | 
     if raised or unseen:
         names = " and the ".join(channels()[c].label for c in dict.fromkeys([*raised, *unseen]))
         where = " of samples held out: it explains these samples and does not predict others" if not raised else ""
-        return Refusal(f"raises the error of the {names}{where}", held_out=not raised)
+        return Refusal(f"raises the error of the {names}{where}", errs=True, held_out=not raised)
     return None
 
 

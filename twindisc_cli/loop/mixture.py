@@ -3,7 +3,7 @@
     prediction = sum over i of w_i f_i,   sum of w_i = 1
 
     f_i   prediction of explanation i, its parameters fitted to the same samples
-    w_i   its mean weight over the resamples of the data; without resampling exp[E_i / (t c)] p_i
+    w_i   exp[E_i / (t c)] p_i
     E_i   evidence, t its temperature; c variance of what is left by the best over that of the noise, at least one
     p_i   prior odds: that of the base model against that of all others together are one
 
@@ -25,7 +25,6 @@ from functools import cached_property
 
 import numpy as np
 
-from twindisc_cli.loop.alternatives import Compared
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.explanation import Explanation, on_samples_of
 from twindisc_cli.loop.fit import Fit
@@ -109,18 +108,17 @@ class Mixture:
 
 def mixture_of(
     judged: Judged,
-    compared: Compared,
-    refused: Container[frozenset[Term]],
+    explanations: Sequence[Explanation],
+    erring: Container[frozenset[Term]],
     masks: Sequence[Mapping[str, Mask]],
 ) -> Mixture:
     """The answer with the explanations that stand beside it, the base model among them; alone where they err more.
 
-    An explanation that was refused, or with a parameter at a bound, predicts nothing.
+    Those that raise an error, or with a parameter that the data press against a bound, predict nothing.
     """
     answer = judged.explanation
-    silent = [m.labels in refused or bool(m.fit.at_bound) for m in compared.members]
-    every = [m for m, no in zip(compared.members, silent, strict=True) if not no or m.labels == answer.labels]
-    weight = dict(zip((m.labels for m in every), _weights(every, compared), strict=True))
+    every = [m for m in explanations if m.labels == answer.labels or not (m.labels in erring or m.fit.at_bound)]
+    weight = dict(zip((m.labels for m in every), _by_evidence(every), strict=True))
     beside = [m for m in every if m.labels != answer.labels and weight[m.labels] > RESAMPLING.rival_share]
     beside = sorted(beside, key=lambda m: -weight[m.labels])[: RESAMPLING.most_mixed - 1]
     weight[answer.labels] = max(weight[answer.labels], RESAMPLING.rival_share)
@@ -180,16 +178,8 @@ def _fitted(fitted: Fit) -> dict[tuple[str, str], Floats]:
     return {key: np.sort(np.concatenate(values)) for key, values in sizes.items()}
 
 
-def _weights(every: Sequence[Explanation], compared: Compared) -> Floats:
-    """Weights of explanations (member,): how often they are chosen in the resamples, else by their evidence."""
-    if np.isfinite(compared.shares).all():
-        share = {m.labels: float(s) for m, s in zip(compared.members, compared.shares, strict=True)}
-        return np.array([share[m.labels] for m in every])
-    return _by_evidence(every)
-
-
 def _by_evidence(every: Sequence[Explanation]) -> Floats:
-    """Weights of explanations (member,) by their evidence alone."""
+    """Weights of explanations (member,)."""
     evidence = np.array([m.evidence for m in every])
     best = every[int(np.argmax(evidence))]
     left = min(m.fit.chi2 / max(len(m.fit.residual) - len(m.fit.theta), 1) for m in every)
