@@ -13,7 +13,7 @@ from twindisc_cli.loop.candidates import proposals_in
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.choose import chosen, preferred
 from twindisc_cli.loop.explanation import Explanation, on_samples_of, ranked
-from twindisc_cli.loop.extend import most_promising
+from twindisc_cli.loop.extend import each_promising
 from twindisc_cli.loop.fit import Fit, carried, fit, plain_fit, refit, remembered
 from twindisc_cli.loop.holdout import holds_out, withheld, without
 from twindisc_cli.loop.judge import Judged, fall, judge, rises
@@ -109,13 +109,9 @@ def _shown_by_held_out(outcome: Outcome) -> tuple[str, ...]:
         return ()
     whole, base = judged.estimated, judged.base_estimated
     shown = _channels_of_choice(outcome) if not answer.terms else set()
-    shown |= _channels_of_more(judged, unexplained - shown)
-    return tuple(
-        channel
-        for channel in outcome.problem.channels
-        if channel in unexplained
-        and (channel in shown or is_unexplained(unexplained_residual(whole, channel), whole, base))
-    )
+    shown |= {c for c in unexplained - shown if is_unexplained(unexplained_residual(whole, c), whole, base)}
+    shown |= _channels_of_more(judged, unexplained - shown) if unexplained - shown else set()
+    return tuple(channel for channel in outcome.problem.channels if channel in unexplained & shown)
 
 
 def _channels_of_choice(outcome: Outcome) -> set[str]:
@@ -130,8 +126,8 @@ def _channels_of_more(judged: Judged, unexplained: Container[str]) -> set[str]:
     """Channels of the answer with one more term in the unexplained ones, if all samples let it be chosen."""
     answer = on_samples_of(judged.base_estimated, judged.explanation, judged.estimated)
     promising = [p for p in proposals_in(answer.fit, unexplained) if p.promise > 0.5 * SEARCH.effect_evidence]
-    more = chosen(answer, most_promising(answer, promising))
-    return set() if more is None else more.explained
+    more = (one.explained for one in each_promising(answer, promising) if chosen(answer, [one]))
+    return next(more, set())
 
 
 def _explained(

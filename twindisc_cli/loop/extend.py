@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -40,7 +40,11 @@ def most_promising(explanation: Explanation, proposed: Sequence[Proposal]) -> li
 
     Of laws these are the pairs of quantity and covariate with the most evidence over all forms, in the best of these.
     """
-    explanations: list[Explanation] = []
+    return list(each_promising(explanation, proposed))
+
+
+def each_promising(explanation: Explanation, proposed: Sequence[Proposal]) -> Iterator[Explanation]:
+    """The same one after the other, as they are fitted."""
     laws, effects_fitted, best = _likeliest_laws(proposed), 0, 0.0
     for proposal in proposed:
         few = not proposal.is_law and effects_fitted < SEARCH.fitted_at_least
@@ -49,9 +53,9 @@ def most_promising(explanation: Explanation, proposed: Sequence[Proposal]) -> li
         if proposal.promise < least or enough or _asks_too_much(explanation.fit.problem, proposal):
             continue
         effects_fitted += not proposal.is_law
-        explanations.append(with_one_more(explanation, proposal, best))
-        best = max(best, explanations[-1].here - explanation.here)
-    return explanations
+        more = with_one_more(explanation, proposal, best)
+        best = max(best, more.here - explanation.here)
+        yield more
 
 
 def _likeliest_laws(proposed: Sequence[Proposal]) -> set[str]:
@@ -133,7 +137,8 @@ def with_one_more(explanation: Explanation, proposal: Proposal, best: float = 0.
     if law is not None and law.jumps.size:
         more = [_edged(e, proposal.name, law, proposal.pair) for e in more]
     if is_curve(proposal.effect):
-        more = [_smoothed(e, proposal) if e.here > explanation.here else e for e in more]
+        least = explanation.here + SEARCH.least_share * best
+        more = [_smoothed(e, proposal) if e.here > least else e for e in more]
     if twice and max(e.here for e in more) > explanation.here + _enough(more[0], proposal.effect, best):
         more = [_on_its_track(e, FIRST_STEPS) for e in more] if len(more) > 1 else more
         return _on_its_track(_first_of_best(more), MOST_STEPS)
@@ -148,13 +153,12 @@ def _smoothed(explanation: Explanation, proposal: Proposal) -> Explanation:
     fitted, name = explanation.fit, proposal.name
     assert proposal.pair is not None
     pair = seen_again(fitted, name, proposal.pair)
-    if pair is None:
+    if pair is None or pair.smoothness == proposal.pair.smoothness:
         return explanation
-    before, after = explanation.laws[name], pair.likeliest_curve
+    before, after = explanation.laws[name], pair.curve(*pair.smoothness)
     own = np.array([p.term == name for p in fitted.problem.parameters], dtype=bool)
-    places = np.array(after.at)
     assert after.mix is not None
-    start, *_ = np.linalg.lstsq(after.mix, before.heights(fitted.theta[own], places))
+    start, *_ = np.linalg.lstsq(after.mix, before.heights(fitted.theta[own], np.array(after.at)))
     again = fit(_with_trial(fitted, name, after), np.concatenate([fitted.theta[~own], start]), SEARCH.curve_steps)
     return replace(explanation, fit=again) if again.evidence > fitted.evidence else explanation
 

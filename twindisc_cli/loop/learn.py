@@ -147,14 +147,14 @@ class Pair:
         if self.most_knots < FEWEST_KNOTS or QUANTITIES[self.quantity].shapes:
             return sorted(results, key=lambda f: -f[0])
         price = choice + float(np.log(len(self._curves[1])))
-        results.append((float(self._curves[0].max()) - price, self.likeliest_curve, price))
+        results.append((float(self._curves[0].max()) - price, self.curve(*self.smoothness), price))
         return sorted(results, key=lambda f: -f[0])
 
     @property
-    def likeliest_curve(self) -> Trial:
-        """A smooth curve with the length and the size that say most."""
+    def smoothness(self) -> tuple[float, float]:
+        """The length and the size of a curve that say most."""
         evidence, which = self._curves
-        return self.curve(*which[int(np.argmax(evidence))])
+        return which[int(np.argmax(evidence))]
 
     @property
     def sampled(self) -> Mask:
