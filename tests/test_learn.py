@@ -10,7 +10,7 @@ import pytest
 from rigs import Floats, Instruments, Plant, experiment, history, spread, traction_samples
 from scipy.integrate import quad
 
-from twindisc_cli.loop.candidates import is_curve, proposals
+from twindisc_cli.loop.candidates import proposals
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.extend import with_one_more
 from twindisc_cli.loop.fit import fit, plain_fit
@@ -181,7 +181,7 @@ def test_a_curve_is_as_smooth_as_says_most_however_large_it_is(size: float, scal
     ratio += sigma * np.random.default_rng(0).standard_normal(len(TIME))
     test = experiment(COURSE, thermal=None, measured=Measured(traction=traction_samples(COURSE, TIME, ratio, sigma)))
     base = Explanation.of_base(fit(Problem([case_of(test)], ("traction",))))
-    curve = next(p for p in proposals(base.fit) if p.name == "mu_over_time" and is_curve(p.effect))
+    curve = next(p for p in proposals(base.fit) if p.name == "mu_over_time" and p.is_curve)
     assert curve.pair is not None
     each = [
         fit(base.fit.problem.with_terms(curve.name, trial={curve.name: of_prior})).evidence

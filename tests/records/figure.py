@@ -56,7 +56,7 @@ def _draw_errors(axis: Axes, errors: Sequence[Errors]) -> None:
 
 @cache
 def explained(name: str) -> Outcome:
-    """The answer to a shipped record, without resampling."""
+    """The answer to a shipped record."""
     return explain([shipped(name)], validate=None, quick=False, progress=silent)
 
 

@@ -52,6 +52,11 @@ class Proposal:
         """Whether it is a law and no effect of the catalogue."""
         return isinstance(self.effect, Trial)
 
+    @property
+    def is_curve(self) -> bool:
+        """Whether it is a law without a formula."""
+        return isinstance(self.effect, Trial) and self.effect.is_curve
+
 
 def proposals(
     fitted: Fit, known: Sequence[Response] | None = None, names: Sequence[str] | None = None
@@ -143,11 +148,6 @@ def laws(fitted: Fit, known: Sequence[Response] | None = None) -> list[Proposal]
         for promise, trial, price in pair.proposals(len(fitted.residual))[: SEARCH.forms_fitted]:
             results.append(Proposal(name, trial, _starts_of(name, trial, pair), promise - own, price + own, pair))
     return results
-
-
-def is_curve(effect: Effect) -> bool:
-    """Whether a term is a law without a formula."""
-    return isinstance(effect, Trial) and effect.is_curve
 
 
 def _starts_of(name: str, law: Trial, pair: Pair) -> list[Floats]:

@@ -10,7 +10,7 @@ import numpy as np
 from twindisc_cli.effects._effect import Effect
 from twindisc_cli.laws.law import law_key
 from twindisc_cli.laws.trial import Trial
-from twindisc_cli.loop.candidates import Proposal, flash_law, is_curve, laws_elsewhere, proposals, warmed
+from twindisc_cli.loop.candidates import Proposal, flash_law, laws_elsewhere, proposals, warmed
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.explanation import Explanation, by_falling, evidence_of
 from twindisc_cli.loop.fit import MOST_STEPS, Fit, fit
@@ -127,7 +127,7 @@ def with_one_more(explanation: Explanation, proposal: Proposal, best: float = 0.
     twice = problem.is_local and proposal.effect.stage != "contact"
     first = replace(problem, tracks=_tracks(fitted)) if twice else problem
     law = proposal.effect if isinstance(proposal.effect, Trial) else None
-    steps = SEARCH.curve_steps if is_curve(proposal.effect) else MOST_STEPS
+    steps = SEARCH.curve_steps if proposal.is_curve else MOST_STEPS
     starts = [np.concatenate([fitted.theta, start]) for start in proposal.starts]
     fits = [fit(first, start, steps) for start in starts]
     most = max(f.evidence for f in fits)
@@ -136,7 +136,7 @@ def with_one_more(explanation: Explanation, proposal: Proposal, best: float = 0.
     more = [replace(explanation, fit=f, prices=prices) for f in near]
     if law is not None and law.jumps.size:
         more = [_edged(e, proposal.name, law, proposal.pair) for e in more]
-    if is_curve(proposal.effect):
+    if proposal.is_curve:
         least = explanation.here + SEARCH.least_share * best
         more = [_smoothed(e, proposal) if e.here > least else e for e in more]
     if twice and max(e.here for e in more) > explanation.here + _enough(more[0], proposal.effect, best):
@@ -156,7 +156,7 @@ def _smoothed(explanation: Explanation, proposal: Proposal) -> Explanation:
     if pair is None or pair.smoothness == proposal.pair.smoothness:
         return explanation
     before, after = explanation.laws[name], pair.curve(*pair.smoothness)
-    own = np.array([p.term == name for p in fitted.problem.parameters], dtype=bool)
+    own = fitted.own(name)
     assert after.mix is not None
     start, *_ = np.linalg.lstsq(after.mix, before.heights(fitted.theta[own], np.array(after.at)))
     again = fit(_with_trial(fitted, name, after), np.concatenate([fitted.theta[~own], start]), SEARCH.curve_steps)

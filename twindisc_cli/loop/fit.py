@@ -94,7 +94,7 @@ class Fit:
     def _shows(self, term: str) -> bool:
         """Whether an effect takes more from chi2 than all its parameters cost, and none of these is at a bound."""
         parameters = self.problem.parameters
-        own = np.array([p.term == term for p in parameters], dtype=bool)
+        own = self.own(term)
         size = own & np.array([p.off is not None for p in parameters], dtype=bool)
         if np.any(own & np.any(self._at_edges, axis=0)):
             return False
@@ -108,6 +108,10 @@ class Fit:
             return self.jacobian[:, some]
         columns, rest = self.jacobian[:, some], span_of(self.jacobian[:, others])
         return np.asarray(columns - rest @ (rest.T @ columns))
+
+    def own(self, term: str) -> Mask:
+        """Which parameters are those of a term (parameter,)."""
+        return np.array([p.term == term for p in self.problem.parameters], dtype=bool)
 
     def value(self, parameter: Parameter) -> tuple[float, float]:
         """Value and standard deviation of a parameter in the unit of the test definition."""

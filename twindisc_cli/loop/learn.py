@@ -275,6 +275,10 @@ class Response:
     typical: float
     change: float
 
+    def of_samples(self, some: Mask) -> Response:
+        """The response of some of the samples (sample,); the others have none."""
+        return replace(self, slopes=np.where(some[:, None], self.slopes, 0.0))
+
 
 def pairs(fitted: Fit, known: Sequence[Response] | None = None) -> list[Pair]:
     """Every quantity over every covariate that the tests can show, seen from a fit.
@@ -289,9 +293,8 @@ def pairs(fitted: Fit, known: Sequence[Response] | None = None) -> list[Pair]:
         samples = problem.count(QUANTITIES[response.quantity].channel)
         results.append(_pair(fitted, span, response, samples))
         for test, own in problem.own_samples(response.slopes.T, QUANTITIES[response.quantity].channel):
-            one = replace(response, slopes=np.where(own[:, None], response.slopes, 0.0))
             samples = problem.count(QUANTITIES[response.quantity].channel, test)
-            results.append(_pair(fitted, span, one, samples, test))
+            results.append(_pair(fitted, span, response.of_samples(own), samples, test))
     best = dict[str, Pair]()
     for pair in results:
         if pair is not None and (pair.name not in best or pair.log_evidence > best[pair.name].log_evidence):
@@ -306,14 +309,12 @@ def seen_again(fitted: Fit, name: str, pair: Pair) -> Pair | None:
     """
     problem, curve = fitted.problem, fitted.problem.trial[name]
     assert isinstance(curve, Trial)
-    own = np.array([p.term == name for p in problem.parameters], dtype=bool)
-    responded = responses(fitted, [(pair.quantity, pair.covariate)])
-    response = next((r for r in responded if r.change == pair.change), None)
-    if response is None:
+    responded = responses(fitted, [(pair.quantity, pair.covariate)], change=pair.change)
+    if not responded:
         return None
+    response, own = responded[0], fitted.own(name)
     if pair.test:
-        acts = problem.owner == problem.own_terms.index(pair.test)
-        response = replace(response, slopes=np.where(acts[:, None], response.slopes, 0.0))
+        response = response.of_samples(problem.owner == problem.own_terms.index(pair.test))
     span = span_of(fitted.jacobian[:, ~own])
     again = _pair(fitted, span, response, pair.samples, pair.test)
     return again and replace(again, g=again.g + again.A @ curve.heights(fitted.theta[own], again.places))
@@ -334,11 +335,15 @@ def _pair(fitted: Fit, span: Floats, response: Response, samples: int, test: str
 
 
 def responses(
-    fitted: Fit, wanted: Sequence[tuple[str, str]] | None = None, shown: Container[str] | None = None
+    fitted: Fit,
+    wanted: Sequence[tuple[str, str]] | None = None,
+    shown: Container[str] | None = None,
+    *,
+    change: float | None = None,
 ) -> list[Response]:
     """The responses of the samples to quantities over covariates, where a fit is: to those wanted, or to every one.
 
-    shown: only to what shows in these channels.
+    shown: only to what shows in these channels; change: to this one alone, of those that are tried.
     """
     problem = fitted.problem.followed(fitted.theta)
     predictions = problem.predict(fitted.theta[None], rough=True)
@@ -354,7 +359,8 @@ def responses(
             edges = _sampled(edges, problem, predictions, covariate)
         if edges is None:
             continue
-        for level in of.probes if of.kind == "factor" else (0.03 * typical,):
+        tried = of.probes if of.kind == "factor" else (0.03 * typical,)
+        for level in tried if change is None else (change,):
             rows = _bin_rows(problem, fitted.theta, quantity, covariate, edges, level)
             slopes = np.nan_to_num((rows - plain) / level).T
             results.append(Response(quantity, covariate, edges, slopes, typical, level))
