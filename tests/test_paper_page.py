@@ -1,4 +1,4 @@
-"""The numbers of docs/paper.md that come from long loops, against what `make run` wrote, where it has run."""
+"""Numbers of docs/paper.md and README.md that come from long loops, against what `make run` wrote, where it has run."""
 
 from __future__ import annotations
 
@@ -101,6 +101,16 @@ def test_nitrogen_predicted_with_its_own_friction() -> None:
     assert agrees(validated, result["validation"]["error"]["profile"]["held_out_after"])
     assert set(effects(result)) == {"half_space_contact", "wear_partition", "lubricated_film"}
     assert effects(result)["lubricated_film"]["strength"] == "possible"
+
+
+@pytest.mark.parametrize(("test", "row"), [("eurosprinter", "a locomotive"), ("mtm_running_in", "running-in of")])
+def test_the_errors_of_measured_records(test: str, row: str) -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    match = re.search(rf"^\| .*{row}.*\| (\S+) → (\S+) \(\w+ (\S+)\) \|$", readme, re.MULTILINE)
+    assert match
+    error = outcome(test)["error"]["traction"]
+    values = [error[kind] for kind in ("held_out_before", "held_out_after", "noise")]
+    assert [text for text, value in zip(match.groups(), values, strict=True) if not agrees(text, value)] == []
 
 
 def test_a_wrong_digit_is_seen() -> None:
