@@ -24,7 +24,7 @@ from rigs import (
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.trial import curve, formula
 from twindisc_cli.loop.explain import as_estimated
-from twindisc_cli.loop.fit import TYPICAL, Fit, at, fit, refit, remembered
+from twindisc_cli.loop.fit import TYPICAL, Fit, at, fit, linearised, refit, remembered
 from twindisc_cli.loop.judge import revised_case
 from twindisc_cli.loop.problem import Case, Problem, case_of, parameters_of
 from twindisc_cli.loop.term_intervals import estimate_of
@@ -327,6 +327,19 @@ def test_a_fit_ends_where_it_is_said_to() -> None:
     assert found.chi2 < 0.01
     values = [found.value(p)[0] for p in problem.parameters]
     assert values == pytest.approx([0.6, 0.5, 4.0], rel=0.01)
+
+
+def test_where_the_passes_begin_changes_nothing_that_is_fitted() -> None:
+    """Friction and convection that follow the temperature, begun where other parameters have settled."""
+    case = case_of(Instruments(channels=("traction", "temperature")).record(FALLING, np.random.default_rng(3)))
+    terms = ("temperature_dependent_friction", "nonlinear_convection")
+    problem = Problem([case], ("traction", "temperature"), terms)
+    theta, target = problem.start(), problem.discount(problem.measured)
+    *_, elsewhere = linearised(problem, theta + 0.1, target)
+    cold, warm = linearised(problem, theta, target), linearised(problem, theta, target, elsewhere)
+    assert all(state is not None and len(state.energy) == 1 for state in elsewhere)
+    assert warm[0] == pytest.approx(cold[0], abs=1e-3)
+    assert warm[1] == pytest.approx(cold[1], abs=1e-3 * float(np.abs(cold[1]).max()))
 
 
 def test_a_fit_where_every_strip_wears_by_its_own_k_ends_where_nothing_is_to_be_had() -> None:

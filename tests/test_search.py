@@ -305,6 +305,20 @@ def test_where_no_sample_tells_an_edge_the_other_test_does(edge: float) -> None:
     assert other.density(step.fit)[0] > other.density(base)[0] + 10.0
 
 
+@pytest.mark.parametrize("seed", [3, 4, 5])
+def test_a_law_that_promises_little_is_tried_beside_another_over_the_same_covariate(seed: int) -> None:
+    """A recorded temperature that is 2 K too high for a while: at the edges of bins heat over time promises more."""
+    test = Instruments().record(Plant(history((0.01, 0.02, 0.015, 0.04, 0.03, 0.02), 3)), np.random.default_rng(seed))
+    record = test.measured.temperature
+    assert record is not None
+    off = 2.0 * ((record.time > 430.0) & (record.time < 700.0))
+    record = replace(record, temperature=record.temperature + off)
+    base = refit(problem_of([replace(test, measured=replace(test.measured, temperature=record))]))
+    best = max(extended(Explanation(base, {}, base.chi2)), key=lambda e: e.evidence)
+    assert best.labels == {LawTerm("temperature", "time")}
+    assert best.laws["temperature_over_time"].shape == "window"
+
+
 def test_the_search_goes_on_while_nothing_is_given_in_a_channel_that_lacks_something() -> None:
     answer = found_in("running_in_friction").answer
     assert _nothing_left(answer, ())

@@ -17,7 +17,16 @@ from twindisc_cli.laws.trial import Trial, formula
 from twindisc_cli.loop.channels.mass import weighed_stops
 from twindisc_cli.loop.channels.profile import recorded_stops
 from twindisc_cli.loop.fit import Fit
-from twindisc_cli.loop.learn import Pair, Response, equal_here, is_timed, pairs, responses, typical_change
+from twindisc_cli.loop.learn import (
+    Pair,
+    Response,
+    covariates_of,
+    equal_here,
+    is_timed,
+    pairs,
+    responses,
+    typical_change,
+)
 from twindisc_cli.loop.problem import Parameter, Problem, known_sensors, parameters_of
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.terms import in_test
@@ -168,6 +177,14 @@ def laws_elsewhere(fitted: Fit, named: Sequence[tuple[str, str]], other: Predict
     """Laws, by quantity and covariate, over what runs as the covariate in the tests that are fitted, not in another."""
     here = fitted.problem.predict(fitted.theta[None])
     wanted = [(quantity, over) for quantity, own in named for over in equal_here(here, quantity, own, other)]
+    return laws(fitted, responses(fitted, wanted)) if wanted else []
+
+
+def laws_at_other_stages(fitted: Fit, quantity: str, covariate: str) -> list[Proposal]:
+    """Laws over a covariate of the other quantities that a channel shows."""
+    channel = QUANTITIES[quantity].channel
+    others = [name for name, of in QUANTITIES.items() if of.channel == channel and name != quantity]
+    wanted = [(name, covariate) for name in others if covariate in covariates_of(fitted.problem, name)]
     return laws(fitted, responses(fitted, wanted)) if wanted else []
 
 

@@ -10,7 +10,14 @@ import numpy as np
 from twindisc_cli.effects._effect import Effect
 from twindisc_cli.laws.law import law_key
 from twindisc_cli.laws.trial import Trial
-from twindisc_cli.loop.candidates import Proposal, flash_law, laws_elsewhere, proposals, warmed
+from twindisc_cli.loop.candidates import (
+    Proposal,
+    flash_law,
+    laws_at_other_stages,
+    laws_elsewhere,
+    proposals,
+    warmed,
+)
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.explanation import Explanation, by_falling, evidence_of
 from twindisc_cli.loop.fit import MOST_STEPS, Fit, fit
@@ -32,6 +39,7 @@ def extended(explanation: Explanation, known: Sequence[Response] | None = None) 
     """The explanation with each of the most promising terms added, by falling evidence; known: responses nearby."""
     explanations = most_promising(explanation, proposals(explanation.fit, known))
     beside = [*_flashes(explanation, explanations), *_over_others(explanation, explanations)]
+    beside += _at_other_stages(explanation, explanations)
     return by_falling([*explanations, *beside], evidence_of)
 
 
@@ -107,6 +115,20 @@ def _over_others(explanation: Explanation, explanations: Sequence[Explanation]) 
     other = explanation.elsewhere.prediction(explanation.fit)
     proposed = laws_elsewhere(explanation.fit, sorted(named), other)
     return [with_one_more(explanation, proposal) for proposal in proposed if not proposal.effect.test]
+
+
+def _at_other_stages(explanation: Explanation, explanations: Sequence[Explanation]) -> list[Explanation]:
+    """Beside the best, if it is a law, what has not been fitted of the same covariate at other stages of its channel.
+
+    To first order, and in bins, a law may promise a tenth of what it says.
+    """
+    best = max(explanations, key=evidence_of, default=explanation)
+    law = best.effect(best.terms[-1]) if len(best.terms) > len(explanation.terms) else None
+    if not isinstance(law, Trial) or law.test:
+        return []
+    known = {name for e in explanations for name in e.terms}
+    proposed = laws_at_other_stages(explanation.fit, law.quantity, law.covariate)
+    return [with_one_more(explanation, proposal) for proposal in proposed if proposal.name not in known]
 
 
 def _within_reach(explanations: Sequence[Explanation]) -> list[Explanation]:

@@ -22,6 +22,7 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import least_squares
 
+from twindisc_cli.effects._state import State
 from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case, Parameter, Problem
 from twindisc_cli.loop.span import span_of
@@ -178,11 +179,13 @@ def _fit(problem: Problem, theta: Floats, most_steps: int, *, ftol: float = FTOL
     target = problem.discount(problem.measured)
     prior = np.eye(len(theta))[problem.normal]
     memory: dict[bytes, tuple[Floats, Floats, Floats]] = {}
+    near: Sequence[State | None] = ()
 
     def evaluated(inner: Floats) -> tuple[Floats, Floats, Floats]:
+        nonlocal near
         key = inner.tobytes()
         if key not in memory:
-            left, columns = linearised(problem, inner, target)
+            left, columns, near = linearised(problem, inner, target, near)
             rows = np.column_stack([np.concatenate([columns, prior]), np.concatenate([left, inner[problem.normal]])])
             memory[key] = left, columns, np.asarray(np.linalg.qr(rows, mode="r"))
         return memory[key]
@@ -205,7 +208,8 @@ def _fit(problem: Problem, theta: Floats, most_steps: int, *, ftol: float = FTOL
         gtol=1e-8,
         max_nfev=most_steps,
     )
-    return _summarised(problem, np.asarray(result.x), *evaluated(np.asarray(result.x))[:2])
+    left, columns, _ = evaluated(np.asarray(result.x))
+    return _summarised(problem.begun_at(near), np.asarray(result.x), left, columns)
 
 
 def _on_its_tracks(problem: Problem, start: Floats, most_steps: int) -> Fit:
@@ -226,7 +230,7 @@ def _on_its_tracks(problem: Problem, start: Floats, most_steps: int) -> Fit:
 
 def at(problem: Problem, theta: Floats) -> Fit:
     """The summary of a problem at given inner parameters (parameter,), without fitting."""
-    return _summarised(problem, theta, *linearised(problem, theta, problem.discount(problem.measured)))
+    return _summarised(problem, theta, *linearised(problem, theta, problem.discount(problem.measured))[:2])
 
 
 def refit(problem: Problem, start: Floats | None = None) -> Fit:
@@ -254,17 +258,23 @@ def remembered(cases: Sequence[Case], *fits: Fit) -> list[Case]:
     ]
 
 
-def linearised(problem: Problem, inner: Floats, target: Floats) -> tuple[Floats, Floats]:
-    """White residual (sample,) and its Jacobian (sample, parameter).
+def linearised(
+    problem: Problem, inner: Floats, target: Floats, near: Sequence[State | None] = ()
+) -> tuple[Floats, Floats, list[State | None]]:
+    """White residual (sample,), its Jacobian (sample, parameter), and the state that each test settles in.
 
-    Parameters on trial may heat a test without end: what is not finite then is very far off.
+    near: such states for parameters nearby. Parameters on trial may heat a test without end: what is not finite then is
+    very far off.
     """
     step = np.where(inner + STEP > problem.bounds[1], -STEP, STEP)
     sets = np.concatenate([inner[None], inner + np.diag(step)])
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        rows = problem.discount(problem.white(problem.predict(sets)))
+        predictions = problem.predict(sets, near=near)
+        rows = problem.discount(problem.white(predictions))
     rows = np.nan_to_num(rows, nan=1e6, posinf=1e6, neginf=-1e6)
-    return target - rows[0], -((rows[1:] - rows[0]) / step[:, None]).T
+    settled = [p.state if np.isfinite(p.state.energy[0]).all() else None for p in predictions]
+    first = [state and state.of_sets(np.array([0])) for state in settled]
+    return target - rows[0], -((rows[1:] - rows[0]) / step[:, None]).T, first
 
 
 def _summarised(problem: Problem, theta: Floats, residual: Floats, jacobian: Floats) -> Fit:

@@ -22,7 +22,7 @@ from scipy.special import logsumexp
 from twindisc_cli.effects._effect import FIRST_SEEN
 from twindisc_cli.laws.covariates import Column, covariate_of
 from twindisc_cli.laws.law import law_key
-from twindisc_cli.laws.quantities import MULTIPLIED, QUANTITIES, Quantity
+from twindisc_cli.laws.quantities import MULTIPLIED, QUANTITIES
 from twindisc_cli.laws.trial import Trial, bins, curve, formula
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.noise import Mask
@@ -371,7 +371,7 @@ def _searched(problem: Problem, predictions: list[Prediction], shown: Container[
     """Every quantity that channels show, over every covariate that runs unlike the others."""
     for quantity, of in QUANTITIES.items():
         if of.channel in shown:
-            for covariate in _distinct(predictions, (*of.covariates, *_columns(problem, of))):
+            for covariate in _distinct(predictions, covariates_of(problem, quantity)):
                 yield quantity, covariate
 
 
@@ -385,12 +385,13 @@ def equal_here(here: list[Prediction], quantity: str, covariate: str, other: Pre
     return [name for name in same if not np.allclose(_unit([other], name), one[1], atol=1e-6)]
 
 
-def _columns(problem: Problem, of: Quantity) -> list[str]:
-    """Declared columns that a quantity may change over: those of every test."""
-    if of.covariates == ("y_over_edge",):
-        return []
+def covariates_of(problem: Problem, quantity: str) -> list[str]:
+    """What a quantity may change over: its covariates, and columns that every test declares."""
+    own = QUANTITIES[quantity].covariates
+    if own == ("y_over_edge",):
+        return [*own]
     first, *others = [case.test.measured.columns for case in problem.cases]
-    return [name for name in first if all(name in columns for columns in others)]
+    return [*own, *(name for name in first if all(name in columns for columns in others))]
 
 
 def _bin_rows(problem: Problem, theta: Floats, quantity: str, covariate: str, edges: Floats, level: float) -> Floats:

@@ -295,13 +295,18 @@ class Problem:
         return np.array([p.normal for p in self.parameters], dtype=bool)
 
     def predict(
-        self, theta: Floats, *, integrated: IntegratedSets | None = None, rough: bool = False
+        self,
+        theta: Floats,
+        *,
+        integrated: IntegratedSets | None = None,
+        rough: bool = False,
+        near: Sequence[State | None] = (),
     ) -> list[Prediction]:
         """Predictions of every test for parameter sets theta (set, parameter), which are near the first of them.
 
-        rough: for a first look, to about a ten-thousandth.
+        rough: for a first look, to about a ten-thousandth; near: states nearby, of each test, where they are known.
         """
-        return self.moved(theta, integrated=integrated, rough=rough)
+        return self.moved(theta, integrated=integrated, rough=rough, near=near)
 
     def moved(
         self,
@@ -313,6 +318,7 @@ class Problem:
         trial: Mapping[str, Effect] | None = None,
         integrated: IntegratedSets | None = None,
         rough: bool = False,
+        near: Sequence[State | None] = (),
     ) -> list[Prediction]:
         """Predictions with base parameters of test `number` (all tests: None) replaced, and with extra effects."""
         return [
@@ -321,7 +327,7 @@ class Problem:
                 self.acting(i, {**self.terms_of(theta), **(extra or {})}, trial or {}),
                 {**self.trial, **(trial or {})},
                 integrated=integrated or self._tracks[i],
-                near=case.near,
+                near=(near[i] if near else None) or case.near,
                 within=COUNTED if rough else SETTLED,
             )
             for i, case in enumerate(self.cases)
@@ -338,6 +344,11 @@ class Problem:
         if not self.is_integrated:
             return self
         return replace(self, tracks=[prediction.paths.first for prediction in self.predict(theta[None])])
+
+    def begun_at(self, near: Sequence[State | None]) -> Problem:
+        """The same problem with states nearby, of each test where they are known, at which its predictions begin."""
+        cases = [replace(case, near=state or case.near) for case, state in zip(self.cases, near, strict=True)]
+        return replace(self, cases=cases)
 
     @property
     def _tracks(self) -> Sequence[IntegratedSets | Paths]:

@@ -129,7 +129,7 @@ class Elsewhere:
     def density(self, fitted: Fit) -> tuple[float, float]:
         """Logarithm of the density that a fit of others predicts for the test, and the chi2 of what it misses."""
         problem = self._with_terms_of(fitted)
-        miss, slopes = linearised(problem, carried(problem, fitted), problem.discount(problem.measured))
+        miss, slopes, _ = linearised(problem, carried(problem, fitted), problem.discount(problem.measured))
         places = {(p.name, p.case): i for i, p in enumerate(fitted.problem.parameters)}
         shared = [i for i, p in enumerate(problem.parameters) if (p.name, p.case) in places]
         own = [places[problem.parameters[i].name, problem.parameters[i].case] for i in shared]
