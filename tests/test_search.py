@@ -22,6 +22,7 @@ from twindisc_cli.loop.problem import Case, Problem, case_of, problem_of
 from twindisc_cli.loop.screen import unexplained_residual
 from twindisc_cli.loop.search import (
     Search,
+    _near,
     _nothing_left,
     catalogued,
     search,
@@ -317,6 +318,16 @@ def test_a_law_that_promises_little_is_tried_beside_another_over_the_same_covari
     best = max(extended(Explanation(base, {}, base.chi2)), key=lambda e: e.evidence)
     assert best.labels == {LawTerm("temperature", "time")}
     assert best.laws["temperature_over_time"].shape == "window"
+
+
+def test_a_law_that_was_within_reach_is_tried_again_however_little_it_promises() -> None:
+    base = Explanation.of_base(found_in("a dip about one creepage").base.fit)
+    law, plain = LawTerm("traction_ratio", "time"), extended(base)
+    assert law not in tried(plain)
+    assert law in tried(extended(base, near=["traction_ratio_over_time"]))
+    near, far = plain[0], plain[-1]
+    assert _near(near, [near]) == {*near.terms}
+    assert _near(near, [far]) == set()
 
 
 def test_the_search_goes_on_while_nothing_is_given_in_a_channel_that_lacks_something() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -35,29 +35,40 @@ SAME_PLACE = 0.25
 """Squared distance, in standard errors, below which two fits have ended at the same parameters."""
 
 
-def extended(explanation: Explanation, known: Sequence[Response] | None = None) -> list[Explanation]:
-    """The explanation with each of the most promising terms added, by falling evidence; known: responses nearby."""
-    explanations = most_promising(explanation, proposals(explanation.fit, known))
+def extended(
+    explanation: Explanation, known: Sequence[Response] | None = None, near: Container[str] = ()
+) -> list[Explanation]:
+    """The explanation with each of the most promising terms added, by falling evidence.
+
+    known: responses nearby; near: names of laws that are tried in any case.
+    """
+    explanations = most_promising(explanation, proposals(explanation.fit, known), near)
     beside = [*_flashes(explanation, explanations), *_over_others(explanation, explanations)]
     beside += _at_other_stages(explanation, explanations)
     return by_falling([*explanations, *beside], evidence_of)
 
 
-def most_promising(explanation: Explanation, proposed: Sequence[Proposal]) -> list[Explanation]:
+def most_promising(
+    explanation: Explanation, proposed: Sequence[Proposal], near: Container[str] = ()
+) -> list[Explanation]:
     """The explanation with each of the terms added that promise most, of those proposed by falling promise.
 
-    Of laws these are the pairs of quantity and covariate with the most evidence over all forms, in the best of these.
+    Of laws these are the pairs of quantity and covariate with the most evidence over all forms, in the best of these,
+    and those that are near.
     """
-    return list(each_promising(explanation, proposed))
+    return list(each_promising(explanation, proposed, near))
 
 
-def each_promising(explanation: Explanation, proposed: Sequence[Proposal]) -> Iterator[Explanation]:
+def each_promising(
+    explanation: Explanation, proposed: Sequence[Proposal], near: Container[str] = ()
+) -> Iterator[Explanation]:
     """The same one after the other, as they are fitted."""
     laws, effects_fitted, best = _likeliest_laws(proposed), 0, 0.0
     for proposal in proposed:
         few = not proposal.is_law and effects_fitted < SEARCH.fitted_at_least
         least = SEARCH.least_promise if few else max(0.0, SEARCH.least_share * best)
-        enough = proposal.name not in laws if proposal.is_law else effects_fitted >= SEARCH.fitted_each_round
+        likely = proposal.name in laws or proposal.name in near
+        enough = not likely if proposal.is_law else effects_fitted >= SEARCH.fitted_each_round
         if proposal.promise < least or enough or _asks_too_much(explanation.fit.problem, proposal):
             continue
         effects_fitted += not proposal.is_law

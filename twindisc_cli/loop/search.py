@@ -77,7 +77,7 @@ def search(
             break
         progress(f"other explanations of {len(better.terms)} terms")
         better, *apart = catalogued(better, best, tried)
-        best, rivals = without_older_laws(*swap_and_drop(refitted(better), best, tried), best)
+        best, rivals = without_older_laws(*swap_and_drop(refitted(better), best, tried, rivals), best)
         others = judged_alike(best, apart)
     best, rivals = without_two_terms(best, rivals)
     return Search(base, best, rivals, others)
@@ -201,13 +201,17 @@ def _still_preferred(two: Explanation, explanation: Explanation) -> Explanation:
 
 
 def swap_and_drop(
-    explanation: Explanation, before: Explanation, tried: Sequence[Explanation]
+    explanation: Explanation,
+    before: Explanation,
+    tried: Sequence[Explanation],
+    older: Mapping[str, Sequence[Explanation]] | None = None,
 ) -> tuple[Explanation, dict[str, Sequence[Explanation]]]:
     """Exchange terms for better ones and leave out those that say too little, until nothing changes.
 
     A term is exchanged for what does a part of what it does; what explains something else is added beside it later.
     With the answer come, for each of its terms, the explanations in which another stands in its place. What was tried
-    beside the same other terms is not sought again, but fitted with the nuisances of the answer.
+    beside the same other terms is not sought again, but fitted with the nuisances of the answer. older: those that
+    stood in the place of a term of `before`; what was within reach there is tried again.
     """
     newest = [name for name in explanation.terms if name not in before.terms]
     known = {newest[0]: judged_alike(explanation, [before, *ranked(tried)])} if len(newest) == 1 else {}
@@ -223,7 +227,8 @@ def swap_and_drop(
                 others = judged_alike(explanation, ranked(beside[shorter.labels]))
             else:
                 seen = responses(explanation.fit) if seen is None else seen
-                others = beside[shorter.labels] = extended(shorter, seen)
+                near = _near(before, (older or {}).get(name, ()))
+                others = beside[shorter.labels] = extended(shorter, seen, near)
             better = chosen(shorter, [explanation, *(e for e in others if _stands_for(e, explanation, shorter))])
             if better is None:
                 explanation, known = shorter, {}
@@ -235,6 +240,12 @@ def swap_and_drop(
         else:
             break
     return explanation, rivals
+
+
+def _near(answer: Explanation, rivals: Sequence[Explanation]) -> set[str]:
+    """Names of the terms with which rivals cannot be told from an answer."""
+    near = (e for e in rivals if (answer.evidence - e.evidence) / answer.temperature < SEARCH.equivalent)
+    return {name for e in near for name in e.terms}
 
 
 def _stands_for(other: Explanation, explanation: Explanation, shorter: Explanation) -> bool:
