@@ -234,7 +234,7 @@ def _apart(fits: Sequence[Fit]) -> list[Fit]:
 
 def _tracks(fitted: Fit) -> Sequence[IntegratedSets | Paths]:
     """The tracks of a fit; where K is the same in all strips, it takes no integration to follow what changes."""
-    return fitted.problem.followed(fitted.theta).tracks or ["none"] * len(fitted.problem.cases)
+    return fitted.followed.tracks or ["none"] * len(fitted.problem.cases)
 
 
 def _edged(explanation: Explanation, name: str, law: Trial, pair: Pair | None) -> Explanation:

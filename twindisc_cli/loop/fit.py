@@ -71,6 +71,11 @@ class Fit:
         return max(self.chi2 / max(len(self.residual) - len(self.theta), 1), 1.0)
 
     @cached_property
+    def followed(self) -> Problem:
+        """The problem on the tracks of this fit, for which no integration is needed."""
+        return self.problem.followed(self.theta)
+
+    @cached_property
     def evidence(self) -> float:
         """Logarithm of the evidence, up to a constant of the data."""
         normal, shape = self.problem.normal, self._shapes

@@ -176,7 +176,7 @@ def judge(member: Explanation, before: Fit, seen_before: Fit, masks: Sequence[Ma
 def revised_fit(fitted: Fit, before: Fit) -> Fit:
     """The revised model: what was found is declared, as the revised definition will say, the base fitted anew."""
     cases = [revised_case(case, fitted) for case in before.problem.cases]
-    tracks = fitted.problem.followed(fitted.theta).tracks
+    tracks = fitted.followed.tracks
     return plain_fit(replace(before.problem, cases=cases, tracks=tracks), fitted, before)
 
 

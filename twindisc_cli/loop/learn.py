@@ -345,7 +345,7 @@ def responses(
 
     shown: only to what shows in these channels; change: to this one alone, of those that are tried.
     """
-    problem = fitted.problem.followed(fitted.theta)
+    problem = fitted.followed
     predictions = problem.predict(fitted.theta[None], rough=True)
     plain = problem.white(predictions)[0]
     results = []
