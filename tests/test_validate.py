@@ -67,7 +67,7 @@ def test_what_is_foretold_is_judged_by_the_covariance_of_noise_parameters_and_re
         assert traction is not None
         samples = replace(traction, ratio=traction.ratio * (1.0 + off))
         problem = Problem([case_of(replace(test, measured=replace(test.measured, traction=samples)))], ("traction",))
-        miss, J = linearised(problem, fitted.theta, problem.measured)
+        miss, J, _ = linearised(problem, fitted.theta, problem.measured)
         S = np.eye(len(miss)) + J @ (fitted.covariance + ACCEPTANCE.repeat_scatter**2 * np.eye(len(fitted.theta))) @ J.T
         chi2 = float(miss @ np.linalg.solve(S, miss))
         told[off] = Elsewhere(problem).density(fitted)
