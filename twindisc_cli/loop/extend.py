@@ -160,9 +160,8 @@ def with_one_more(explanation: Explanation, proposal: Proposal, best: float = 0.
     twice = problem.is_local and proposal.effect.stage != "contact"
     first = replace(problem, tracks=_tracks(fitted)) if twice else problem
     law = proposal.effect if isinstance(proposal.effect, Trial) else None
-    steps = SEARCH.curve_steps if proposal.is_curve else MOST_STEPS
     starts = [np.concatenate([fitted.theta, start]) for start in proposal.starts]
-    fits = [fit(first, start, steps) for start in starts]
+    fits = [fit(first, start) for start in starts]
     most = max(f.evidence for f in fits)
     near = _apart([f for f in fits if most - f.evidence < SEARCH.equivalent])
     prices = {**explanation.prices, proposal.name: proposal.price}
@@ -192,7 +191,7 @@ def _smoothed(explanation: Explanation, proposal: Proposal) -> Explanation:
     own = fitted.own(name)
     assert after.mix is not None
     start, *_ = np.linalg.lstsq(after.mix, before.heights(fitted.theta[own], np.array(after.at)))
-    again = fit(_with_trial(fitted, name, after), np.concatenate([fitted.theta[~own], start]), SEARCH.curve_steps)
+    again = fit(_with_trial(fitted, name, after), np.concatenate([fitted.theta[~own], start]))
     return replace(explanation, fit=again) if again.evidence > fitted.evidence else explanation
 
 

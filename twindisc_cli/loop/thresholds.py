@@ -76,7 +76,6 @@ class Search:
     samples_each            samples for every parameter of a channel whose noise had to be assumed: with eight points
                             and seven parameters, three terms were given at 80 % and a mu of 2.3 +- 1.7.
     most_rivals             other explanations that are fitted beside the answer.
-    curve_steps             steps of a fit of a curve: its prior makes it converge in a few.
     edge_places             places at which the edge of a step or a window is tried in each of two scans.
     """
 
@@ -101,7 +100,6 @@ class Search:
     most_terms: int = 4
     samples_each: int = 3
     most_rivals: int = 8
-    curve_steps: int = 12
     edge_places: int = 17
 
 
