@@ -133,7 +133,7 @@ def _at_other_stages(explanation: Explanation, explanations: Sequence[Explanatio
 
     To first order, and in bins, a law may promise a tenth of what it says.
     """
-    best = max(explanations, key=evidence_of, default=explanation)
+    best = next(iter(by_falling(explanations, evidence_of)), explanation)
     law = best.effect(best.terms[-1]) if len(best.terms) > len(explanation.terms) else None
     if not isinstance(law, Trial) or law.test:
         return []
