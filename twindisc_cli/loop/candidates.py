@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
+from collections.abc import Collection, Container, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -180,12 +180,16 @@ def laws_elsewhere(fitted: Fit, named: Sequence[tuple[str, str]], other: Predict
     return laws(fitted, responses(fitted, wanted)) if wanted else []
 
 
-def laws_at_other_stages(fitted: Fit, quantity: str, covariate: str) -> list[Proposal]:
-    """Laws over a covariate of the other quantities that a channel shows."""
-    channel = QUANTITIES[quantity].channel
-    others = [name for name, of in QUANTITIES.items() if of.channel == channel and name != quantity]
-    wanted = [(name, covariate) for name in others if covariate in covariates_of(fitted.problem, name)]
-    return laws(fitted, responses(fitted, wanted)) if wanted else []
+def laws_at_other_stages(fitted: Fit, named: Collection[tuple[str, str]]) -> list[Proposal]:
+    """Laws, by quantity and covariate, over the same covariates of the other quantities that a channel shows."""
+    wanted = [
+        (other, covariate)
+        for quantity, covariate in named
+        for other, of in QUANTITIES.items()
+        if of.channel == QUANTITIES[quantity].channel and covariate in covariates_of(fitted.problem, other)
+    ]
+    new = sorted({pair for pair in wanted if pair not in named})
+    return laws(fitted, responses(fitted, new)) if new else []
 
 
 def warmed(effect: Effect) -> str | None:

@@ -129,16 +129,15 @@ def _over_others(explanation: Explanation, explanations: Sequence[Explanation]) 
 
 
 def _at_other_stages(explanation: Explanation, explanations: Sequence[Explanation]) -> list[Explanation]:
-    """Beside the best, if it is a law, what has not been fitted of the same covariate at other stages of its channel.
+    """Where a law explains most, what has not been fitted of its covariate at other stages of its channel.
 
-    To first order, and in bins, a law may promise a tenth of what it says.
+    The same of laws that tie with it. To first order, and in bins, a law may promise a tenth of what it says.
     """
-    best = next(iter(by_falling(explanations, evidence_of)), explanation)
-    law = best.effect(best.terms[-1]) if len(best.terms) > len(explanation.terms) else None
-    if not isinstance(law, Trial) or law.test:
-        return []
+    most = max(map(evidence_of, explanations), default=0.0)
+    best = [e.effect(e.terms[-1]) for e in explanations if most - e.evidence <= SEARCH.evidence_error]
+    named = {(law.quantity, law.covariate) for law in best if isinstance(law, Trial) and not law.test}
     known = {name for e in explanations for name in e.terms}
-    proposed = laws_at_other_stages(explanation.fit, law.quantity, law.covariate)
+    proposed = laws_at_other_stages(explanation.fit, named)
     return [with_one_more(explanation, proposal) for proposal in proposed if proposal.name not in known]
 
 
