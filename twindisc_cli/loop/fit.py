@@ -277,9 +277,15 @@ def linearised(
         predictions = problem.predict(sets, near=near)
         rows = problem.discount(problem.white(predictions))
     rows = np.nan_to_num(rows, nan=1e6, posinf=1e6, neginf=-1e6)
-    settled = [p.state if np.isfinite(p.state.energy[0]).all() else None for p in predictions]
-    first = [state and state.of_sets(np.array([0])) for state in settled]
-    return target - rows[0], -((rows[1:] - rows[0]) / step[:, None]).T, first
+    first = [prediction.state.of_sets(np.array([0])) for prediction in predictions]
+    settled = [state if _is_sound(state, case) else None for state, case in zip(first, problem.cases, strict=True)]
+    return target - rows[0], -((rows[1:] - rows[0]) / step[:, None]).T, settled
+
+
+def _is_sound(state: State, case: Case) -> bool:
+    """Whether predictions may begin at a state: it is finite wherever that of the base model is."""
+    known = np.isfinite(state.temperature) if case.near is None else np.isfinite(case.near.temperature)
+    return bool(np.isfinite(state.energy).all() and np.array_equal(np.isfinite(state.temperature), known))
 
 
 def _summarised(problem: Problem, theta: Floats, residual: Floats, jacobian: Floats) -> Fit:

@@ -39,7 +39,8 @@ class Passes:
     def next(self, x: Floats, image: Floats) -> Floats:
         """Where to pass next, (set, value), after x has become `image`, each (set, value)."""
         change, last = image - x, self.change
-        if last is not None and np.linalg.norm(change) > FURTHER * np.linalg.norm(last):
+        further = last is not None and np.linalg.norm(change) > FURTHER * np.linalg.norm(last)
+        if last is not None and (further or change.shape != last.shape):
             self.image, self.change, self.along, self.apart = image, change, [], []
             return np.asarray(x + SHORT * change)
         if last is not None and self.image is not None:
