@@ -8,7 +8,7 @@ from rigs import ROOM, experiment, history
 
 from twindisc_cli.model.experiment import Options, Thermal
 from twindisc_cli.model.forward import ForwardModel
-from twindisc_cli.model.settling import MEMORY, Passes
+from twindisc_cli.model.settling import MEMORY, SHORT, Passes
 
 
 def test_a_map_that_swings_further_each_pass_ends_at_its_fixed_point() -> None:
@@ -39,3 +39,11 @@ def test_a_hot_disc_gives_off_what_it_takes_in(exponent: float) -> None:
     warming = float(prediction.state.warming[0, -1])
     given_off = 0.2 * ((5.0 + warming) / 15.0) ** exponent * warming
     assert given_off == pytest.approx(float(prediction.state.power[0, -1]), rel=1e-5)
+
+
+def test_passes_forget_what_had_another_number_of_values() -> None:
+    """Temperatures that are not known in some passes, and are in others."""
+    passes, few, many = Passes(), np.array([[1.0, 2.0]]), np.array([[1.0, 2.0, 3.0, 4.0]])
+    passes.next(few, 0.5 * few)
+    assert passes.next(many, 0.5 * many) == pytest.approx((1.0 - 0.5 * SHORT) * many)
+    assert passes.next(many, 0.5 * many).shape == many.shape
