@@ -29,7 +29,7 @@ from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Floats
 
 STEP = 1e-4  # of the derivatives; inner parameters are of order one
-MOST_STEPS = 200  # of the trust region, at the most: two settlings of one course take more than a hundred
+MOST_STEPS = 200  # of the trust region, at the most: 40 were too few for some settlings and transitions
 TYPICAL = 3.0  # typical sizes: the width of the prior of a size
 FREE = 4.0  # fall of chi2 of two standard deviations, which a bound must cost to be held there
 EDGE = 1e-3
