@@ -13,11 +13,12 @@ from rigs import LOAD, ROOM, SPEED, Floats, Instruments, Plant, experiment, hist
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.trial import curve, formula
-from twindisc_cli.loop.candidates import _moved, _responses_of, _target, effects, laws, searched
+from twindisc_cli.loop.candidates import Proposal, _moved, _responses_of, _target, effects, laws, searched
 from twindisc_cli.loop.choose import chosen
 from twindisc_cli.loop.explanation import Explanation, ranked
-from twindisc_cli.loop.extend import extended, most_promising
+from twindisc_cli.loop.extend import _likeliest_laws, extended, most_promising
 from twindisc_cli.loop.fit import at, fit, refit
+from twindisc_cli.loop.learn import Pair
 from twindisc_cli.loop.problem import Case, Problem, case_of, problem_of
 from twindisc_cli.loop.screen import unexplained_residual
 from twindisc_cli.loop.search import (
@@ -95,6 +96,7 @@ class Made(Explanation):
         return self.foretold
 
 
+PAIR = Pair("mu", "time", np.arange(3.0), np.arange(2.0), np.eye(2), np.zeros(2), 0.3, 60)
 PLAIN = Problem([traction_case(np.full(len(TIME), 0.6))], ("traction",))
 LAW = formula("mu", "time", "bump", {"size": 0.1, "at_s": 400.0, "width_s": 90.0}, (0.0, 1008.0), 1.0)
 LINE = formula("mu", "time", "linear", {"size": 0.1, "begin_s": 0.0, "end_s": 1008.0}, (0.0, 1008.0), 1.0)
@@ -133,6 +135,42 @@ def test_a_law_that_was_there_before_gives_way_to_two_effects(
     found, _ = without_older_laws(answer, {"law": halves, "sensor_drift": []}, before)
     two = {EffectTerm(name) for name in ("sensor_drift", "film_breakdown", "falling_friction")}
     assert found.labels == (two if older and not loss else answer.labels)
+
+
+def test_one_effect_beside_another_that_says_nothing_is_no_pair_in_the_place_of_a_law(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It would be one wherever rounding lets the second promise more than nothing."""
+    problem = Problem([traction_case(TRACTIONS["falling_friction"])], ("traction",))
+    levels = 100.0 * np.unique(AT)
+    trial = {"mu_over_creepage": curve("mu", "creepage", levels, 0.5 * np.eye(len(levels)))}
+    base = Explanation.of_base(fit(problem))
+
+    def explained(*terms: str) -> Explanation:
+        own = {name: law for name, law in trial.items() if name in terms}
+        return replace(base, fit=fit(problem.with_terms(*terms, trial=own)), prices=dict.fromkeys(terms, 0.0))
+
+    law, one, pair = (explained(*terms) for terms in (["mu_over_creepage"], ["falling_friction"],
+                                                      ["falling_friction", "torque_offset"]))  # fmt: skip
+    monkeypatch.setattr("twindisc_cli.loop.search.most_promising", lambda half, proposed: [pair])
+    assert one.here > pair.here > law.here - SEARCH.equivalent
+    assert chosen(base, [one]) is one
+    assert [e.terms for e in catalogued(law, base, [one])] == [law.terms, pair.terms]
+
+
+def test_of_each_channel_the_likeliest_law_is_fitted() -> None:
+    """Eight laws of the traction say more than any of the profile does."""
+
+    def proposed(name: str, channel: str, evidence: float) -> Proposal:
+        effect = replace(catalogue()["torque_offset"], channel=channel)
+        pair = replace(PAIR, quantity=name)
+        pair.__dict__["log_evidence"] = evidence
+        return Proposal(pair.name, effect, [], evidence, pair=pair)
+
+    traction = [proposed(f"t{i}", "traction", 20.0 - i) for i in range(SEARCH.fitted_each_round + 1)]
+    profile = [proposed("p1", "profile", 4.0), proposed("p2", "profile", 5.0)]
+    names = _likeliest_laws([*traction, *profile])
+    assert names == {p.name for p in [*traction[:-1], profile[1]]}
 
 
 def test_a_law_whose_rivals_were_not_recorded_stays() -> None:

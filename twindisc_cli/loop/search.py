@@ -101,31 +101,31 @@ def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explana
     if len(better.laws) == len(before.laws):
         return [better]
     (law,) = (effect for name, effect in better.laws.items() if name not in before.terms)
-    both = _two_effects(better, before, tried, law.channel)
+    both, loose = _two_effects(better, before, tried, law.channel)
     close = [e for e in both if (better.evidence - e.evidence) / better.temperature < SEARCH.equivalent]
-    return [*close, better, *(e for e in both if e not in close)][: SEARCH.most_rivals]
+    nearest = {e.labels for e in close}
+    return [*close, better, *(e for e in ranked([*both, *loose]) if e.labels not in nearest)][: SEARCH.most_rivals]
 
 
 def _two_effects(
     better: Explanation, before: Explanation, tried: Sequence[Explanation], channel: str
-) -> list[Explanation]:
+) -> tuple[list[Explanation], list[Explanation]]:
     """An explanation with two effects beside it in the place of what a better one has more: terms of a channel.
 
-    Pairs with a term of the better one are among its rivals already.
+    First those of which the second says enough beside the first, then the others: of these the first alone would be
+    left. Pairs with a term of the better one are among its rivals already.
     """
     least = better.here - SEARCH.equivalent * better.temperature
     alone = {e.terms[-1]: e.here for e in tried}
     taken = {c: before.fit.power(c) - better.fit.power(c) for c in better.fit.problem.channels}
     lost = {c for c in taken if taken[c] > SEARCH.replaced_share * max(taken.values())}
     names = [n for n, effect in catalogue().items() if effect.channel in lost and n not in better.terms]
-    return ranked(
-        [
-            e
-            for half in _halves(better, before, tried, channel)
-            for e in most_promising(half, _second(half, names, alone, least))
-            if not e.fit.at_bound and not _courses_over_time(*(e.effect(name) for name in e.terms[-2:]))
-        ]
-    )
+    both, loose = list[Explanation](), list[Explanation]()
+    for half in _halves(better, before, tried, channel):
+        for e in most_promising(half, _second(half, names, alone, least)):
+            if not e.fit.at_bound and not _courses_over_time(*(e.effect(name) for name in e.terms[-2:])):
+                (both if chosen(half, [e]) else loose).append(e)
+    return ranked(both), ranked(loose)
 
 
 def _second(half: Explanation, names: Sequence[str], alone: Mapping[str, float], least: float) -> list[Proposal]:
@@ -185,7 +185,7 @@ def without_two_terms(
             continue
         shorter = without(without(explanation, own[0]), own[1])
         tried = most_promising(shorter, effects(shorter.fit))
-        two = preferred([explanation, *_two_effects(explanation, shorter, tried, channel)])
+        two = preferred([explanation, *_two_effects(explanation, shorter, tried, channel)[0]])
         two = _still_preferred(two, explanation)
         if two is not explanation:
             return swap_and_drop(two, shorter, [])
