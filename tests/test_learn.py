@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
@@ -10,14 +11,15 @@ import pytest
 from rigs import Floats, Instruments, Plant, experiment, history, spread, traction_samples
 from scipy.integrate import quad
 
-from twindisc_cli.loop.candidates import proposals
+from twindisc_cli.loop.candidates import laws, proposals
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.extend import with_one_more
 from twindisc_cli.loop.fit import fit, plain_fit
 from twindisc_cli.loop.holdout import without
-from twindisc_cli.loop.learn import LENGTHS, LEVELS, Pair, pairs
-from twindisc_cli.loop.problem import Problem, case_of
+from twindisc_cli.loop.learn import LENGTHS, LEVELS, Pair, pairs, with_elsewhere
+from twindisc_cli.loop.problem import Case, Problem, case_of
 from twindisc_cli.loop.thresholds import SEARCH
+from twindisc_cli.loop.validate import elsewhere
 from twindisc_cli.model.experiment import History, Measured
 
 COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015, 0.05, 0.025), 2)
@@ -36,6 +38,43 @@ def seen(change: Floats, seed: int = 0) -> list[Pair]:
 @cache
 def noise_alone() -> list[float]:
     return [seen(0.0 * TIME, seed)[0].log_evidence for seed in range(12)]
+
+
+# ------------------------------------------------------------------------------------------------ another test
+
+
+def recorded(change: Callable[[Floats, Floats], Floats], *creepage: float, seed: int) -> Case:
+    """A test of full sliding in which mu changes by a share that is a function of creepage and time."""
+    course = history(creepage, 2)
+    time = spread(course, 10)
+    at = course.creepage[np.searchsorted(course.end_time, time)]
+    ratio = 0.6 * (1.0 + change(at, time)) + SIGMA * np.random.default_rng(seed).standard_normal(len(time))
+    return case_of(experiment(course, thermal=None, measured=Measured(traction=traction_samples(course, time, ratio))))
+
+
+RISING = (0.015, 0.02, 0.025, 0.03, 0.04, 0.05, 0.06, 0.09)
+
+
+@pytest.mark.parametrize("true", ["creepage", "time"])
+def test_another_history_tells_covariates_apart_that_run_alike_where_a_law_is_learnt(true: str) -> None:
+    """On steps of rising creepage a change from the fifth on is one of creepage or of time; on falling ones, not."""
+
+    def change(creepage: Floats, time: Floats) -> Floats:
+        later = creepage > 0.035 if true == "creepage" else time > 504.0
+        return np.where(later, -0.01, 0.0)
+
+    base = fit(Problem([recorded(change, *RISING, seed=1)], ("traction",)))
+    other = elsewhere(recorded(change, *RISING[::-1], seed=2), base)
+    assert other is not None
+    found = {pair.covariate: pair for pair in pairs(base) if pair.quantity == "mu"}
+    there = other.linearised(base)
+    both = {name: with_elsewhere(base, pair, there).log_evidence for name, pair in found.items()}
+    wrong = "time" if true == "creepage" else "creepage"
+    assert found["time"].log_evidence == pytest.approx(found["creepage"].log_evidence, abs=3.0)
+    assert both[true] > found[true].log_evidence + 5.0
+    assert both[wrong] < found[wrong].log_evidence
+    first = max((p for p in laws(base, other=other) if p.name.startswith("mu_over")), key=lambda p: p.promise)
+    assert first.name == f"mu_over_{true}"
 
 
 # ------------------------------------------------------------------------------------------------ integrals

@@ -26,11 +26,13 @@ from twindisc_cli.loop.learn import (
     pairs,
     responses,
     typical_change,
+    with_elsewhere,
 )
 from twindisc_cli.loop.problem import Parameter, Problem, known_sensors, parameters_of
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.terms import in_test
 from twindisc_cli.loop.thresholds import SEARCH
+from twindisc_cli.loop.validate import Elsewhere
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import Prediction
 
@@ -68,13 +70,16 @@ class Proposal:
 
 
 def proposals(
-    fitted: Fit, known: Sequence[Response] | None = None, names: Sequence[str] | None = None
+    fitted: Fit,
+    known: Sequence[Response] | None = None,
+    names: Sequence[str] | None = None,
+    other: Elsewhere | None = None,
 ) -> list[Proposal]:
     """Every effect, or those of these names, and every law that may be added to a fit, by falling promise.
 
-    known: responses nearby.
+    known: responses nearby; other: a test that is only predicted.
     """
-    return sorted([*effects(fitted, names), *laws(fitted, known)], key=lambda p: -p.promise)
+    return sorted([*effects(fitted, names), *laws(fitted, known, other)], key=lambda p: -p.promise)
 
 
 def proposals_in(fitted: Fit, shown: Container[str]) -> list[Proposal]:
@@ -146,16 +151,25 @@ def _off(name: str) -> Floats:
     return np.array([np.nan if p.off is None else p.inner(p.off) for p in own])
 
 
-def laws(fitted: Fit, known: Sequence[Response] | None = None) -> list[Proposal]:
-    """Every law over every pair that says anything, the best forms of each."""
-    results = []
+def laws(fitted: Fit, known: Sequence[Response] | None = None, other: Elsewhere | None = None) -> list[Proposal]:
+    """Every law over every pair that says anything, the best forms of each.
+
+    A form promises what it says of the tests that are fitted or, where that is more, of these and another that is only
+    predicted.
+    """
+    results, there = [], None if other is None else other.linearised(fitted)
     for pair in pairs(fitted, known):
-        name = pair.name
         if _is_in(fitted.problem, law_key(pair.quantity, pair.covariate)) or pair.log_evidence < 0.0:
             continue
+        seen = [pair] if there is None or pair.test else [pair, with_elsewhere(fitted, pair, there)]
         own = fitted.problem.price_of_one if pair.test else 0.0
-        for promise, trial, price in pair.proposals(len(fitted.residual))[: SEARCH.forms_fitted]:
-            results.append(Proposal(name, trial, _starts_of(name, trial, pair), promise - own, price + own, pair))
+        best: dict[str | None, Proposal] = {}
+        for one in seen:
+            for promise, trial, price in one.proposals(len(fitted.residual)):
+                if trial.shape not in best or promise - own > best[trial.shape].promise:
+                    starts = _starts_of(pair.name, trial, pair)
+                    best[trial.shape] = Proposal(pair.name, trial, starts, promise - own, price + own, one)
+        results += sorted(best.values(), key=lambda p: -p.promise)[: SEARCH.forms_fitted]
     return results
 
 
@@ -180,16 +194,18 @@ def laws_elsewhere(fitted: Fit, named: Sequence[tuple[str, str]], other: Predict
     return laws(fitted, responses(fitted, wanted)) if wanted else []
 
 
-def laws_at_other_stages(fitted: Fit, named: Collection[tuple[str, str]]) -> list[Proposal]:
+def laws_at_other_stages(
+    fitted: Fit, named: Collection[tuple[str, str]], other: Elsewhere | None = None
+) -> list[Proposal]:
     """Laws, by quantity and covariate, over the same covariates of the other quantities that a channel shows."""
     wanted = [
-        (other, covariate)
+        (stage, covariate)
         for quantity, covariate in named
-        for other, of in QUANTITIES.items()
-        if of.channel == QUANTITIES[quantity].channel and covariate in covariates_of(fitted.problem, other)
+        for stage, of in QUANTITIES.items()
+        if of.channel == QUANTITIES[quantity].channel and covariate in covariates_of(fitted.problem, stage)
     ]
     new = sorted({pair for pair in wanted if pair not in named})
-    return laws(fitted, responses(fitted, new)) if new else []
+    return laws(fitted, responses(fitted, new), other) if new else []
 
 
 def warmed(effect: Effect) -> str | None:

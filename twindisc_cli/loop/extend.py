@@ -42,7 +42,8 @@ def extended(
 
     known: responses nearby; near: names of laws that are tried in any case.
     """
-    explanations = most_promising(explanation, proposals(explanation.fit, known), near)
+    proposed = proposals(explanation.fit, known, other=explanation.elsewhere)
+    explanations = most_promising(explanation, proposed, near)
     beside = [*_flashes(explanation, explanations), *_over_others(explanation, explanations)]
     beside += _at_other_stages(explanation, explanations)
     return by_falling([*explanations, *beside], evidence_of)
@@ -78,9 +79,17 @@ def each_promising(
 
 
 def _likeliest_laws(proposed: Sequence[Proposal]) -> set[str]:
-    """Names of the laws to be fitted, by the evidence of their pairs over all forms."""
-    evidence = {p.name: p.pair.log_evidence for p in proposed if p.pair is not None}
-    return set(sorted(evidence, key=lambda name: (-round(evidence[name], 6), name))[: SEARCH.fitted_each_round])
+    """Names of the laws to be fitted, by the evidence of their pairs over all forms: the best, and that of a channel.
+
+    What another channel shows may outnumber it.
+    """
+    evidence, channel = dict[str, float](), {p.name: p.effect.channel for p in proposed}
+    for p in proposed:
+        if p.pair is not None:
+            evidence[p.name] = max(p.pair.log_evidence, evidence.get(p.name, -np.inf))
+    best = sorted(evidence, key=lambda name: (-round(evidence[name], 6), name))
+    first = {channel[name]: name for name in reversed(best)}
+    return {*best[: SEARCH.fitted_each_round], *first.values()}
 
 
 def _asks_too_much(problem: Problem, proposal: Proposal) -> bool:
@@ -137,7 +146,7 @@ def _at_other_stages(explanation: Explanation, explanations: Sequence[Explanatio
     best = [e.effect(e.terms[-1]) for e in explanations if most - e.evidence <= SEARCH.evidence_error]
     named = {(law.quantity, law.covariate) for law in best if isinstance(law, Trial) and not law.test}
     known = {name for e in explanations for name in e.terms}
-    proposed = laws_at_other_stages(explanation.fit, named)
+    proposed = laws_at_other_stages(explanation.fit, named, explanation.elsewhere)
     return [with_one_more(explanation, proposal) for proposal in proposed if proposal.name not in known]
 
 

@@ -13,7 +13,7 @@ Source: C. E. Rasmussen, C. K. I. Williams, Gaussian Processes for Machine Learn
 from __future__ import annotations
 
 from collections.abc import Container, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -30,6 +30,7 @@ from twindisc_cli.loop.problem import Case, Problem
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.terms import in_test
 from twindisc_cli.loop.thresholds import SEARCH
+from twindisc_cli.loop.validate import LinearPrediction
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import Prediction
 
@@ -54,7 +55,8 @@ class Pair:
 
     edges (bin + 1,) and places (bin,) in the covariate's unit; A (bin, bin), g (bin,); typical: size of a change;
     samples: of the channel that the quantity shows in. test: the only one in which the law would act. change: of the
-    quantity, to which the samples respond so.
+    quantity, to which the samples respond so. slopes: their responses (sample, bin), of which A is what base parameters
+    do not imitate.
     """
 
     quantity: str
@@ -67,6 +69,8 @@ class Pair:
     samples: int
     test: str = ""
     change: float = 0.0
+    slopes: Floats = field(default_factory=lambda: np.empty((0, 0)), repr=False)
+    responding: Mask | None = None
 
     @property
     def name(self) -> str:
@@ -158,7 +162,9 @@ class Pair:
 
     @property
     def sampled(self) -> Mask:
-        """Which places samples respond to (bin,)."""
+        """Which places samples that are fitted respond to (bin,)."""
+        if self.responding is not None:
+            return self.responding
         length = np.diag(self.A)
         return np.asarray(length > NOTHING * float(length.max()))
 
@@ -322,8 +328,8 @@ def seen_again(fitted: Fit, name: str, pair: Pair) -> Pair | None:
 
 def _pair(fitted: Fit, span: Floats, response: Response, samples: int, test: str = "") -> Pair | None:
     """A law from the response of the samples, beyond what the fitted parameters span; None where it shows nowhere."""
-    G = fitted.problem.discount(response.slopes.T).T
-    G = G - span @ (span.T @ G)
+    slopes = fitted.problem.discount(response.slopes.T).T
+    G = slopes - span @ (span.T @ slopes)
     seen = np.linalg.norm(G, axis=0) * response.typical > 0.03
     if seen.sum() < 2:
         return None
@@ -331,7 +337,22 @@ def _pair(fitted: Fit, span: Floats, response: Response, samples: int, test: str
     centres = 0.5 * (edges[1:] + edges[:-1])
     A, g = G.T @ G, G.T @ fitted.residual
     quantity, covariate, typical, change = response.quantity, response.covariate, response.typical, response.change
-    return Pair(quantity, covariate, edges, centres, A, g, typical, samples, test, change)
+    return Pair(quantity, covariate, edges, centres, A, g, typical, samples, test, change, slopes)
+
+
+def with_elsewhere(fitted: Fit, pair: Pair, there: LinearPrediction) -> Pair:
+    """The pair with what a test that is only predicted says of it, to first order, beside what those fitted say.
+
+    A change in a bin acts there by itself, and by the parameters that follow it where they are fitted. What counts for
+    less there, as it is missed by far in any case, counts for less here.
+    """
+    problem = there.problem
+    plain = problem.white(problem.predict(there.theta[None], rough=True))[0]
+    rows = _bin_rows(problem, there.theta, pair.quantity, pair.covariate, pair.edges, pair.change)
+    slopes = np.nan_to_num(problem.discount((rows - plain) / pair.change)).T
+    G = slopes - there.pulled @ (fitted.jacobian.T @ pair.slopes)
+    within = there.within(G) / (1.0 + there.excess / there.blocks)
+    return replace(pair, A=pair.A + G.T @ within, g=pair.g + within.T @ there.miss, responding=pair.sampled)
 
 
 def responses(

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -112,6 +113,46 @@ def drawn_levels(fitted: Fit) -> dict[str, tuple[float, float]]:
 
 
 @dataclass(frozen=True)
+class LinearPrediction:
+    """A test that is only predicted, to first order about a fit of others.
+
+    theta: its inner parameters as the fit has them (parameter,); miss: white residual (sample,); spread: what these
+    parameters may be off by does to it (sample, direction); pulled: what a pull at each parameter of the fit does
+    (sample, parameter of the fit).
+    """
+
+    problem: Problem
+    theta: Floats
+    miss: Floats
+    spread: Floats
+    pulled: Floats
+
+    @property
+    def blocks(self) -> int:
+        """Blocks of neighbours in all channels."""
+        return ACCEPTANCE.judged_blocks * len(self.problem.channels)
+
+    @property
+    def inner(self) -> Floats:
+        """1 + A'A for the spread A, whose determinant is that of 1 + AA' (direction, direction)."""
+        return np.asarray(np.eye(self.spread.shape[1]) + self.spread.T @ self.spread)
+
+    @cached_property
+    def chi2(self) -> float:
+        """Squared length of the residual, as far as parameters that are off do not make it."""
+        return float(self.miss @ self.within(self.miss))
+
+    @property
+    def excess(self) -> float:
+        """By how much that is more than the noise makes."""
+        return max(self.chi2 - len(self.miss), 0.0)
+
+    def within(self, columns: Floats) -> Floats:
+        """(1 + AA')^-1 times columns (sample, ...), for the spread A."""
+        return np.asarray(columns - self.spread @ np.linalg.solve(self.inner, self.spread.T @ columns))
+
+
+@dataclass(frozen=True)
 class Elsewhere:
     """A test that is only predicted, as a problem whose nuisances are those of the base model."""
 
@@ -128,19 +169,23 @@ class Elsewhere:
 
     def density(self, fitted: Fit) -> tuple[float, float]:
         """Logarithm of the density that a fit of others predicts for the test, and the chi2 of what it misses."""
+        there = self.linearised(fitted)
+        chi2, n = there.chi2, len(there.miss)
+        missed = min(chi2, n) + there.blocks * float(np.log1p(there.excess / there.blocks))
+        return -0.5 * (missed + float(np.linalg.slogdet(there.inner)[1])), chi2
+
+    def linearised(self, fitted: Fit) -> LinearPrediction:
+        """The test as a fit of others predicts it, to first order in the parameters."""
         problem = self._with_terms_of(fitted)
-        miss, slopes, _ = linearised(problem, carried(problem, fitted), problem.discount(problem.measured))
+        theta = carried(problem, fitted)
+        miss, slopes, _ = linearised(problem, theta, problem.discount(problem.measured))
         places = {(p.name, p.case): i for i, p in enumerate(fitted.problem.parameters)}
         shared = [i for i, p in enumerate(problem.parameters) if (p.name, p.case) in places]
         own = [places[problem.parameters[i].name, problem.parameters[i].case] for i in shared]
         scatter = [ACCEPTANCE.repeat_scatter**2 * (problem.parameters[i].term is None) for i in shared]
         size, direction = np.linalg.eigh(fitted.covariance[np.ix_(own, own)] + np.diag(scatter))
-        A = slopes[:, shared] @ (direction * np.sqrt(np.maximum(size, 0.0)))
-        S, pull = np.eye(len(shared)) + A.T @ A, A.T @ miss
-        chi2 = float(miss @ miss - pull @ np.linalg.solve(S, pull))
-        excess, blocks = max(chi2 - len(miss), 0.0), ACCEPTANCE.judged_blocks * len(problem.channels)
-        missed = min(chi2, len(miss)) + blocks * float(np.log1p(excess / blocks))
-        return -0.5 * (missed + float(np.linalg.slogdet(S)[1])), chi2
+        spread = slopes[:, shared] @ (direction * np.sqrt(np.maximum(size, 0.0)))
+        return LinearPrediction(problem, theta, miss, spread, slopes[:, shared] @ fitted.covariance[own])
 
 
 def elsewhere(test: Case, base: Fit) -> Elsewhere | None:
