@@ -64,9 +64,14 @@ class Proposal:
         return isinstance(self.effect, Trial)
 
     @property
+    def shape(self) -> str | None:
+        """The formula of a law."""
+        return self.effect.shape if isinstance(self.effect, Trial) else None
+
+    @property
     def is_curve(self) -> bool:
         """Whether it is a law without a formula."""
-        return isinstance(self.effect, Trial) and self.effect.is_curve
+        return self.is_law and self.shape is None
 
 
 def proposals(
@@ -154,23 +159,28 @@ def _off(name: str) -> Floats:
 def laws(fitted: Fit, known: Sequence[Response] | None = None, other: Elsewhere | None = None) -> list[Proposal]:
     """Every law over every pair that says anything, the best forms of each.
 
-    A form promises what it says of the tests that are fitted or, where that is more, of these and another that is only
-    predicted.
+    Among these is the form that says most of the tests that are fitted and of another, only predicted, together.
     """
-    results, there = [], None if other is None else other.linearised(fitted)
+    results, there = list[Proposal](), None if other is None else other.linearised(fitted)
     for pair in pairs(fitted, known):
         if _is_in(fitted.problem, law_key(pair.quantity, pair.covariate)) or pair.log_evidence < 0.0:
             continue
-        seen = [pair] if there is None or pair.test else [pair, with_elsewhere(fitted, pair, there)]
-        own = fitted.problem.price_of_one if pair.test else 0.0
-        best: dict[str | None, Proposal] = {}
-        for one in seen:
-            for promise, trial, price in one.proposals(len(fitted.residual)):
-                if trial.shape not in best or promise - own > best[trial.shape].promise:
-                    starts = _starts_of(pair.name, trial, pair)
-                    best[trial.shape] = Proposal(pair.name, trial, starts, promise - own, price + own, one)
-        results += sorted(best.values(), key=lambda p: -p.promise)[: SEARCH.forms_fitted]
+        forms = _forms(fitted, pair)[: SEARCH.forms_fitted]
+        if there is not None and not pair.test:
+            first = _forms(fitted, with_elsewhere(fitted, pair, there))[0]
+            forms = [form for form in forms if form.shape != first.shape or form.promise > first.promise]
+            forms += [first] * all(form.shape != first.shape for form in forms)
+        results += forms
     return results
+
+
+def _forms(fitted: Fit, pair: Pair) -> list[Proposal]:
+    """The forms of a law over a pair, by falling promise."""
+    own = fitted.problem.price_of_one if pair.test else 0.0
+    return [
+        Proposal(pair.name, trial, _starts_of(pair.name, trial, pair), promise - own, price + own, pair)
+        for promise, trial, price in pair.proposals(len(fitted.residual))
+    ]
 
 
 def _starts_of(name: str, law: Trial, pair: Pair) -> list[Floats]:

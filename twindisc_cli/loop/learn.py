@@ -346,10 +346,8 @@ def with_elsewhere(fitted: Fit, pair: Pair, there: LinearPrediction) -> Pair:
     A change in a bin acts there by itself, and by the parameters that follow it where they are fitted. What counts for
     less there, as it is missed by far in any case, counts for less here.
     """
-    problem = there.problem
-    plain = problem.white(problem.predict(there.theta[None], rough=True))[0]
-    rows = _bin_rows(problem, there.theta, pair.quantity, pair.covariate, pair.edges, pair.change)
-    slopes = np.nan_to_num(problem.discount((rows - plain) / pair.change)).T
+    rows = _bin_rows(there.followed, there.theta, pair.quantity, pair.covariate, pair.edges, pair.change)
+    slopes = np.nan_to_num(there.problem.discount((rows - there.plain) / pair.change)).T
     G = slopes - there.pulled @ (fitted.jacobian.T @ pair.slopes)
     within = there.within(G) / (1.0 + there.excess / there.blocks)
     return replace(pair, A=pair.A + G.T @ within, g=pair.g + within.T @ there.miss, responding=pair.sampled)

@@ -127,6 +127,16 @@ class LinearPrediction:
     spread: Floats
     pulled: Floats
 
+    @cached_property
+    def followed(self) -> Problem:
+        """The test on the tracks of the fit, for which no integration is needed."""
+        return self.problem.followed(self.theta)
+
+    @cached_property
+    def plain(self) -> Floats:
+        """White prediction (sample,) as a first look takes it."""
+        return np.asarray(self.followed.white(self.followed.predict(self.theta[None], rough=True))[0])
+
     @property
     def blocks(self) -> int:
         """Blocks of neighbours in all channels."""
