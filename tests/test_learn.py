@@ -67,7 +67,7 @@ def test_another_history_tells_covariates_apart_that_run_alike_where_a_law_is_le
     other = elsewhere(recorded(change, *RISING[::-1], seed=2), base)
     assert other is not None
     found = {pair.covariate: pair for pair in pairs(base) if pair.quantity == "mu"}
-    there = other.linearised(base)
+    there = other.to_first_order(base)
     both = {name: with_elsewhere(base, pair, there).log_evidence for name, pair in found.items()}
     wrong = "time" if true == "creepage" else "creepage"
     assert found["time"].log_evidence == pytest.approx(found["creepage"].log_evidence, abs=3.0)

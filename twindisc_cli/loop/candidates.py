@@ -161,7 +161,7 @@ def laws(fitted: Fit, known: Sequence[Response] | None = None, other: Elsewhere 
 
     Among these is the form that says most of the tests that are fitted and of another, only predicted, together.
     """
-    results, there = list[Proposal](), None if other is None else other.linearised(fitted)
+    results, there = list[Proposal](), None if other is None else other.to_first_order(fitted)
     for pair in pairs(fitted, known):
         if _is_in(fitted.problem, law_key(pair.quantity, pair.covariate)) or pair.log_evidence < 0.0:
             continue

@@ -179,12 +179,12 @@ class Elsewhere:
 
     def density(self, fitted: Fit) -> tuple[float, float]:
         """Logarithm of the density that a fit of others predicts for the test, and the chi2 of what it misses."""
-        there = self.linearised(fitted)
+        there = self.to_first_order(fitted)
         chi2, n = there.chi2, len(there.miss)
         missed = min(chi2, n) + there.blocks * float(np.log1p(there.excess / there.blocks))
         return -0.5 * (missed + float(np.linalg.slogdet(there.inner)[1])), chi2
 
-    def linearised(self, fitted: Fit) -> LinearPrediction:
+    def to_first_order(self, fitted: Fit) -> LinearPrediction:
         """The test as a fit of others predicts it, to first order in the parameters."""
         problem = self._with_terms_of(fitted)
         theta = carried(problem, fitted)
