@@ -14,7 +14,7 @@ ZERO = "torque_offset"
 
 
 def where_free(fitted: Fit) -> Iterator[str]:
-    """A note for each mu of a fit that leaves its 90 % interval, by more than its standard error, with a free zero.
+    """A note for each mu of a fit that is another with a free zero: each outside of the 90 % interval of the other.
 
     None where a zero is fitted, declared or known from the measurement, or would be implausibly large.
     """
@@ -33,7 +33,7 @@ def where_free(fitted: Fit) -> Iterator[str]:
         return
     for number in mus:
         given, at = _estimate(fitted, number), _estimate(free, number)
-        if abs(at[0] - given[0]) > max(at[1], NINETY * given[1]):
+        if abs(at[0] - given[0]) > NINETY * max(at[1], given[1]):
             case = problem.parameters[number].case
             name = f"{tests[case or 0].name}: " if len(tests) > 1 else ""
             yield (
