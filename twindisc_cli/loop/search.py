@@ -112,8 +112,8 @@ def _two_effects(
 ) -> tuple[list[Explanation], list[Explanation]]:
     """An explanation with two effects beside it in the place of what a better one has more: terms of a channel.
 
-    First those of which the second says enough beside the first, then the others: of these the first alone would be
-    left. Pairs with a term of the better one are among its rivals already.
+    First those of which the second says something beside the first, half of what an effect must say, then the others.
+    Pairs with a term of the better one are among its rivals already.
     """
     least = better.here - SEARCH.equivalent * better.temperature
     alone = {e.terms[-1]: e.here for e in tried}
@@ -124,7 +124,8 @@ def _two_effects(
     for half in _halves(better, before, tried, channel):
         for e in most_promising(half, _second(half, names, alone, least)):
             if not e.fit.at_bound and not _courses_over_time(*(e.effect(name) for name in e.terms[-2:])):
-                (both if chosen(half, [e]) else loose).append(e)
+                said = (e.evidence - half.evidence) / half.temperature_for(e)
+                (both if said > 0.5 * SEARCH.effect_evidence else loose).append(e)
     return ranked(both), ranked(loose)
 
 
