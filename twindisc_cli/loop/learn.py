@@ -56,7 +56,7 @@ class Pair:
     edges (bin + 1,) and places (bin,) in the covariate's unit; A (bin, bin), g (bin,); typical: size of a change;
     samples: of the channel that the quantity shows in. test: the only one in which the law would act. change: of the
     quantity, to which the samples respond so. slopes: their responses (sample, bin), of which A is what base parameters
-    do not imitate.
+    do not imitate. responding: the places to which samples that are fitted respond, where A is not theirs alone.
     """
 
     quantity: str
