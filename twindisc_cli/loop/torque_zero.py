@@ -37,8 +37,8 @@ def where_free(fitted: Fit) -> Iterator[str]:
             case = problem.parameters[number].case
             name = f"{tests[case or 0].name}: " if len(tests) > 1 else ""
             yield (
-                f"{name}mu {given[0]:.4f} +- {given[1]:.4f} holds if the torque meter reads zero at rest, which is not "
-                f"recorded; left free, its zero is {offset:.4f} +- {spread:.4f} of T/N and mu {at[0]:.4f} +- "
+                f"{name}mu {given[0]:.4f} ± {given[1]:.4f} holds if the torque meter reads zero at rest, which is not "
+                f"recorded; left free, its zero is {offset:.4f} ± {spread:.4f} of T/N and mu {at[0]:.4f} ± "
                 f"{at[1]:.4f}; the wear coefficient and the convection rest on the same power"
             )
 
