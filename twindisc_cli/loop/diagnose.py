@@ -11,7 +11,7 @@ import numpy as np
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.law import Law, formula_text, law_key, warnings
 from twindisc_cli.laws.trial import Trial
-from twindisc_cli.loop import torque_zero
+from twindisc_cli.loop import free_zero
 from twindisc_cli.loop.alternatives import Weighed, by_probability, weighed
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.channels.profile import recorded_stops
@@ -432,7 +432,7 @@ def _notes(
     notes = [*_refused(outcome), *_unfixed(effects), *_equal_covariates(weights)]
     notes += [note for other in others for note in _warned(outcome, laws, other)]
     notes += [f"{case.test.name}: {note}" for case in cases for note in _notes_on(case)]
-    notes += torque_zero.where_free(outcome.sure)
+    notes += free_zero.where_free(outcome.sure)
     notes += few_profiles(outcome.answer, max((len(recorded_stops(case.test)) for case in cases), default=0))
     if len({replace(case.test.rig, normal_load=0.0, rolling_speed=0.0) for case in cases}) > 1:
         notes.append(
