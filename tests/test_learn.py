@@ -73,7 +73,7 @@ def test_another_history_tells_covariates_apart_that_run_alike_where_a_law_is_le
     assert found["time"].log_evidence == pytest.approx(found["creepage"].log_evidence, abs=3.0)
     assert both[true] > found[true].log_evidence + 5.0
     assert both[wrong] < found[wrong].log_evidence
-    first = max((p for p in laws(base, other=other) if p.name.startswith("mu_over")), key=lambda p: p.promise)
+    first = max((p for p in laws(base, there=there) if p.name.startswith("mu_over")), key=lambda p: p.promise)
     assert first.name == f"mu_over_{true}"
 
 

@@ -32,7 +32,7 @@ from twindisc_cli.loop.problem import Parameter, Problem, known_sensors, paramet
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.terms import in_test
 from twindisc_cli.loop.thresholds import SEARCH
-from twindisc_cli.loop.validate import Elsewhere
+from twindisc_cli.loop.validate import LinearPrediction
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import Prediction
 
@@ -71,20 +71,20 @@ class Proposal:
     @property
     def is_curve(self) -> bool:
         """Whether it is a law without a formula."""
-        return self.is_law and self.shape is None
+        return isinstance(self.effect, Trial) and self.effect.is_curve
 
 
 def proposals(
     fitted: Fit,
     known: Sequence[Response] | None = None,
     names: Sequence[str] | None = None,
-    other: Elsewhere | None = None,
+    there: LinearPrediction | None = None,
 ) -> list[Proposal]:
     """Every effect, or those of these names, and every law that may be added to a fit, by falling promise.
 
-    known: responses nearby; other: a test that is only predicted.
+    known: responses nearby; there: a test that is only predicted, about this fit.
     """
-    return sorted([*effects(fitted, names), *laws(fitted, known, other)], key=lambda p: -p.promise)
+    return sorted([*effects(fitted, names), *laws(fitted, known, there)], key=lambda p: -p.promise)
 
 
 def proposals_in(fitted: Fit, shown: Container[str]) -> list[Proposal]:
@@ -156,21 +156,19 @@ def _off(name: str) -> Floats:
     return np.array([np.nan if p.off is None else p.inner(p.off) for p in own])
 
 
-def laws(fitted: Fit, known: Sequence[Response] | None = None, other: Elsewhere | None = None) -> list[Proposal]:
+def laws(fitted: Fit, known: Sequence[Response] | None = None, there: LinearPrediction | None = None) -> list[Proposal]:
     """Every law over every pair that says anything, the best forms of each.
 
     Among these is the form that says most of the tests that are fitted and of another, only predicted, together.
     """
-    results, there = list[Proposal](), None if other is None else other.to_first_order(fitted)
+    results = list[Proposal]()
     for pair in pairs(fitted, known):
         if _is_in(fitted.problem, law_key(pair.quantity, pair.covariate)) or pair.log_evidence < 0.0:
             continue
         forms = _forms(fitted, pair)[: SEARCH.forms_fitted]
         if there is not None and not pair.test:
-            first = _forms(fitted, with_elsewhere(fitted, pair, there))[0]
-            forms = [form for form in forms if form.shape != first.shape or form.promise > first.promise]
-            forms += [first] * all(form.shape != first.shape for form in forms)
-        results += forms
+            forms.append(_forms(fitted, with_elsewhere(fitted, pair, there))[0])
+        results += {form.shape: form for form in sorted(forms, key=lambda p: p.promise)}.values()
     return results
 
 
@@ -205,7 +203,7 @@ def laws_elsewhere(fitted: Fit, named: Sequence[tuple[str, str]], other: Predict
 
 
 def laws_at_other_stages(
-    fitted: Fit, named: Collection[tuple[str, str]], other: Elsewhere | None = None
+    fitted: Fit, named: Collection[tuple[str, str]], there: LinearPrediction | None = None
 ) -> list[Proposal]:
     """Laws, by quantity and covariate, over the same covariates of the other quantities that a channel shows."""
     wanted = [
@@ -215,7 +213,7 @@ def laws_at_other_stages(
         if of.channel == QUANTITIES[quantity].channel and covariate in covariates_of(fitted.problem, stage)
     ]
     new = sorted({pair for pair in wanted if pair not in named})
-    return laws(fitted, responses(fitted, new), other) if new else []
+    return laws(fitted, responses(fitted, new), there) if new else []
 
 
 def warmed(effect: Effect) -> str | None:

@@ -24,7 +24,7 @@ from twindisc_cli.loop.fit import MOST_STEPS, Fit, fit
 from twindisc_cli.loop.learn import Pair, Response, seen_again
 from twindisc_cli.loop.problem import Problem
 from twindisc_cli.loop.thresholds import SEARCH
-from twindisc_cli.loop.validate import Elsewhere
+from twindisc_cli.loop.validate import Elsewhere, LinearPrediction
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import IntegratedSets
 from twindisc_cli.model.patch import Paths
@@ -42,10 +42,11 @@ def extended(
 
     known: responses nearby; near: names of laws that are tried in any case.
     """
-    proposed = proposals(explanation.fit, known, other=explanation.elsewhere)
-    explanations = most_promising(explanation, proposed, near)
+    fitted, other = explanation.fit, explanation.elsewhere
+    there = None if other is None else other.to_first_order(fitted)
+    explanations = most_promising(explanation, proposals(fitted, known, there=there), near)
     beside = [*_flashes(explanation, explanations), *_over_others(explanation, explanations)]
-    beside += _at_other_stages(explanation, explanations)
+    beside += _at_other_stages(explanation, explanations, there)
     return by_falling([*explanations, *beside], evidence_of)
 
 
@@ -137,7 +138,9 @@ def _over_others(explanation: Explanation, explanations: Sequence[Explanation]) 
     return [with_one_more(explanation, proposal) for proposal in proposed if not proposal.effect.test]
 
 
-def _at_other_stages(explanation: Explanation, explanations: Sequence[Explanation]) -> list[Explanation]:
+def _at_other_stages(
+    explanation: Explanation, explanations: Sequence[Explanation], there: LinearPrediction | None
+) -> list[Explanation]:
     """Where a law explains most, what has not been fitted of its covariate at other stages of its channel.
 
     The same of laws that tie with it. To first order, and in bins, a law may promise a tenth of what it says.
@@ -146,7 +149,7 @@ def _at_other_stages(explanation: Explanation, explanations: Sequence[Explanatio
     best = [e.effect(e.terms[-1]) for e in explanations if most - e.evidence <= SEARCH.evidence_error]
     named = {(law.quantity, law.covariate) for law in best if isinstance(law, Trial) and not law.test}
     known = {name for e in explanations for name in e.terms}
-    proposed = laws_at_other_stages(explanation.fit, named, explanation.elsewhere)
+    proposed = laws_at_other_stages(explanation.fit, named, there)
     return [with_one_more(explanation, proposal) for proposal in proposed if proposal.name not in known]
 
 
