@@ -196,8 +196,8 @@ class State:
 
     def replace(self, **changes: Any) -> State:
         """Return this state with some quantities changed: `dataclasses.replace`, in a tenth of its time."""
-        if unknown := changes.keys() - vars(self).keys():
-            raise TypeError(f"a state has no {', '.join(sorted(unknown))}")
+        if not changes.keys() <= vars(self).keys():
+            raise TypeError(f"a state has no {', '.join(sorted(changes.keys() - vars(self).keys()))}")
         changed = object.__new__(type(self))
         vars(changed).update(vars(self), **changes)
         return changed

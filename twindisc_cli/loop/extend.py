@@ -264,18 +264,20 @@ def refine_edges(fitted: Fit, name: str, trial: Trial, pair: Pair | None) -> Fit
         for key in trial.fixed:
             reach = share * width + gaps * pair.gap(trial.fixed[key])
             tried = trial.fixed[key] + reach * np.linspace(-1.0, 1.0, SEARCH.edge_places)
-            trial = trial.fixed_at({key: middle_of_least(tried, _chi2_at(fitted, name, trial, key, tried))})
+            chi2 = np.sum(_missed_at(fitted.problem, fitted.theta, name, key, tried) ** 2, axis=1)
+            trial = trial.fixed_at({key: middle_of_least(tried, chi2)})
             fitted = fit(_with_trial(fitted, name, trial), fitted.theta)
     return fitted
 
 
-def _chi2_at(fitted: Fit, name: str, trial: Trial, key: str, places: Floats) -> Floats:
-    """chi2 with an edge of a law at other places (place,)."""
-    problem = fitted.problem
-    values = {k: np.full(len(places), v) for k, v in {**fitted.values(name), **trial.fixed}.items()}
-    sets = np.tile(fitted.theta, (len(places), 1))
-    predictions = problem.moved(sets, extra={name: {**values, key: places}}, trial={name: trial.unfixed})
-    return np.asarray(np.sum(problem.discount(problem.white(predictions) - problem.measured) ** 2, axis=1))
+def _missed_at(problem: Problem, theta: Floats, name: str, key: str, places: Floats) -> Floats:
+    """White residuals (place, sample) at inner parameters (parameter,), with an edge of a law at other places."""
+    trial = problem.effect(name)
+    assert isinstance(trial, Trial)
+    sets, known = np.tile(theta, (len(places), 1)), {k: np.array([v]) for k, v in trial.fixed.items()}
+    values = {**problem.terms_of(theta)[name], **known, key: places}
+    predictions = problem.moved(sets, extra={name: values}, trial={name: trial.unfixed})
+    return problem.discount(problem.measured - problem.white(predictions))
 
 
 def _with_trial(fitted: Fit, name: str, trial: Trial) -> Problem:
@@ -293,10 +295,14 @@ def _edges_elsewhere(explanation: Explanation, name: str, other: Elsewhere, pair
     for key, place in trial.fixed.items():
         fitted = explanation.fit
         near = np.linspace(*pair.between(place), SEARCH.edge_places)
-        places = near[_chi2_at(fitted, name, trial, key, near) < fitted.chi2 + 2.0 * SEARCH.evidence_error]
-        moved = [replace(fitted, problem=_with_trial(fitted, name, trial.fixed_at({key: one}))) for one in places]
-        said = np.array([other.density(one)[0] for one in moved])
-        likely = int(np.sum(said > said.max(initial=-np.inf) - SEARCH.evidence_error))
+        chi2 = np.sum(_missed_at(fitted.problem, fitted.theta, name, key, near) ** 2, axis=1)
+        places = near[chi2 < fitted.chi2 + 2.0 * SEARCH.evidence_error]
+        if len(places) < 2:
+            continue
+        there = other.to_first_order(fitted)
+        misses = _missed_at(there.problem, there.theta, name, key, places)
+        said = np.array([replace(there, miss=miss).density for miss in misses])
+        likely = int(np.sum(said > said.max() - SEARCH.evidence_error))
         if likely < len(said):
             trial = trial.fixed_at({key: middle_of_least(places, -2.0 * said)})
             price = explanation.prices[name] + float(np.log(len(said) / likely))

@@ -157,6 +157,12 @@ class LinearPrediction:
         """By how much that is more than the noise makes."""
         return max(self.chi2 - len(self.miss), 0.0)
 
+    @property
+    def density(self) -> float:
+        """Logarithm of the density that is predicted for the test."""
+        missed = min(self.chi2, len(self.miss)) + self.blocks * float(np.log1p(self.excess / self.blocks))
+        return -0.5 * (missed + float(np.linalg.slogdet(self.inner)[1]))
+
     def within(self, columns: Floats) -> Floats:
         """(1 + AA')^-1 times columns (sample, ...), for the spread A."""
         return np.asarray(columns - self.spread @ np.linalg.solve(self.inner, self.spread.T @ columns))
@@ -180,9 +186,7 @@ class Elsewhere:
     def density(self, fitted: Fit) -> tuple[float, float]:
         """Logarithm of the density that a fit of others predicts for the test, and the chi2 of what it misses."""
         there = self.to_first_order(fitted)
-        chi2, n = there.chi2, len(there.miss)
-        missed = min(chi2, n) + there.blocks * float(np.log1p(there.excess / there.blocks))
-        return -0.5 * (missed + float(np.linalg.slogdet(there.inner)[1])), chi2
+        return there.density, there.chi2
 
     def to_first_order(self, fitted: Fit) -> LinearPrediction:
         """The test as a fit of others predicts it, to first order in the parameters."""

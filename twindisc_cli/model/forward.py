@@ -275,7 +275,9 @@ class _Chain:
         shape = self._blank.energy.shape
         if near is None or near.energy.shape[1] != shape[1]:
             return self._blank
-        passed = ("temperature", "energy", "wear_index", "normalised_creepage", "power")
+        passed = ["temperature", "energy", "wear_index", "normalised_creepage", "power"]
+        if self.is_local:
+            passed.append("wear_factor")
         known = {name: np.broadcast_to(getattr(near, name), shape) for name in passed}
         return self._blank.replace(**known, flash_before=near.flash_before)
 
