@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from definitions import CONFIGS, outcome
@@ -9,6 +11,10 @@ from matplotlib.figure import Figure
 
 from twindisc_cli.definition import load
 from twindisc_cli.loop.diagnose import diagnose
+from twindisc_cli.loop.fit import plain_fit
+from twindisc_cli.loop.holdout import without
+from twindisc_cli.loop.problem import problem_of
+from twindisc_cli.loop.thresholds import RESAMPLING
 
 HEAT_W = (1.3, 9.2, 25.7, 102.6, 246.0, 327.8, 492.1, 728.4)
 BULK_C = np.array([20.6, 22.9, 27.5, 48.6, 89.0, 111.9, 136.8, 202.1])
@@ -58,6 +64,31 @@ def test_the_loop_gives_a_reduced_slope_and_no_more_than_eight_points_fix() -> N
     assert set(np.argsort(np.abs(bulk.measured - bulk.after))[-2:]) == {6, 7}, "the slips of 15 and 20 %"
     assert "temperature" in {left.channel for left in found.unexplained}
     assert any("no more than 2 parameters" in note for note in found.notes)
+
+
+def test_six_points_cannot_tell_a_zero_from_a_reduced_slope() -> None:
+    """Two of them are below saturation; they scatter by five times the noise that has to be assumed about either."""
+    test = load(CONFIGS / "lewis2004.toml").experiment
+    some = np.isin(np.arange(8), (2, 3))
+    six = without(test, {"traction": some, "temperature": some})
+    found = diagnose([six], validate=None, progress=quiet, quick=False)
+    (effect,) = found.effects
+    chance = {effect.name: effect.probability, **{str(a.term): a.probability for a in effect.alternatives}}
+    assert chance.keys() >= {"torque_offset", "third_body_layer"}
+    assert max(chance.values()) < RESAMPLING.probable
+
+
+def test_noise_that_was_assumed_is_as_large_as_what_is_left() -> None:
+    """About a mean the variance is the sum of squares over n - 1; noise that was estimated counts as it is."""
+    test = load(CONFIGS / "lewis2004.toml").experiment
+    high = without(test, {"traction": np.arange(8) < 3})
+    fitted = plain_fit(replace(problem_of([high]), channels=("traction",)))
+    ratio = np.array([0.480, 0.461, 0.460, 0.461, 0.512])
+    (noise,) = (case.noise["traction"] for case in fitted.problem.cases)
+    assert fitted.excess_of_assumed("traction") == pytest.approx(np.var(ratio, ddof=1) / noise.std**2, rel=1e-2)
+    (case,) = fitted.problem.cases
+    known = replace(case, noise={"traction": replace(noise, estimated=True)})
+    assert replace(fitted, problem=replace(fitted.problem, cases=[known])).excess_of_assumed("traction") == 1.0
 
 
 def quiet(_what: str, _share: float) -> None:

@@ -82,20 +82,31 @@ class Explanation:
         return -0.5 * float(np.sum((np.array(sizes) / SEARCH.typical_sizes) ** 2))
 
     @property
-    def temperature(self) -> float:
-        """What differences of evidence are divided by: formulas err more, the more they explain."""
+    def tempering(self) -> float:
+        """What differences of evidence are divided by as formulas err more, the more they explain."""
         return self._tempered(1.0)
+
+    @property
+    def temperature(self) -> float:
+        """What differences of evidence are divided by: the same, times the excess of what noise had to be assumed."""
+        return self.tempering * _excess(self.fit, self._explained)
 
     def temperature_for(self, more: Explanation) -> float:
         """The same of what one with more terms says beside this: by what was explained in the channels where it does.
 
         A tilt of the profile's record explains much there, and no formula errs by it in the traction.
         """
-        left = powers(self.fit)
-        explained = {c: max(self.missed[c] - left[c], 0.0) for c in self.missed}
+        explained, left = self._explained, powers(self.fit)
         taken = {c: max(left[c] - power, 0.0) for c, power in powers(more.fit).items()}
         both = sum(explained.values()) * sum(taken.values())
-        return self._tempered(sum(explained[c] * taken[c] for c in explained) / both if both > 0.0 else 1.0)
+        share = sum(explained[c] * taken[c] for c in explained) / both if both > 0.0 else 1.0
+        return self._tempered(share) * _excess(more.fit, taken)
+
+    @property
+    def _explained(self) -> dict[str, float]:
+        """By how much chi2 of each channel of the tests that are fitted has fallen."""
+        left = powers(self.fit)
+        return {c: max(self.missed[c] - left[c], 0.0) for c in self.missed}
 
     def _tempered(self, share: float) -> float:
         return 1.0 + SEARCH.tempering * float(np.sqrt(share * max(self.before - self.chi2, 0.0)))
@@ -127,6 +138,12 @@ class Explanation:
 def powers(fitted: Fit) -> dict[str, float]:
     """Squared length of the white residual of each channel."""
     return {channel: fitted.power(channel) for channel in fitted.problem.channels}
+
+
+def _excess(fitted: Fit, taken: Mapping[str, float]) -> float:
+    """By how much noise is larger than it had to be assumed, by what is left where chi2 has fallen: by channel."""
+    fallen = sum(taken.values())
+    return sum(fitted.excess_of_assumed(c) * part for c, part in taken.items()) / fallen if fallen > 0.0 else 1.0
 
 
 def is_error(effect: Effect) -> bool:

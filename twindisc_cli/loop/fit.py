@@ -70,6 +70,15 @@ class Fit:
         """Mean square of the white residual, one at least: by how much what a fit leaves widens its covariances."""
         return max(self.chi2 / max(len(self.residual) - len(self.theta), 1), 1.0)
 
+    def excess_of_assumed(self, channel: str) -> float:
+        """The same of a channel as far as its noise had to be assumed: by how much that is larger, at least.
+
+        Parameters are shared out among all samples.
+        """
+        left = self.residual[self.problem.assumed(channel)]
+        free = max(1.0 - len(self.theta) / len(self.residual), 1.0 / len(self.residual))
+        return max(float(np.mean(left**2)) / free, 1.0) if len(left) else 1.0
+
     @cached_property
     def followed(self) -> Problem:
         """The problem on the tracks of this fit, for which no integration is needed."""

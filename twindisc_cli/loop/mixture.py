@@ -184,7 +184,7 @@ def _by_evidence(every: Sequence[Explanation]) -> Floats:
     best = every[int(np.argmax(evidence))]
     left = min(m.fit.chi2 / max(len(m.fit.residual) - len(m.fit.theta), 1) for m in every)
     price = np.array([np.log(len(every)) - m.plausibility if m.terms else 0.0 for m in every])
-    relative = np.exp((evidence - best.evidence) / (best.temperature * max(left, 1.0)) - price)
+    relative = np.exp((evidence - best.evidence) / (best.tempering * max(left, 1.0)) - price)
     return np.asarray(relative / relative.sum())
 
 

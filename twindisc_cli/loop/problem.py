@@ -413,6 +413,13 @@ class Problem:
         """Where each channel of each test stands in a row of white numbers."""
         return {channel: [at for (_, c), at in self.places.items() if c == channel] for channel in self.channels}
 
+    def assumed(self, channel: str) -> Mask:
+        """White samples of a channel whose noise had to be assumed (sample,)."""
+        cases, result = self.cases, np.zeros(len(self.owner), dtype=bool)
+        for (i, c), at in self.places.items():
+            result[at] = c == channel and not cases[i].noise[c].estimated
+        return result
+
     def count(self, channel: str, test: str = "") -> int:
         """White samples of a channel over all tests, or in one."""
         own = [at for (i, c), at in self.places.items() if c == channel and test in ("", self.tests[i])]
