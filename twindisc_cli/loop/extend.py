@@ -20,7 +20,7 @@ from twindisc_cli.loop.candidates import (
 )
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.explanation import Explanation, by_falling, evidence_of
-from twindisc_cli.loop.fit import MOST_STEPS, Fit, fit
+from twindisc_cli.loop.fit import MOST_STEPS, Fit, finite, fit
 from twindisc_cli.loop.learn import Pair, Response, seen_again
 from twindisc_cli.loop.problem import Problem
 from twindisc_cli.loop.thresholds import SEARCH
@@ -277,7 +277,7 @@ def _missed_at(problem: Problem, theta: Floats, name: str, key: str, places: Flo
     sets, known = np.tile(theta, (len(places), 1)), {k: np.array([v]) for k, v in trial.fixed.items()}
     values = {**problem.terms_of(theta)[name], **known, key: places}
     predictions = problem.moved(sets, extra={name: values}, trial={name: trial.unfixed})
-    return problem.discount(problem.measured - problem.white(predictions))
+    return finite(problem.discount(problem.measured - problem.white(predictions)))
 
 
 def _with_trial(fitted: Fit, name: str, trial: Trial) -> Problem:

@@ -285,10 +285,15 @@ def linearised(
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         predictions = problem.predict(sets, near=near)
         rows = problem.discount(problem.white(predictions))
-    rows = np.nan_to_num(rows, nan=1e6, posinf=1e6, neginf=-1e6)
+    rows = finite(rows)
     first = [prediction.state.of_sets(np.array([0])) for prediction in predictions]
     settled = [state if _is_sound(state, case) else None for state, case in zip(first, problem.cases, strict=True)]
     return target - rows[0], -((rows[1:] - rows[0]) / step[:, None]).T, settled
+
+
+def finite(rows: Floats) -> Floats:
+    """White rows, in which what is not finite is very far off."""
+    return np.nan_to_num(rows, nan=1e6, posinf=1e6, neginf=-1e6)
 
 
 def _is_sound(state: State, case: Case) -> bool:
