@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 import suros
+from rigs import Floats
 from suros import Truth
 from test_import import command
 from test_weighings import BLOCK
@@ -23,11 +25,11 @@ COURSES = {
 }
 
 
-def zero_of(course: object, seed: int, sections: int = 5) -> Zero:
+def zero_of(course: Callable[[Floats], Floats], seed: int, sections: int = 5) -> Zero:
     """Blocks of 1000 s under load with rows without it before, between and after."""
     rng, time = np.random.default_rng(seed), np.arange(0.0, max(1000.0 * (sections - 1) + 120.0, 500.0), 10.0)
     load = np.where(time % 1000.0 < 10.0 * SECTION, 0.0, 100.0)
-    torque = course(time) + NOISE * rng.standard_normal(len(time)) + 0.4 * load  # type: ignore[operator]
+    torque = course(time) + NOISE * rng.standard_normal(len(time)) + 0.4 * load
     zero = find_zero(time, torque, load, 100.0)
     assert zero is not None
     return zero

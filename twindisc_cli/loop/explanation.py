@@ -89,24 +89,18 @@ class Explanation:
     @property
     def temperature(self) -> float:
         """What differences of evidence are divided by: the same, times the excess of what noise had to be assumed."""
-        return self.tempering * _excess(self.fit, self._explained)
+        return self.tempering * _excess(self.fit, _falls(self.missed, powers(self.fit)))
 
     def temperature_for(self, more: Explanation) -> float:
         """The same of what one with more terms says beside this: by what was explained in the channels where it does.
 
         A tilt of the profile's record explains much there, and no formula errs by it in the traction.
         """
-        explained, left = self._explained, powers(self.fit)
-        taken = {c: max(left[c] - power, 0.0) for c, power in powers(more.fit).items()}
+        left = powers(self.fit)
+        explained, taken = _falls(self.missed, left), _falls(left, powers(more.fit))
         both = sum(explained.values()) * sum(taken.values())
         share = sum(explained[c] * taken[c] for c in explained) / both if both > 0.0 else 1.0
         return self._tempered(share) * _excess(more.fit, taken)
-
-    @property
-    def _explained(self) -> dict[str, float]:
-        """By how much chi2 of each channel of the tests that are fitted has fallen."""
-        left = powers(self.fit)
-        return {c: max(self.missed[c] - left[c], 0.0) for c in self.missed}
 
     def _tempered(self, share: float) -> float:
         return 1.0 + SEARCH.tempering * float(np.sqrt(share * max(self.before - self.chi2, 0.0)))
@@ -138,6 +132,11 @@ class Explanation:
 def powers(fitted: Fit) -> dict[str, float]:
     """Squared length of the white residual of each channel."""
     return {channel: fitted.power(channel) for channel in fitted.problem.channels}
+
+
+def _falls(before: Mapping[str, float], after: Mapping[str, float]) -> dict[str, float]:
+    """By how much chi2 of each channel falls, where it does."""
+    return {channel: max(power - after[channel], 0.0) for channel, power in before.items()}
 
 
 def _excess(fitted: Fit, taken: Mapping[str, float]) -> float:

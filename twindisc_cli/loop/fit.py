@@ -71,12 +71,12 @@ class Fit:
         return max(self.chi2 / max(len(self.residual) - len(self.theta), 1), 1.0)
 
     def excess_of_assumed(self, channel: str) -> float:
-        """The same of a channel as far as its noise had to be assumed: by how much that is larger, at least.
+        """The same of a channel where its noise had to be assumed: by how much it may be larger; 1 where it had not.
 
         Parameters are shared out among all samples.
         """
-        left = self.residual[self.problem.assumed(channel)]
-        free = max(1.0 - len(self.theta) / len(self.residual), 1.0 / len(self.residual))
+        left, count = self.residual[self.problem.assumed(channel)], len(self.residual)
+        free = max(count - len(self.theta), 1) / count
         return max(float(np.mean(left**2)) / free, 1.0) if len(left) else 1.0
 
     @cached_property

@@ -182,9 +182,9 @@ def _by_evidence(every: Sequence[Explanation]) -> Floats:
     """Weights of explanations (member,)."""
     evidence = np.array([m.evidence for m in every])
     best = every[int(np.argmax(evidence))]
-    left = min(m.fit.chi2 / max(len(m.fit.residual) - len(m.fit.theta), 1) for m in every)
+    excess = min(m.fit.excess for m in every)
     price = np.array([np.log(len(every)) - m.plausibility if m.terms else 0.0 for m in every])
-    relative = np.exp((evidence - best.evidence) / (best.tempering * max(left, 1.0)) - price)
+    relative = np.exp((evidence - best.evidence) / (best.tempering * excess) - price)
     return np.asarray(relative / relative.sum())
 
 

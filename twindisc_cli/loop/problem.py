@@ -415,9 +415,9 @@ class Problem:
 
     def assumed(self, channel: str) -> Mask:
         """White samples of a channel whose noise had to be assumed (sample,)."""
-        cases, result = self.cases, np.zeros(len(self.owner), dtype=bool)
+        result = np.zeros(len(self.owner), dtype=bool)
         for (i, c), at in self.places.items():
-            result[at] = c == channel and not cases[i].noise[c].estimated
+            result[at] = c == channel and not self.cases[i].noise[c].estimated
         return result
 
     def count(self, channel: str, test: str = "") -> int:
