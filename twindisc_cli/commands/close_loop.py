@@ -78,18 +78,26 @@ def result_of(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None
     experiments = [test.experiment for test in tests]
     verdict = sentences.sentences(diagnosis)[0]
     draw = partial(figure, diagnosis, experiments, title=title, provenance=sentences.provenance(kinds), verdict=verdict)
-    drawn, several = draw(), len(diagnosis.errors) > 1
+    every = list(diagnosis.errors)
+    several = {f"close-loop-{c}": partial(draw, channel=c) for c in every} if len(every) > 1 else {}
+    one = partial(draw, short=True) if several else draw
+    drawn = {name: png(own()) for name, own in (several or {"close-loop": one}).items()}
     return Result(
         command="close-loop",
         summary=tuple(summary(diagnosis)),
         json=or_null(_json(diagnosis)),
         dataset=dataset_of(diagnosis),
-        figure=(lambda: draw(short=True)) if several else lambda: drawn,
-        figures={f"close-loop-{c}": partial(draw, channel=c) for c in diagnosis.errors} if several else {},
+        figure=one,
+        figures=several,
+        drawn=drawn,
         exit_code=NEGATIVE_FINDING if diagnosis.verdict == "unexplained" else 0,
         extra_files={
             "close-loop.html": render(
-                diagnosis, tests, validate, figure=png(drawn), plots=plots_of(diagnosis, experiments)
+                diagnosis,
+                tests,
+                validate,
+                figures=dict(zip(every, drawn.values(), strict=True)),
+                plots=plots_of(diagnosis, experiments),
             ),
             "revised.toml": revised(diagnosis, tests[0]),
             **{f"revised-{test.experiment.name}.toml": revised(diagnosis, test) for test in tests[1:]},

@@ -16,7 +16,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.fit import Fit
@@ -169,8 +169,8 @@ def _together(group: Group, basis: _Basis, residual: Floats, draws: Floats, tota
     squared = float(np.sum((basis.span.T @ residual) ** 2))
     evidence = 0.5 * (squared - count) - 0.5 * count * np.log(squared / count) if squared > count else 0.0
     share = min(max(squared - count, 0.0) / max(total, 1e-30), 1.0)
-    score = Score(group, squared, count, float(chi2.sf(squared, count)), float(evidence), share)
-    return score, chi2.sf(np.sum(draws**2, axis=1), count)
+    score = Score(group, squared, count, float(chdtrc(count, squared)), float(evidence), share)
+    return score, chdtrc(count, np.sum(draws**2, axis=1))
 
 
 def _spans(group: Group, basis: _Basis, residual: Floats, draws: Floats, total: float) -> tuple[Score, Floats]:
@@ -187,5 +187,5 @@ def _spans(group: Group, basis: _Basis, residual: Floats, draws: Floats, total: 
     evidence = max(0.5 * (squared - 1.0) - 0.5 * np.log(max(squared, 1.0)) - np.log(tries), 0.0)
     share = min(max(squared - 1.0, 0.0) / max(total, 1e-30), 1.0)
     named = replace(group, kind=f"{group.kind}, a span")
-    score = Score(named, squared, 1, min(1.0, tries * float(chi2.sf(squared, 1))), float(evidence), share)
-    return score, np.minimum(1.0, tries * chi2.sf(np.max((draws @ sums) ** 2, axis=1), 1))
+    score = Score(named, squared, 1, min(1.0, tries * float(chdtrc(1, squared))), float(evidence), share)
+    return score, np.minimum(1.0, tries * chdtrc(1, np.max((draws @ sums) ** 2, axis=1)))

@@ -24,10 +24,10 @@ def render(
     tests: Sequence[Test],
     validate: Test | None,
     *,
-    figure: bytes,
+    figures: Mapping[str, bytes],
     plots: Sequence[Mapping[str, Any]] = (),
 ) -> str:
-    """The page as HTML, the figure (a PNG) and the numbers of plots to zoom inside."""
+    """The page as HTML, the figure of each channel (a PNG) and the numbers of plots to zoom inside."""
     environment = pages()
     environment.globals |= {"sentences": sentences, "words": words, "channels": channels(), "catalogue": catalogue()}
     environment.globals |= {"meaning": meaning, "measured": _measured, "held_out": held_out, "history": history_toml}
@@ -39,7 +39,7 @@ def render(
         validate=validate,
         title=words.listed([test.experiment.name for test in tests]),
         provenance=sentences.provenance([test.experiment.measured.provenance for test in tests]),
-        figure=b64encode(figure).decode("ascii"),
+        figures={channel: b64encode(figure).decode("ascii") for channel, figure in figures.items()},
         plots=plots,
         numbers=json.dumps(plots).replace("<", "\\u003c"),
         library={name: _beside(name) for name in ("uplot.min.js", "uplot.min.css", "plots.js")} if plots else {},

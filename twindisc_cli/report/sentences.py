@@ -364,14 +364,13 @@ def base_note(diagnosis: Diagnosis) -> str:
     )
 
 
-def seen(diagnosis: Diagnosis) -> str:
-    """What is to be seen in the figure of this diagnosis, for those who do not see it."""
-    parts = [_seen_of(diagnosis, channel) for channel in channels() if channel in diagnosis.errors]
-    parts += [f"A learnt curve: {law_text(result)}." for result in diagnosis.laws]
-    return " ".join(parts)
+def seen(diagnosis: Diagnosis, channel: str) -> str:
+    """What is to be seen in the figure of a channel, for those who do not see it."""
+    laws = [f"A learnt curve: {law_text(result)}." for result in diagnosis.laws if result.channel == channel]
+    return " ".join([_seen_in_panels(diagnosis, channel), *laws])
 
 
-def _seen_of(diagnosis: Diagnosis, channel: str) -> str:
+def _seen_in_panels(diagnosis: Diagnosis, channel: str) -> str:
     error, unit_ = diagnosis.errors[channel], unit(diagnosis.errors[channel].unit)
     samples = sum(len(curve.measured) for curve in diagnosis.curves if curve.channel == channel)
     course = (

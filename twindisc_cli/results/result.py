@@ -67,8 +67,9 @@ class Result:
     """The outcome of one command on one test.
 
     summary: lines for the terminal. json: the object of --json, in the units its keys name. figure: draws the PNG when
-    called; figures draws further ones, by the name of their file without its end. exit_code 5 is a negative finding.
-    extra_files: further files beside the HDF5 file, text or bytes by name.
+    called; figures draws further ones, by the name of their file without its end; drawn: those of all these that stand
+    on a page too, as PNG of the usual size. exit_code 5 is a negative finding. extra_files: further files beside the
+    HDF5 file, text or bytes by name.
     """
 
     command: str
@@ -79,6 +80,7 @@ class Result:
     exit_code: int = 0
     extra_files: Mapping[str, str | bytes] = field(default_factory=dict)
     figures: Mapping[str, Callable[[], Figure]] = field(default_factory=dict)
+    drawn: Mapping[str, bytes] = field(default_factory=dict)
 
     @property
     def undefined(self) -> list[str]:

@@ -50,8 +50,11 @@ def images(
         raise ValidityError(f"{what}; nothing was written")
     files = dict(extra)
     figures = {**({} if result.figure is None else {result.command: result.figure}), **result.figures}
+    drawn = result.drawn if (*formats, dpi, panels) == ("png", DPI, False) else {}
     for name, draw in figures.items() if formats else ():
-        files |= drawn_files(name, draw(), formats, dpi, panels=panels)
+        files |= (
+            {f"{name}.png": drawn[name]} if name in drawn else drawn_files(name, draw(), formats, dpi, panels=panels)
+        )
     hashes = {name: sha256(data).hexdigest() for name, data in files.items()}
     files[f"{result.command}.h5"] = hdf5_image(result, origin, beside=hashes)
     return files
