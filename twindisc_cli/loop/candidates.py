@@ -68,11 +68,6 @@ class Proposal:
         """The formula of a law."""
         return self.effect.shape if isinstance(self.effect, Trial) else None
 
-    @property
-    def is_curve(self) -> bool:
-        """Whether it is a law without a formula."""
-        return isinstance(self.effect, Trial) and self.effect.is_curve
-
 
 def proposals(
     fitted: Fit,

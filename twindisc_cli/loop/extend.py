@@ -177,15 +177,20 @@ def with_one_more(explanation: Explanation, proposal: Proposal, best: float = 0.
     near = _apart([f for f in fits if most - f.evidence < SEARCH.equivalent])
     prices = {**explanation.prices, proposal.name: proposal.price}
     more = [replace(explanation, fit=f, prices=prices) for f in near]
-    if law is not None and law.jumps.size:
-        more = [_edged(e, proposal.name, law, proposal.pair) for e in more]
-    if proposal.is_curve:
+    if law is not None and (law.jumps.size or law.is_curve):
         least = explanation.here + SEARCH.least_share * best
-        more = [_smoothed(e, proposal) if e.here > least else e for e in more]
+        more = [_finished(e, law, proposal) if e.here > least else e for e in more]
     if twice and max(e.here for e in more) > explanation.here + _enough(more[0], proposal.effect, best):
         more = [_on_its_track(e, FIRST_STEPS) for e in more] if len(more) > 1 else more
         return _on_its_track(_first_of_best(more), MOST_STEPS)
     return _first_of_best(more)
+
+
+def _finished(explanation: Explanation, law: Trial, proposal: Proposal) -> Explanation:
+    """The same with what of a law's form is not fitted: the smoothness of a curve, the edges of a step or a window."""
+    if law.is_curve:
+        return _smoothed(explanation, proposal)
+    return _edged(explanation, proposal.name, law, proposal.pair)
 
 
 def _smoothed(explanation: Explanation, proposal: Proposal) -> Explanation:

@@ -58,9 +58,9 @@ class Search:
     forms_fitted            forms of each law that are fitted: its best and its second best.
     fitted_each_round       effects, and laws, that are fitted in every round, by what they promise.
     least_share             share of the best found so far that a term must promise to be fitted at all, and that a
-                            curve must say for its smoothness to be chosen again; share of what the second of two
-                            effects must say to stand for a law, less 3 nats: of those that did all but one promised
-                            0.9 of it, and that one was within these.
+                            law must say for its edges or the smoothness of its curve to be sought; share of what
+                            the second of two effects must say to stand for a law, less 3 nats: of those that did all
+                            but one promised 0.9 of it, and that one was within these.
     replaced_share, replacements
                             share of what a law takes away that an effect must take to be tried as one of two in its
                             place, and how many such effects are.
