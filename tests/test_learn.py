@@ -220,7 +220,7 @@ def test_a_curve_is_as_smooth_as_says_most_however_large_it_is(size: float, scal
     ratio += sigma * np.random.default_rng(0).standard_normal(len(TIME))
     test = experiment(COURSE, thermal=None, measured=Measured(traction=traction_samples(COURSE, TIME, ratio, sigma)))
     base = Explanation.of_base(fit(Problem([case_of(test)], ("traction",))))
-    curve = next(p for p in proposals(base.fit) if p.name == "mu_over_time" and p.is_curve)
+    curve = next(p for p in proposals(base.fit) if p.name == "mu_over_time" and p.shape is None)
     assert curve.pair is not None
     each = [
         fit(base.fit.problem.with_terms(curve.name, trial={curve.name: of_prior})).evidence

@@ -100,7 +100,8 @@ def explain(tests: Sequence[Experiment], *, validate: Case | None, quick: bool, 
 def _shown_by_held_out(outcome: Outcome) -> tuple[str, ...]:
     """Channels with samples held out in which nothing is given, and all samples show something.
 
-    What the answer leaves of them is significant, or all samples let a term be chosen, or one more.
+    What the answer leaves of them is significant, or all samples let a term be chosen, or one more where generic
+    functions see anything.
     """
     answer, judged = outcome.answer, outcome.judged
     held_out = {channel for test in judged.masks for channel, mask in test.items() if mask.any()}
@@ -109,8 +110,10 @@ def _shown_by_held_out(outcome: Outcome) -> tuple[str, ...]:
         return ()
     whole, base = judged.estimated, judged.base_estimated
     shown = _channels_of_choice(outcome) if not answer.terms else set()
-    shown |= {c for c in unexplained - shown if is_unexplained(unexplained_residual(whole, c), whole, base)}
-    shown |= _channels_of_more(judged, unexplained - shown) if unexplained - shown else set()
+    left = {channel: unexplained_residual(whole, channel) for channel in unexplained - shown}
+    shown |= {channel for channel, rest in left.items() if is_unexplained(rest, whole, base)}
+    seen = {channel for channel, rest in left.items() if not answer.terms or rest.p_value <= SEARCH.nothing_left}
+    shown |= _channels_of_more(judged, seen - shown) if seen - shown else set()
     return tuple(channel for channel in outcome.problem.channels if channel in unexplained & shown)
 
 
