@@ -10,7 +10,7 @@ import numpy as np
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.laws.trial import Trial
-from twindisc_cli.loop.explanation import Explanation
+from twindisc_cli.loop.explanation import SHARE_DIGITS, Explanation, by_falling, evidence_of
 from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm, Term
 from twindisc_cli.loop.thresholds import RESAMPLING, SEARCH
 from twindisc_cli.model.experiment import Floats
@@ -112,8 +112,8 @@ def weighed(compared: Compared, name: str) -> Weighed:
 
 
 def by_probability(chances: Mapping[Term, float]) -> list[tuple[Term, float]]:
-    """Terms with their probability, by falling probability, and then by name."""
-    return sorted(chances.items(), key=lambda pair: (-pair[1], str(pair[0])))
+    """Terms with their probability, by falling probability, and then, where rounding alone decides, by name."""
+    return sorted(chances.items(), key=lambda pair: (-round(pair[1], SHARE_DIGITS), str(pair[0])))
 
 
 def _effects_first(chances: Mapping[Term, float]) -> list[tuple[Term, float]]:
@@ -185,10 +185,10 @@ def _in_other_words(compared: Compared, name: str, term: Term, places: Mapping[T
         for other in laws
         if other == term or compared.similarity(name, places[term], places[other]) > RESAMPLING.same_response
     ]
-    return max(near, key=lambda other: places[other].evidence)
+    return _likeliest(near, places)
 
 
-def _effect_of(compared: Compared, name: str, law: LawTerm, places: Mapping[Term, Explanation]) -> EffectTerm | None:
+def _effect_of(compared: Compared, name: str, law: LawTerm, places: Mapping[Term, Explanation]) -> Term | None:
     """The likeliest effect of a law's stage and covariate whose response it has in the place of a term."""
     near = [
         other
@@ -200,7 +200,13 @@ def _effect_of(compared: Compared, name: str, law: LawTerm, places: Mapping[Term
         and catalogue()[other.name].over in ("", law.covariate)
         and compared.similarity(name, places[law], member) > RESAMPLING.same_response
     ]
-    return max(near, key=lambda other: places[other].evidence, default=None)
+    return _likeliest(near, places) if near else None
+
+
+def _likeliest(terms: Sequence[Term], places: Mapping[Term, Explanation]) -> Term:
+    """That of some terms whose explanation has the most evidence."""
+    best = by_falling([places[term] for term in terms], evidence_of)[0]
+    return next(term for term in terms if places[term] is best)
 
 
 def _fits_as_well(answer: Explanation, member: Explanation) -> bool:

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twindisc_cli.laws.trial import Trial
-from twindisc_cli.loop.alternatives import Compared, Weighed, weighed
+from twindisc_cli.loop.alternatives import Compared, Weighed, by_probability, weighed
 from twindisc_cli.loop.candidates import proposals_in
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.choose import chosen, preferred
-from twindisc_cli.loop.explanation import Explanation, on_samples_of, ranked
+from twindisc_cli.loop.explanation import Explanation, by_falling_share, on_samples_of, ranked
 from twindisc_cli.loop.extend import each_promising
 from twindisc_cli.loop.fit import Fit, carried, fit, plain_fit, refit, remembered
 from twindisc_cli.loop.holdout import holds_out, withheld, without
@@ -231,7 +231,7 @@ def _more_probable(compared: Compared, name: str) -> Explanation | None:
     chance = {
         a.term: a.probability if isinstance(a.term, EffectTerm) else result.chances.get(a.term, 0.0) for a in likely
     }
-    best = max(chance, key=lambda term: chance[term], default=None)
+    best = next((term for term, _ in by_probability(chance)), None)
     if best is None or not chance[best] > result.probability + RESAMPLING.share_error:
         return None
     return places[best]
@@ -269,10 +269,9 @@ def _given(
 def next_to_judge(compared: Compared, refused: Mapping[frozenset[Term], Refusal]) -> Explanation:
     """The explanation to be judged after others were refused: the most probable one left, or the base model."""
     left = _without(compared, refused)
-    by_weight = sorted(zip(left.members, left.weights, strict=True), key=lambda pair: -pair[1])
     others = [
         m
-        for m, _ in by_weight
+        for m in by_falling_share(left.members, left.weights)
         if m.labels not in refused and m.evidence - compared.base.evidence > SEARCH.effect_evidence
     ]
     if len(refused) > ACCEPTANCE.most_refused:

@@ -26,7 +26,7 @@ from functools import cached_property
 import numpy as np
 
 from twindisc_cli.loop.channels import channels
-from twindisc_cli.loop.explanation import Explanation, on_samples_of
+from twindisc_cli.loop.explanation import Explanation, by_falling_share, on_samples_of
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.holdout import holds_out
 from twindisc_cli.loop.judge import Judged, Kind, about_jumps, judge, rises
@@ -120,7 +120,7 @@ def mixture_of(
     every = [m for m in explanations if m.labels == answer.labels or not (m.labels in erring or m.fit.at_bound)]
     weight = dict(zip((m.labels for m in every), _by_evidence(every), strict=True))
     beside = [m for m in every if m.labels != answer.labels and weight[m.labels] > RESAMPLING.rival_share]
-    beside = sorted(beside, key=lambda m: -weight[m.labels])[: RESAMPLING.most_mixed - 1]
+    beside = by_falling_share(beside, [weight[m.labels] for m in beside])[: RESAMPLING.most_mixed - 1]
     weight[answer.labels] = max(weight[answer.labels], RESAMPLING.rival_share)
     members = [judged, *(judge(m, judged.before, judged.unseen_before, masks) for m in beside)]
     share = np.array([weight[j.explanation.labels] for j in members])
