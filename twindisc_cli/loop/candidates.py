@@ -42,6 +42,7 @@ DECADES = (2.5, 5.5)  # of a factor that spans decades: its logarithm over that 
 LEAST_START = 0.05  # share of a size on the grid that an effect starts with, at least
 LARGE_CHANGE = 0.1  # of a factor
 TRANSITIONS = 12  # places of a transition over what the tests cover
+HELD = 0.01  # white length that a weight of one costs in a sum of sizes: one within the grid costs next to nothing
 
 
 @dataclass(frozen=True)
@@ -133,13 +134,16 @@ def _shares(fitted: Fit, off: Floats, sets: Floats, moved: Floats) -> tuple[Floa
 def _sums(fitted: Fit, off: Floats, sets: Floats, moved: Floats) -> tuple[Floats, Floats]:
     """The same of an effect of several sizes: what each does alone, added up as the residual asks, for every shape.
 
-    Parameters are inside the grid.
+    Parameters are inside the grid. A size and its opposite do the opposite: without what holds their weights, these are
+    what rounding makes of the difference, 10^12 and more.
     """
     sized = ~np.isnan(off)
     _, shape = np.unique(sets[:, ~sized], axis=0, return_inverse=True)
     begin, sums = [], []
     for here in (shape == number for number in range(int(shape.max()) + 1)):
-        weight, _ = nnls(moved[here].T, fitted.residual)
+        count = int(np.sum(here))
+        held, nothing = HELD * np.eye(count), np.zeros(count)
+        weight, _ = nnls(np.concatenate([moved[here].T, held]), np.concatenate([fitted.residual, nothing]))
         begin.append(np.where(sized, off + weight @ (sets[here] - off), sets[here][0]))
         sums.append(weight @ moved[here])
     return np.clip(begin, sets.min(axis=0), sets.max(axis=0)), np.array(sums)
