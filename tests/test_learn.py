@@ -11,6 +11,7 @@ import pytest
 from rigs import Floats, Instruments, Plant, experiment, history, spread, traction_samples
 from scipy.integrate import quad
 
+from twindisc_cli.loop import candidates
 from twindisc_cli.loop.candidates import laws, proposals
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.extend import with_one_more
@@ -229,6 +230,23 @@ def test_a_curve_is_as_smooth_as_says_most_however_large_it_is(size: float, scal
         for of_prior in [curve.pair.curve(length, level * curve.pair.typical)]
     ]
     assert with_one_more(base, curve).fit.evidence == pytest.approx(max(each), abs=SEARCH.evidence_error)
+
+
+def test_what_an_effect_of_several_sizes_promises_is_not_made_of_rounding(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Responses that differ in their tenth digit, as from one processor to the next, promise the same.
+
+    Where an effect is slight, a size and its opposite do the opposite, and their difference is rounding.
+    """
+    ratio = 0.6 + SIGMA * np.random.default_rng(0).standard_normal(len(TIME))
+    test = experiment(COURSE, thermal=None, measured=Measured(traction=traction_samples(COURSE, TIME, ratio, SIGMA)))
+    base, moved, said = fit(Problem([case_of(test)], ("traction",))), candidates._moved, []
+    for seed in range(4):
+        off = 1.0 + 1e-10 * np.random.default_rng(seed).standard_normal(len(base.residual))
+        monkeypatch.setattr(candidates, "_moved", lambda *asked, off=off: moved(*asked) * off)
+        said.append(
+            [candidates.effects(base, [name])[0].promise for name in ("two_stage_running_in", "two_slope_factors")]
+        )
+    assert np.ptp(said, axis=0) == pytest.approx(0.0, abs=SEARCH.evidence_error)
 
 
 # ------------------------------------------------------------------------------------------------ steps that differ
