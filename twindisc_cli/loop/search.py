@@ -77,7 +77,11 @@ def search(
             break
         progress(f"other explanations of {len(better.terms)} terms")
         better, *apart = catalogued(better, best, tried)
-        best, rivals = without_older_laws(*swap_and_drop(refitted(better), best, tried, rivals), best)
+        better = refitted(better)
+        if enough is not None and enough(better, base):
+            best, rivals = better, {better.terms[-1]: judged_alike(better, ranked(tried))}
+        else:
+            best, rivals = without_older_laws(*swap_and_drop(better, best, tried, rivals), best)
         others = judged_alike(best, apart)
     best, rivals = without_two_terms(best, rivals)
     return Search(base, best, rivals, others)
