@@ -10,9 +10,10 @@ import numpy as np
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.laws.trial import Trial
-from twindisc_cli.loop.explanation import SHARE_DIGITS, Explanation, by_falling, evidence_of
+from twindisc_cli.loop.explanation import Explanation, by_falling, evidence_of
 from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm, Term
 from twindisc_cli.loop.thresholds import RESAMPLING, SEARCH
+from twindisc_cli.loop.ties import falling
 from twindisc_cli.model.experiment import Floats
 
 
@@ -113,7 +114,7 @@ def weighed(compared: Compared, name: str) -> Weighed:
 
 def by_probability(chances: Mapping[Term, float]) -> list[tuple[Term, float]]:
     """Terms with their probability, by falling probability, and then, where rounding alone decides, by name."""
-    return sorted(chances.items(), key=lambda pair: (-round(pair[1], SHARE_DIGITS), str(pair[0])))
+    return sorted(chances.items(), key=lambda pair: (falling(pair[1]), str(pair[0])))
 
 
 def _effects_first(chances: Mapping[Term, float]) -> list[tuple[Term, float]]:

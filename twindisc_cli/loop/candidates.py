@@ -32,6 +32,7 @@ from twindisc_cli.loop.problem import Parameter, Problem, known_sensors, paramet
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.terms import in_test
 from twindisc_cli.loop.thresholds import SEARCH
+from twindisc_cli.loop.ties import falling, first_of_most
 from twindisc_cli.loop.validate import LinearPrediction
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import Prediction
@@ -70,6 +71,11 @@ class Proposal:
         return self.effect.shape if isinstance(self.effect, Trial) else None
 
 
+def by_promise(proposal: Proposal) -> tuple[float, str]:
+    """To sort by falling promise."""
+    return falling(proposal.promise), proposal.name
+
+
 def proposals(
     fitted: Fit,
     known: Sequence[Response] | None = None,
@@ -80,7 +86,7 @@ def proposals(
 
     known: responses nearby; there: a test that is only predicted, about this fit.
     """
-    return sorted([*effects(fitted, names), *laws(fitted, known, there)], key=lambda p: -p.promise)
+    return sorted([*effects(fitted, names), *laws(fitted, known, there)], key=by_promise)
 
 
 def proposals_in(fitted: Fit, shown: Container[str]) -> list[Proposal]:
@@ -99,7 +105,7 @@ def effects(fitted: Fit, names: Sequence[str] | None = None) -> list[Proposal]:
         results.append(_effect(fitted, name, sets, _beyond(moved, target)))
         for test, own in fitted.problem.own_samples(moved, catalogue()[name].channel):
             results.append(_effect(fitted, name, sets, _beyond(np.where(own, moved, 0.0), target), test))
-    return sorted(results, key=lambda p: -p.promise)
+    return sorted(results, key=by_promise)
 
 
 def _effect(fitted: Fit, name: str, sets: Floats, moved: Floats, test: str = "") -> Proposal:
@@ -112,7 +118,7 @@ def _effect(fitted: Fit, name: str, sets: Floats, moved: Floats, test: str = "")
     sized = ~np.isnan(off)
     begin, moved = (_shares if np.sum(sized) == 1 else _sums)(fitted, off, sets, moved)
     score, length = _said(fitted, moved), _length(moved)
-    first = int(np.argmax(score))
+    first = first_of_most(score)
     similarity = np.where(score >= 0.5 * score[first], np.abs(moved @ moved[first]) / np.sqrt(length), np.inf)
     starts = [begin[i] for i in dict.fromkeys((first, int(np.argmin(similarity))))]
     shaped = float(np.log(np.mean(np.exp(0.5 * (score - score[first])))))
@@ -167,7 +173,7 @@ def laws(fitted: Fit, known: Sequence[Response] | None = None, there: LinearPred
         forms = _forms(fitted, pair)[: SEARCH.forms_fitted]
         if there is not None and not pair.test:
             forms.append(_forms(fitted, with_elsewhere(fitted, pair, there))[0])
-        results += {form.shape: form for form in sorted(forms, key=lambda p: p.promise)}.values()
+        results += {form.shape: form for form in sorted(forms, key=by_promise, reverse=True)}.values()
     return results
 
 

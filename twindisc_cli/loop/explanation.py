@@ -17,10 +17,9 @@ from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.fit import Fit, carried, fit, refit
 from twindisc_cli.loop.terms import Term, term_of
 from twindisc_cli.loop.thresholds import SEARCH
+from twindisc_cli.loop.ties import falling
 from twindisc_cli.loop.validate import Elsewhere
 from twindisc_cli.model.experiment import Floats
-
-SHARE_DIGITS = 6  # of a probability: beyond these it is another on every processor
 
 
 @dataclass(frozen=True)
@@ -173,7 +172,7 @@ def by_falling(explanations: Sequence[Explanation], score: Callable[[Explanation
 
 def by_falling_share(explanations: Sequence[Explanation], shares: Sequence[float] | Floats) -> list[Explanation]:
     """Explanations by falling share; those of which only rounding tells the shares apart stay in their order."""
-    ordered = sorted(zip(explanations, shares, strict=True), key=lambda pair: -round(float(pair[1]), SHARE_DIGITS))
+    ordered = sorted(zip(explanations, shares, strict=True), key=lambda pair: falling(pair[1]))
     return [explanation for explanation, _ in ordered]
 
 

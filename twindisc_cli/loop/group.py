@@ -48,6 +48,7 @@ from twindisc_cli.loop.problem import Problem, problem_of
 from twindisc_cli.loop.search import Search, search
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import SEARCH
+from twindisc_cli.loop.ties import falling
 from twindisc_cli.model.experiment import Experiment, Floats, Ints
 
 Progress = Callable[[str, float], None]
@@ -293,7 +294,7 @@ def _own_sets(bases: Sequence[Explanation], result: Search) -> _Structure:
     rivals: tuple[tuple[str, str], Sequence[tuple[Fit, Fit]]] | None = None
     while len(chosen) < SEARCH.most_terms:
         names = [name for name in _promising(now, result) if name not in {term.name for term in chosen}]
-        tried = sorted((added(now, name, laws) for name in names), key=lambda t: (-t.gain, t.name in laws))
+        tried = sorted((added(now, name, laws) for name in names), key=lambda t: (falling(t.gain), t.name in laws))
         enough = [t for t in tried if t.gain > (SEARCH.law_evidence if t.name in laws else SEARCH.effect_evidence)]
         refused |= {t.name: t.refused for t in enough if t.refused}
         best = _best([t for t in enough if not t.refused], laws)
@@ -323,14 +324,14 @@ def _promising(now: Sequence[Explanation], result: Search) -> list[str]:
     for explanation in now:
         for proposal in effects(explanation.fit):
             promise[proposal.name] = promise.get(proposal.name, 0.0) + max(proposal.promise, 0.0)
-    best = sorted((name for name in promise if promise[name] > 0.0), key=lambda name: -promise[name])
+    best = sorted((name for name in promise if promise[name] > 0.0), key=lambda name: (falling(promise[name]), name))
     return list(dict.fromkeys([*result.answer.terms, *best[: SEARCH.fitted_each_round]]))
 
 
 def _best(enough: Sequence[Added], laws: Mapping[str, Law]) -> Added | None:
     """The term that says most, an effect before a law within reach; None where none says enough."""
     close = [t for t in enough if enough[0].gain - t.gain < SEARCH.equivalent]
-    return min(close, key=lambda t: (t.name in laws, -t.gain), default=None)
+    return min(close, key=lambda t: (t.name in laws, falling(t.gain)), default=None)
 
 
 def _rivals(

@@ -30,6 +30,7 @@ from twindisc_cli.loop.problem import Case, Problem
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.terms import in_test
 from twindisc_cli.loop.thresholds import SEARCH
+from twindisc_cli.loop.ties import falling, first_of_most
 from twindisc_cli.loop.validate import LinearPrediction
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import Prediction
@@ -141,7 +142,7 @@ class Pair:
         for shape, starts, columns in self.members:
             length, along = self._seen(columns)
             gain = np.where(length > 0.0, along**2 / np.maximum(length, 1e-300), 0.0)
-            best = int(np.argmax(gain))
+            best = first_of_most(gain)
             size = float(np.clip(along[best] / max(length[best], 1e-300), -self.most, self.most))
             start = {QUANTITIES[self.quantity].size_key: size, **self._keyed(starts[best])}
             trial = replace(formula(self.quantity, self.covariate, shape, start, self.span, self.most), test=self.test)
@@ -149,10 +150,10 @@ class Pair:
             paid = price + 0.5 * np.log(samples) * len(trial.params)
             results.append((0.5 * float(gain[best]) - paid, trial, price))
         if self.most_knots < FEWEST_KNOTS or QUANTITIES[self.quantity].shapes:
-            return sorted(results, key=lambda f: -f[0])
+            return sorted(results, key=lambda f: falling(f[0]))
         price = choice + float(np.log(len(self._curves[1])))
         results.append((float(self._curves[0].max()) - price, self.curve(*self.smoothness), price))
-        return sorted(results, key=lambda f: -f[0])
+        return sorted(results, key=lambda f: falling(f[0]))
 
     @property
     def smoothness(self) -> tuple[float, float]:
