@@ -13,7 +13,7 @@ from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.explanation import Explanation, by_falling, evidence_of
 from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm, Term
 from twindisc_cli.loop.thresholds import RESAMPLING, SEARCH
-from twindisc_cli.loop.ties import falling
+from twindisc_cli.loop.ties import by_falling_value
 from twindisc_cli.model.experiment import Floats
 
 
@@ -114,7 +114,7 @@ def weighed(compared: Compared, name: str) -> Weighed:
 
 def by_probability(chances: Mapping[Term, float]) -> list[tuple[Term, float]]:
     """Terms with their probability, by falling probability, and then, where rounding alone decides, by name."""
-    return sorted(chances.items(), key=lambda pair: (falling(pair[1]), str(pair[0])))
+    return [(term, chances[term]) for term in by_falling_value(chances)]
 
 
 def _effects_first(chances: Mapping[Term, float]) -> list[tuple[Term, float]]:

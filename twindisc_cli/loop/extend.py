@@ -24,7 +24,7 @@ from twindisc_cli.loop.fit import MOST_STEPS, Fit, finite, fit
 from twindisc_cli.loop.learn import Pair, Response, seen_again
 from twindisc_cli.loop.problem import Problem
 from twindisc_cli.loop.thresholds import SEARCH
-from twindisc_cli.loop.ties import falling
+from twindisc_cli.loop.ties import by_falling_value
 from twindisc_cli.loop.validate import Elsewhere, LinearPrediction
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import IntegratedSets
@@ -89,7 +89,7 @@ def _likeliest_laws(proposed: Sequence[Proposal]) -> set[str]:
     for p in proposed:
         if p.pair is not None:
             evidence[p.name] = max(p.pair.log_evidence, evidence.get(p.name, -np.inf))
-    best = sorted(evidence, key=lambda name: (falling(evidence[name]), name))
+    best = by_falling_value(evidence)
     first = {channel[name]: name for name in reversed(best)}
     return {*best[: SEARCH.fitted_each_round], *first.values()}
 

@@ -48,7 +48,7 @@ from twindisc_cli.loop.problem import Problem, problem_of
 from twindisc_cli.loop.search import Search, search
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import SEARCH
-from twindisc_cli.loop.ties import falling
+from twindisc_cli.loop.ties import by_falling_value, falling
 from twindisc_cli.model.experiment import Experiment, Floats, Ints
 
 Progress = Callable[[str, float], None]
@@ -324,7 +324,7 @@ def _promising(now: Sequence[Explanation], result: Search) -> list[str]:
     for explanation in now:
         for proposal in effects(explanation.fit):
             promise[proposal.name] = promise.get(proposal.name, 0.0) + max(proposal.promise, 0.0)
-    best = sorted((name for name in promise if promise[name] > 0.0), key=lambda name: (falling(promise[name]), name))
+    best = by_falling_value({name: value for name, value in promise.items() if value > 0.0})
     return list(dict.fromkeys([*result.answer.terms, *best[: SEARCH.fitted_each_round]]))
 
 

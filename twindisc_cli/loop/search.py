@@ -35,8 +35,9 @@ Progress = Callable[[str], None]
 class Search:
     """The base model, the answer, and what stands beside it.
 
-    rivals: for each of its terms all explanations in which another stands in its place; others: laws in the place of
-    two effects, and effects in the place of a law.
+    rivals: for each of its terms all explanations in which another stands in its place, or for "" all that were tried
+    beside the last answer, where no term was exchanged; others: laws in the place of two effects, and effects in the
+    place of a law.
     """
 
     base: Explanation
@@ -50,7 +51,7 @@ def search(
     progress: Progress,
     other: Elsewhere | None = None,
     *,
-    enough: Callable[[Explanation, Explanation], bool] | None = None,
+    enough: Callable[[Explanation, Explanation], bool] = lambda _answer, _base: False,
     missing: Sequence[str] = (),
 ) -> Search:
     """Find the terms that explain all channels together, and predict another test that is not fitted.
@@ -66,7 +67,7 @@ def search(
         best.labels not in known
         and len(best.terms) < SEARCH.most_terms
         and not (best.terms and _nothing_left(best, missing))
-        and not (best.terms and enough is not None and enough(best, base))
+        and not (best.terms and enough(best, base))
     ):
         known.add(best.labels)
         progress(f"what is missing, term {len(best.terms) + 1}")
@@ -78,8 +79,8 @@ def search(
         progress(f"other explanations of {len(better.terms)} terms")
         better, *apart = catalogued(better, best, tried)
         better = refitted(better)
-        if enough is not None and enough(better, base):
-            best, rivals = better, {better.terms[-1]: judged_alike(better, ranked(tried))}
+        if enough(better, base):
+            best, rivals = better, {"": judged_alike(better, ranked(tried))}
         else:
             best, rivals = without_older_laws(*swap_and_drop(better, best, tried, rivals), best)
         others = judged_alike(best, apart)
