@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from rigs import ROOM, experiment, history
 
+from twindisc_cli.laws.law import Law
 from twindisc_cli.model.experiment import Options, Thermal
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.settling import MEMORY, SHORT, Passes
@@ -47,3 +48,37 @@ def test_passes_forget_what_had_another_number_of_values() -> None:
     passes.next(few, 0.5 * few)
     assert passes.next(many, 0.5 * many) == pytest.approx((1.0 - 0.5 * SHORT) * many)
     assert passes.next(many, 0.5 * many).shape == many.shape
+
+
+HEATED = Thermal(ROOM, 100.0, ROOM)
+OVER_ENERGY = Law("mu", "energy", "exponential", {"size": -0.4, "origin_kJ": 0.0, "scale_kJ": 2.0})
+OVER_THE_INDEX = Law("mu", "wear_index", "linear", {"size": 0.3, "begin_N_mm2": 1.0, "end_N_mm2": 20.0})
+
+
+@pytest.mark.parametrize(
+    ("effects", "law", "thermal", "convection"),
+    [
+        ({}, None, None, np.nan),
+        ({}, OVER_ENERGY, None, np.nan),
+        ({}, OVER_THE_INDEX, None, np.nan),
+        ({"temperature_dependent_friction": {"per_kelvin": -0.005}}, None, HEATED, 1.0),
+        ({"nonlinear_convection": {"exponent": 1.0, "onset_K": 5.0}}, None, HEATED, 1.0),
+    ],
+    ids=["nothing", "energy", "wear index", "temperature", "convection"],
+)
+def test_where_nothing_wears_the_passes_end_where_another_changes_nothing(
+    effects: dict[str, dict[str, float]], law: Law | None, thermal: Thermal | None, convection: float
+) -> None:
+    """One pass is enough where nothing is fed back, and no test of it stops before what is fed back has settled."""
+    test = experiment(
+        history((0.01, 0.03), 4),
+        options=Options(friction_coefficient=0.5),
+        thermal=thermal,
+        effects=effects,
+        laws={"law": law} if law else {},
+    )
+    model, base = ForwardModel(test), {"mu": np.array([0.5]), "convection_W_K": np.array([convection])}
+    first = model.predict(base)
+    again = model.predict(base, near=first.state, within=1e-12)
+    for name in ("traction_ratio", "power", "energy", "wear_index", "temperature"):
+        np.testing.assert_allclose(getattr(again.state, name), getattr(first.state, name), rtol=1e-6)
