@@ -135,6 +135,15 @@ def test_only_what_raises_an_error_predicts_nothing() -> None:
     assert found.weights == pytest.approx([0.5, 0.5])
 
 
+def test_the_closest_explanation_is_not_alone_where_others_are_as_evident() -> None:
+    """A form with more parameters is closer to the samples it was fitted to than any average with it."""
+    evidence = {"running_in_friction": 3.0, "falling_friction": 3.0}
+    found, _ = averaged(problem_of(0.0, 0.05 * np.exp(-TIME / 100.0)), evidence)
+    alone, average = (of.error("traction", "unseen_after", held_out=False) for of in (found.members[0], found))
+    assert average > 1.2 * alone
+    assert found.weights == pytest.approx([0.5, 0.5])
+
+
 @pytest.mark.parametrize("missed", [0.0, 0.01, 0.02])
 def test_where_the_best_leaves_more_than_the_noise_the_odds_shrink_by_that(missed: float) -> None:
     """The odds of QAIC: differences of the evidence over the variance that the best leaves."""

@@ -29,7 +29,7 @@ from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.explanation import Explanation, by_falling_share, on_samples_of
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.holdout import holds_out
-from twindisc_cli.loop.judge import Judged, Kind, about_jumps, judge, rises
+from twindisc_cli.loop.judge import Judged, Kind, about_jumps, judge
 from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.term_intervals import INTERVAL
@@ -112,7 +112,7 @@ def mixture_of(
     erring: Container[frozenset[Term]],
     masks: Sequence[Mapping[str, Mask]],
 ) -> Mixture:
-    """The answer with the explanations that stand beside it, the base model among them; alone where they err more.
+    """The answer with the explanations that stand beside it, the base model among them.
 
     Those that raise an error, or with a parameter that the data press against a bound, predict nothing.
     """
@@ -125,8 +125,7 @@ def mixture_of(
     members = [judged, *(judge(m, judged.before, judged.unseen_before, masks) for m in beside)]
     share = np.array([weight[j.explanation.labels] for j in members])
     places = [jumps(member.explanation) for member in members]
-    mixture = Mixture(members, share / share.sum(), _fitted(judged.unseen_before), places)
-    return mixture if not _errs_more(mixture) else Mixture([judged], np.ones(1))
+    return Mixture(members, share / share.sum(), _fitted(judged.unseen_before), places)
 
 
 def jumps(explanation: Explanation) -> list[tuple[str, Floats]]:
@@ -186,21 +185,3 @@ def _by_evidence(every: Sequence[Explanation]) -> Floats:
     price = np.array([np.log(len(every)) - m.plausibility if m.terms else 0.0 for m in every])
     relative = np.exp((evidence - best.evidence) / (best.tempering * excess) - price)
     return np.asarray(relative / relative.sum())
-
-
-def _errs_more(mixture: Mixture) -> bool:
-    """Whether the average is farther from the samples it was fitted to than the answer alone.
-
-    So few samples that their noise had to be assumed say nothing: an answer may go through all of them.
-    """
-    answer = mixture.members[0]
-    cases = answer.before.problem.cases
-    judging = [
-        channel
-        for channel in answer.before.problem.channels
-        if all(case.noise[channel].estimated for case in cases if channel in case.noise)
-    ]
-    pairs = [
-        tuple(of.misses(channel, "unseen_after", held_out=False) for of in (answer, mixture)) for channel in judging
-    ]
-    return any(rises(alone, mixed) for alone, mixed in pairs)
