@@ -59,6 +59,8 @@ LIKELIER = 3.0
 """Nats of evidence by which noise with a slow part is likelier, where it is taken: odds of twenty to one (Jeffreys)."""
 _PAST = np.unique([*range(1, 17), *np.round(2.0 ** np.arange(4.0, 20.0, 0.25)).astype(int)])
 """Which of the samples before it a sample is foretold from: the nearest, and those by quarters of octaves."""
+_SAME = 6
+"""Decimals of a distance, in median distances, that are told apart."""
 _ALIKE = 2.0 / 3.0
 """Squares of differences of neighbours that count as one on their own: each shares a sample with the next."""
 
@@ -92,20 +94,27 @@ class Past:
         before = here - _PAST[len(position) > _PAST]
         self.known = (before >= 0) & (series[np.maximum(before, 0)] == series[:, None])
         self.before = np.where(self.known, before, here)
-        self._place = position
+        apart = np.where(self.known, position[:, None] - position[self.before], np.inf)
+        _, first, self._kind = np.unique(np.round(apart, _SAME), axis=0, return_index=True, return_inverse=True)
+        self._apart = apart[first]
         self._falls: dict[tuple[float, ...], tuple[Floats, Floats]] = {}
 
     def _fall(self, memories: tuple[float, ...]) -> tuple[Floats, Floats]:
-        """Mean correlation with those before (sample, other), and between these (sample, other, other)."""
+        """Mean correlation with those before (kind, other), and between these (kind, other, other).
+
+        Samples of one kind are as far from those before them. Each of the memories is twice the one before it: what
+        falls in the shorter time is the square.
+        """
         if memories not in self._falls:
-            place = self._place[self.before]
-            apart, apart_between = np.abs(self._place[:, None] - place), np.abs(place[:, :, None] - place[:, None, :])
-            both = self.known[:, :, None] & self.known[:, None, :]
-            near, between = np.zeros_like(apart), np.zeros_like(apart_between)
-            for memory in memories:
-                near += np.exp(-apart / memory) / len(memories)
-                between += np.exp(-apart_between / memory) / len(memories)
-            self._falls[memories] = np.where(self.known, near, 0.0), np.where(both, between, 0.0)
+            apart = np.where(np.isfinite(self._apart), self._apart, np.nan)
+            between = np.abs(apart[:, :, None] - apart[:, None, :])
+            falls = [np.nan_to_num(np.exp(-distance / memories[-1])) for distance in (apart, between)]
+            sums = [np.zeros_like(fall) for fall in falls]
+            for _ in memories:
+                for total, fall in zip(sums, falls, strict=True):
+                    total += fall / len(memories)
+                    fall *= fall
+            self._falls[memories] = sums[0], sums[1]
         return self._falls[memories]
 
     def whitening(self, slow: Slow) -> Whitening:
@@ -114,11 +123,11 @@ class Past:
         diagonal = np.arange(between.shape[1])
         between[:, diagonal, diagonal] = 1.0
         link = np.linalg.solve(between, near[..., None])[..., 0]
-        scale = np.sqrt(1.0 - np.sum(link * near, axis=1))
+        scale = np.sqrt(1.0 - np.sum(link * near, axis=1))[self._kind]
         here = np.arange(len(scale))
         rows = np.concatenate([here, np.repeat(here, self.known.sum(axis=1))])
         columns = np.concatenate([here, self.before[self.known]])
-        values = np.concatenate([1.0 / scale, (-link / scale[:, None])[self.known]])
+        values = np.concatenate([1.0 / scale, (-link[self._kind] / scale[:, None])[self.known]])
         return Whitening(csr_array((values, (rows, columns)), shape=(len(here), len(here))), float(np.log(scale).sum()))
 
 
