@@ -173,6 +173,48 @@ class ForwardModel:
         profile = self.experiment.measured.profile
         return Stops.of(profile, self.points) if profile is not None else None
 
+    def declared(self, sets: int) -> State:
+        """The operating points as the test is declared, for so many parameter sets, with nothing of these."""
+        if sets not in self._declared:
+            test, points = self.experiment, self.points
+            shape = (sets, len(points.time))
+            environment = test.thermal.environment_temperature if test.thermal else np.nan
+            initial = test.thermal.initial_temperature if test.thermal else environment
+            history, load = test.history, test.rig.normal_load * test.history.load_factor[points.iteration]
+            self._declared[sets] = State(
+                time=points.own_time,
+                begins=points.begins,
+                duration=points.duration,
+                cycles=points.cycles,
+                time_in_step=points.time_in_step,
+                greatest_creepage=points.greatest_creepage,
+                order=points.order,
+                direction=points.direction,
+                columns=points.columns,
+                rolling_radius=self.radius,
+                nominal_load=test.rig.normal_load,
+                recorded_load=load,
+                initial_temperature=initial,
+                creepage=np.broadcast_to(points.creepage, shape),
+                normal_load=np.broadcast_to(load, shape),
+                rolling_speed=np.broadcast_to(test.rig.rolling_speed * history.speed_factor[points.iteration], shape),
+                lateral_creepage=np.broadcast_to(history.yaw[points.iteration], shape),
+                environment=np.broadcast_to(environment, shape),
+                temperature=np.full(shape, initial),
+                energy=np.zeros(shape),
+                wear_index=np.full(shape, 1e-30),
+                normalised_creepage=np.full(shape, CREEPAGES[-1]),
+                power_before=np.full(shape, 1e-30),
+                power=np.full(shape, 1e-30),
+                slope=np.full((1, 1), test.options.initial_slope),
+            )
+        return self._declared[sets]
+
+    @cached_property
+    def _declared(self) -> dict[int, State]:
+        """The operating points as declared, by the number of sets."""
+        return {}
+
     def predict(
         self,
         base: BaseParameters | Parameters,
@@ -348,41 +390,13 @@ class _Chain:
 
     def start(self) -> State:
         """The operating points before anything is known of energy and temperature."""
-        test, points = self.model.experiment, self.model.points
-        shape = (self.sets, len(points.time))
-        creepage = np.broadcast_to(points.creepage, shape) * self._at_points(self.base.creepage_factor)
-        environment = test.thermal.environment_temperature if test.thermal else np.nan
-        history, load = test.history, test.rig.normal_load * test.history.load_factor[points.iteration]
-        first = self._of_disc1()
-        return State(
-            mu=np.broadcast_to(self._at_points(self.base.mu), shape),
+        declared, first = self.model.declared(self.sets), self._of_disc1()
+        return declared.replace(
+            creepage=np.broadcast_to(self.model.points.creepage, declared.energy.shape)
+            * self._at_points(self.base.creepage_factor),
+            mu=np.broadcast_to(self._at_points(self.base.mu), declared.energy.shape),
             wear_factor=1.0 + first,
             disc1_share=first / (1.0 + first),
-            time=points.own_time,
-            begins=points.begins,
-            duration=points.duration,
-            cycles=points.cycles,
-            time_in_step=points.time_in_step,
-            greatest_creepage=points.greatest_creepage,
-            order=points.order,
-            direction=points.direction,
-            columns=points.columns,
-            rolling_radius=self.model.radius,
-            nominal_load=test.rig.normal_load,
-            recorded_load=load,
-            initial_temperature=test.thermal.initial_temperature if test.thermal else environment,
-            creepage=np.broadcast_to(creepage, shape),
-            normal_load=np.broadcast_to(load, shape),
-            rolling_speed=np.broadcast_to(test.rig.rolling_speed * history.speed_factor[points.iteration], shape),
-            lateral_creepage=np.broadcast_to(history.yaw[points.iteration], shape),
-            environment=np.broadcast_to(environment, shape),
-            temperature=np.full(shape, test.thermal.initial_temperature if test.thermal else environment),
-            energy=np.zeros(shape),
-            wear_index=np.full(shape, 1e-30),
-            normalised_creepage=np.full(shape, CREEPAGES[-1]),
-            power_before=np.full(shape, 1e-30),
-            power=np.full(shape, 1e-30),
-            slope=np.full((1, 1), test.options.initial_slope),
         )
 
     def _of_disc1(self) -> Floats:
