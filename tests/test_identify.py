@@ -202,6 +202,18 @@ def test_least_squares_of_a_line_is_the_closed_form():
     assert found.rms == pytest.approx(0.05, rel=0.1)
 
 
+def test_a_rough_model_only_says_where_to_begin():
+    x, asked = np.linspace(0.5, 2.0, 40), []
+
+    def line(p):
+        asked.append(len(p))
+        return p[:, None] * x
+
+    found = fit_positive(line, measured=7.0 * x, weights=np.ones(40), start=1.0, rough=lambda p: 1.3 * p[:, None] * x)
+    assert found.value == pytest.approx(7.0, rel=1e-9)
+    assert max(asked) == 2
+
+
 def test_samples_of_no_weight_do_not_count():
     x = np.linspace(0.5, 2.0, 40)
     spoiled = np.where(x > 1.5, 100.0, 3.0 * x)

@@ -36,15 +36,25 @@ class Fit:
     rms: float
 
 
-def fit_positive(model: Callable[[Floats], Floats], *, measured: Floats, weights: Floats, start: float) -> Fit:
-    """Fit p > 0 in model(p), (set,) -> (set, sample), to `measured` with `weights`, each (sample,)."""
+def fit_positive(
+    model: Callable[[Floats], Floats],
+    *,
+    measured: Floats,
+    weights: Floats,
+    start: float,
+    rough: Callable[[Floats], Floats] | None = None,
+) -> Fit:
+    """Fit p > 0 in model(p), (set,) -> (set, sample), to `measured` with `weights`, each (sample,).
+
+    rough: nearly the same model, for the grid, where that takes long.
+    """
     weights = weights / weights.mean()
 
     def misfit(predicted: Floats) -> Floats:
         return np.asarray(((measured - predicted) ** 2 * weights).sum(axis=-1))
 
     grid = start * _GRID
-    value = float(grid[np.argmin(misfit(model(grid)))])
+    value = float(grid[np.argmin(misfit((rough or model)(grid)))])
     factor = float(_GRID[1] / _GRID[0])
     for _ in range(_STEPS):
         here, beyond = model(value * np.exp([0.0, _DIFFERENCE]))

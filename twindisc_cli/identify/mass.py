@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from twindisc_cli.errors import MeasurementError, ValidityError
 from twindisc_cli.identify.least_squares import fit_positive
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Floats, Ints, MassSamples
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel, IntegratedSets, Prediction
 
 
 @dataclass(frozen=True)
@@ -84,9 +85,9 @@ def identify_from_mass(model: ForwardModel, mu: Floats) -> MassFit:
     if not volume[-1] > 0.0:
         raise MeasurementError("nothing was worn off by weight: the last mass loss is not positive")
 
-    def volumes(k: Floats) -> Floats:
+    def volumes(k: Floats, integrated: IntegratedSets = "each") -> Floats:
         base = BaseParameters.declared(test, np.broadcast_to(mu, (len(k), len(mu))))
-        prediction = model.predict(replace(base, K=k))
+        prediction = model.predict(replace(base, K=k), integrated=integrated)
         return np.stack([np.bincount(stop, row) for row in _volume(model, prediction, samples)])
 
     prediction = model.predict(BaseParameters.declared(test, mu[None]))
@@ -98,7 +99,8 @@ def identify_from_mass(model: ForwardModel, mu: Floats) -> MassFit:
     if not volumes(np.array([start]))[0, -1] > 0.0:
         raise ValidityError("only disc 1 was weighed, and by the model it does not wear: declare wear_partition")
     weights = 1.0 / error**2 if np.all(np.isfinite(error)) else np.ones(len(stops))
-    fit = fit_positive(volumes, measured=volume, weights=weights, start=start)
+    rough = partial(volumes, integrated="none")
+    fit = fit_positive(volumes, measured=volume, weights=weights, start=start, rough=rough)
     stated = fit.value / np.sqrt(float(np.sum((fit.predicted / error) ** 2)))
     scatter = fit.std if len(stops) > 1 else np.nan
     known = [std for std in (stated, scatter) if np.isfinite(std)]

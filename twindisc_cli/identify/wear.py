@@ -7,6 +7,7 @@ against width; then the depth decides, as in the paper, and the standard error t
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from twindisc_cli.identify.track import Track, last_profile, worn_track
 from twindisc_cli.identify.wear_coefficient import TOLERANCE, Bisection, bisect_depth
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, Ints, ProfileSamples
-from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.forward import ForwardModel, IntegratedSets
 from twindisc_cli.physics.archard import allowed_coefficient
 
 
@@ -60,9 +61,9 @@ def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
     profile, last, measured, section = _measured_track(test)
     y, height = profile.y[last], profile.height[last]
 
-    def heights(k: Floats) -> Floats:
+    def heights(k: Floats, integrated: IntegratedSets = "each") -> Floats:
         base = BaseParameters.declared(test, np.broadcast_to(mu, (len(k), len(mu))))
-        return model.predict(replace(base, K=k)).profile
+        return model.predict(replace(base, K=k), integrated=integrated).profile
 
     def track(k: float) -> Track:
         return worn_track(y, heights(np.array([k]))[0, last], smooth=False)
@@ -75,7 +76,8 @@ def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
     volume = 2.0 * np.pi * model.radius * section / part
     allowed = float(allowed_coefficient(volume=volume, energy=energy, hardness=hardness))
     bisection = bisect_depth(lambda k: track(k).depth, measured_depth=measured.depth, start=allowed)
-    squares = fit_positive(heights, measured=profile.height, weights=np.ones_like(profile.height), start=allowed)
+    weights, rough = np.ones_like(profile.height), partial(heights, integrated="none")
+    squares = fit_positive(heights, measured=profile.height, weights=weights, start=allowed, rough=rough)
     error = (measured.depth - track(squares.value).depth) / measured.depth * 100.0
     agrees = abs(error) < TOLERANCE
     k = squares.value if agrees else bisection.wear_coefficient
