@@ -67,7 +67,10 @@ _ALIKE = 2.0 / 3.0
 
 @dataclass(frozen=True)
 class Slow:
-    """A slow part beside white noise: its share in the variance [1], and its memories in median distances."""
+    """A slow part beside white noise: its share in the variance [1], and its memories in median distances.
+
+    Each memory is twice the one before it.
+    """
 
     share: float
     memories: tuple[float, ...]
@@ -96,7 +99,7 @@ class Past:
         self.before = np.where(self.known, before, here)
         apart = np.where(self.known, position[:, None] - position[self.before], np.inf)
         _, first, self._kind = np.unique(np.round(apart, _SAME), axis=0, return_index=True, return_inverse=True)
-        self._apart = apart[first]
+        self._apart = np.where(self.known, apart, np.nan)[first]
         self._falls: dict[tuple[float, ...], tuple[Floats, Floats]] = {}
 
     def _fall(self, memories: tuple[float, ...]) -> tuple[Floats, Floats]:
@@ -106,9 +109,8 @@ class Past:
         falls in the shorter time is the square.
         """
         if memories not in self._falls:
-            apart = np.where(np.isfinite(self._apart), self._apart, np.nan)
-            between = np.abs(apart[:, :, None] - apart[:, None, :])
-            falls = [np.nan_to_num(np.exp(-distance / memories[-1])) for distance in (apart, between)]
+            between = np.abs(self._apart[:, :, None] - self._apart[:, None, :])
+            falls = [np.nan_to_num(np.exp(-distance / memories[-1])) for distance in (self._apart, between)]
             sums = [np.zeros_like(fall) for fall in falls]
             for _ in memories:
                 for total, fall in zip(sums, falls, strict=True):

@@ -54,8 +54,8 @@ from twindisc_cli.physics.flash import Solid, flash_temperature
 
 MOST_PASSES = 20
 """Passes after which nothing more is gained: what has not settled by then asks for a step in the temperature."""
-CARRIED = {"temperature", "energy", "wear_index", "normalised_creepage", "power_before", "flash_before"}
-"""What a pass begins with from the one before it."""
+CARRIED = ("temperature", "energy", "wear_index", "normalised_creepage", "flash_before")
+"""What a pass begins with as the one before it left it; the power left becomes `power_before`."""
 SPIN_ARM_OF_A_LINE = 0.5
 """On each strip of a line spin acts on T like a lateral creepage of phi a / 2: in full sliding T = mu N (1 - phi^2
 <x^2> / 2 v^2), with <x^2> = a^2 / 4 under the pressure. To the creepage along rolling it adds - phi y."""
@@ -282,7 +282,7 @@ def _are_same(one: State, other: State) -> bool:
     return all(
         value is vars(other)[name] or (isinstance(value, np.ndarray) and np.array_equal(value, vars(other)[name]))
         for name, value in vars(one).items()
-        if name not in CARRIED
+        if name not in (*CARRIED, "power_before")
     )
 
 
@@ -392,8 +392,7 @@ class _Chain:
         """The operating points before anything is known of energy and temperature."""
         declared, first = self.model.declared(self.sets), self._of_disc1()
         return declared.replace(
-            creepage=np.broadcast_to(self.model.points.creepage, declared.energy.shape)
-            * self._at_points(self.base.creepage_factor),
+            creepage=declared.creepage * self._at_points(self.base.creepage_factor),
             mu=np.broadcast_to(self._at_points(self.base.mu), declared.energy.shape),
             wear_factor=1.0 + first,
             disc1_share=first / (1.0 + first),
@@ -407,14 +406,8 @@ class _Chain:
 
     def driven(self, before: State) -> State:
         """What a pass works on: what acts before the traction, with what the last pass left."""
-        fresh = self._blank.replace(
-            temperature=before.temperature,
-            energy=before.energy,
-            wear_index=before.wear_index,
-            normalised_creepage=before.normalised_creepage,
-            power_before=before.power,
-            flash_before=before.flash_before,
-        )
+        carried = {name: getattr(before, name) for name in CARRIED}
+        fresh = self._blank.replace(power_before=before.power, **carried)
         state = self._apply("friction", self._apply("operation", fresh))
         state = self._apply("contact", self._apply("traction", state))
         return self._local(self._apply("wear", state), before)
@@ -554,7 +547,10 @@ class _Chain:
         return values[:, self.model.points.iteration] if values.shape[1] > 1 else values
 
     def _traction(self, state: State) -> State:
-        """Traction of the patch as worn so far, the power and the energy."""
+        """Traction of the patch as worn so far, the power and the energy.
+
+        Where nothing is worn under one load, the patch is the same at every point.
+        """
         section, ratio = self.section(state), state.normal_load / state.nominal_load
         test = self.model.experiment
         if not section.any() and np.all(ratio == ratio[:, :1]):
