@@ -169,7 +169,7 @@ def with_one_more(explanation: Explanation, proposal: Proposal, best: float = 0.
     """
     fitted = explanation.fit
     problem = fitted.problem.with_terms(*fitted.terms, proposal.name, trial=_trial(proposal))
-    twice = problem.is_local and proposal.effect.stage != "contact"
+    twice = problem.is_integrated and proposal.effect.stage != "contact"
     first = replace(problem, tracks=_tracks(fitted)) if twice else problem
     law = proposal.effect if isinstance(proposal.effect, Trial) else None
     starts = [np.concatenate([fitted.theta, start]) for start in proposal.starts]

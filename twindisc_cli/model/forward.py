@@ -16,6 +16,7 @@ energy, temperature and wear stand still. Everything is vectorised over paramete
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -38,6 +39,7 @@ from twindisc_cli.model.traction_law import slip_of_pressure, traction_law
 from twindisc_cli.model.wear_path import (
     CREEPAGES,
     SHARES,
+    CarriedPath,
     Course,
     LoadHistory,
     Scaled,
@@ -71,6 +73,7 @@ MOST_WARMING = 10.0
 """Largest of these logarithms: 11,000 K."""
 MOST_MARCHES, MARCHED = 4, 1e-3
 """How often a history of loads is integrated, and the relative change of the sections at which that ends."""
+REMEMBERED = 32  # paths through histories of loads
 _STANDING = 1e-9
 """A speed [m/s] at which nothing rolls."""
 _SMALLEST_CAPACITY = 1e-30
@@ -166,6 +169,24 @@ class ForwardModel:
     def _known_paths(self) -> dict[tuple[Contact, float, float], WearPath]:
         """Paths that have been asked for, by contact, wander and reach [m2]: those that go no further than `reach`."""
         return {}
+
+    def path_through(self, path: WearPath, loads: LoadHistory) -> CarriedPath:
+        """The path through a history of loads, with the contact and wander of a path of one load.
+
+        A fit asks for many histories that are the same but for what passes leave undecided: these are integrated once.
+        """
+        asked = path.contact, path.wander
+        for known, history, carried in self._carried:
+            if known == asked and history.is_as(loads):
+                return carried
+        result = carried_path(self.experiment.rig, path.contact, loads, wander=path.wander, start=path.start)
+        self._carried.append((asked, loads, result))
+        return result
+
+    @cached_property
+    def _carried(self) -> deque[tuple[tuple[Contact, float], LoadHistory, CarriedPath]]:
+        """The last paths through histories of loads, by contact, wander and history."""
+        return deque(maxlen=REMEMBERED)
 
     @cached_property
     def stops(self) -> Stops | None:
@@ -517,22 +538,23 @@ class _Chain:
             course = self._course(state, section, path.profile_scale, of)
             factors = partial(self._factors, of=of)
             return [*local_paths(self.model.experiment.rig, path, course, factors, by_place=by_place)]
-        course, result = self._course(state, section, _as_it_is, of), list[AnyPath]()
-        for number, loads in enumerate(self._loads(state, section)[of]):
-            one = slice(number, number + 1)
-            weights = partial(weights_on, course=course.of(one), factors=partial(self._factors, of=one))
-            result.append(
-                carried_path(
-                    self.model.experiment.rig,
-                    path.contact,
-                    loads,
-                    wander=path.wander,
-                    start=path.start,
-                    weights=weights if self.is_local else None,
-                    by_place=by_place,
-                )
+        histories = self._loads(state, section)[of]
+        if not self.is_local:
+            return [self.model.path_through(path, loads) for loads in histories]
+        course = self._course(state, section, _as_it_is, of)
+        one = [slice(number, number + 1) for number in range(len(histories))]
+        return [
+            carried_path(
+                self.model.experiment.rig,
+                path.contact,
+                loads,
+                wander=path.wander,
+                start=path.start,
+                weights=partial(weights_on, course=course.of(i), factors=partial(self._factors, of=i)),
+                by_place=by_place,
             )
-        return result
+            for i, loads in zip(one, histories, strict=True)
+        ]
 
     def _course(self, state: State, section: Floats, scale: Callable[[Floats], Scaled], of: slice) -> Course:
         """The history of some sets as strips see it, under the load of a path."""

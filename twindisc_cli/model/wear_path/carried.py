@@ -23,9 +23,9 @@ import numpy as np
 
 from twindisc_cli.model import integration
 from twindisc_cli.model.experiment import Contact, Floats, Ints, Rig, Start
-from twindisc_cli.model.integration import Pressed, Setup, WearIntegration, Weights, integrate
+from twindisc_cli.model.integration import Pressed, Setup, WearIntegration, Weights, integrate, pressed_on
 from twindisc_cli.model.wear_path import grid
-from twindisc_cli.model.wear_path.path import CROWNED, Scaled, WearPath, paths_of
+from twindisc_cli.model.wear_path.path import CROWNED, Scaled, WearPath, between, paths_of
 
 PIECE = 0.03
 """Relative change of the load that is none."""
@@ -36,6 +36,10 @@ GROWTH = 0.09
 """Growth of what was worn since the load changed, in a step."""
 SMALLEST = 1e-9
 """A section over the history's that is as good as none."""
+SAME = 1e-6
+"""Relative difference of sections and loads below which histories are one."""
+APART = 3
+"""Nodes under another load of which the contact of one is found."""
 STRIPS_ACROSS = 20
 """Strips that the unworn patch of the smallest load spans at least."""
 ERROR, PRESSURE_ERROR = 3e-3, 0.03
@@ -54,6 +58,13 @@ class LoadHistory:
         """Whether the load changes while anything is worn."""
         worn = np.diff(self.section, prepend=0.0) > 0.0
         return bool(worn.any() and np.ptp(np.log(self.ratio[worn])) > PIECE)
+
+    def is_as(self, other: LoadHistory) -> bool:
+        """Whether another history is this one, but for less than what settles leaves undecided."""
+        return all(
+            len(here) == len(there) and np.allclose(here, there, rtol=SAME, atol=0.0)
+            for here, there in ((self.section, other.section), (self.ratio, other.ratio))
+        )
 
     def pieces(self) -> tuple[Floats, Floats]:
         """Sections at which pieces of one load end [m2], and that load over the rig's [1], each (piece,)."""
@@ -172,8 +183,7 @@ def carried_path(
     gap = 0.5 * rig.curvature_y * y**2 + result.depth[0] - rise
     levels, paths = np.unique(ratios), []
     for level in levels:
-        pressed = integration.pressed_on(rig, contact, y, gap[kept], rig.normal_load * float(level))
-        pressed = _with_own(pressed, result.contact, np.flatnonzero(load == level), nodes, kept)
+        pressed = _pressed_under(setup, y, gap, float(level), result.contact, nodes=nodes, loads=load, kept=kept)
         under_load = WearIntegration(result.depth[:, kept], pressed, result.carried)
         paths += paths_of(setup, under_load, y=y, nodes=nodes[kept], errors=(ERROR, PRESSURE_ERROR))
     return CarriedPath(levels, tuple(paths), float(ends[-1]))
@@ -203,13 +213,33 @@ def _strips(rig: Rig, section: float, ratios: Floats, wander: float) -> Floats:
     )
 
 
-def _with_own(pressed: Pressed, integrated: Pressed, at: Ints, nodes: Floats, kept: Ints) -> Pressed:
-    """The contact of the kept nodes under a load, (1, node, ...): the integration's own where it went under this
-    load."""
-    places = np.searchsorted(nodes[kept], nodes[at])
+def _pressed_under(
+    setup: Setup,
+    y: Floats,
+    gap: Floats,
+    level: float,
+    integrated: Pressed,
+    *,
+    nodes: Floats,
+    loads: Floats,
+    kept: Ints,
+) -> Pressed:
+    """The contact of all kept nodes under one of the loads, (1, node, ...), from gaps (node, strip) [m].
+
+    Where the integration went under this load, its own; of the others every so many and both ends, and linear in
+    between: they are asked for only where a history departs from that of the integration.
+    """
+    own = np.flatnonzero(loads == level)
+    places = np.searchsorted(nodes[kept], nodes[own])
+    others = np.union1d(np.setdiff1d(np.arange(len(kept)), places)[::APART], [0, len(kept) - 1])
+    rig = setup.rig
+    found = pressed_on(rig, setup.contact, y, gap[kept[others]], rig.normal_load * level)
+    order = np.argsort(np.concatenate([others, places]), kind="stable")
+    known = nodes[kept][np.concatenate([others, places])[order]]
+    right, part = between(known, nodes[kept])
     values = {}
-    for name in vars(pressed):
-        own = getattr(pressed, name).copy()
-        own[:, places] = getattr(integrated, name)[:, at]
-        values[name] = own
+    for name in vars(found):
+        at = np.concatenate([getattr(found, name), getattr(integrated, name)[:, own]], axis=1)[:, order]
+        share = part[(..., *[None] * (at.ndim - 2))]
+        values[name] = (1.0 - share) * at[:, right - 1] + share * at[:, right]
     return Pressed(**values)
