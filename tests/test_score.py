@@ -337,23 +337,52 @@ def test_nothing_hidden_is_nothing_but_noise(nothing_hidden):
         assert np.median(np.abs(rest)) / 0.6745 == pytest.approx(record.plan.sigma[name], rel=0.25)
 
 
+@pytest.fixture(scope="module")
+def driven(rig):
+    """All sliding, each step with a load and a speed of its own."""
+    return dataclasses.replace(
+        rig, creepage=(0.04, 0.05, 0.06, 0.05), loads=(1.0, 2.0, 0.5, 1.0), speeds=(1.0, 0.5, 1.5, 1.0)
+    )
+
+
+def test_steps_of_their_own_dissipate_what_they_slide(driven):
+    trace = March(driven).run()
+    lasts = driven.revolutions * 2 * np.pi * 0.03 * np.array(driven.iterations)  # rolled in each step [m]
+    energy = 0.6 * 72.0 * np.sum(lasts * np.array(driven.creepage) * driven.loads)
+    assert trace.energy == pytest.approx(energy, rel=1e-9)
+    assert trace.ratio == pytest.approx(0.6, rel=1e-9)
+    worn = sum(depth.sum() for depth in trace.profiles[13]) * (trace.y[1] - trace.y[0])
+    assert worn == pytest.approx(1e-4 * energy / (700 * VICKERS * 2 * np.pi * 0.03), rel=1e-6)
+    assert trace.time[-1] == pytest.approx(84.0 * (3 + 3 / 0.5 + 4 / 1.5 + 3))
+    assert trace.moments["cycles"][-1] == pytest.approx(13 * driven.revolutions)
+
+
+def test_a_track_under_another_load_keeps_what_is_worn_and_presses_as_hertz(driven):
+    trace = March(driven).run()
+    before, after = (trace.profiles[done][1] for done in (6, 7))
+    assert np.all(after >= before - 1e-12)
+    light = March(dataclasses.replace(driven, wear=1e-9, loads=(2.0,) * 4)).run()
+    power = light.moments["power"][0] / light.moments["wear_index"][0]  # speed times the area of the patch
+    assert power / driven.speed == pytest.approx(np.pi * A * B * 2.0 ** (2 / 3), rel=0.02)
+
+
 def test_the_other_history_is_the_same_rig_within_the_range_of_its_creepages(nothing_hidden):
     own, other = nothing_hidden.own.rig, nothing_hidden.other.rig
     assert other.creepage != own.creepage
     assert min(own.creepage) <= min(other.creepage) <= max(other.creepage) <= max(own.creepage)
-    given = dict.fromkeys(("creepage", "iterations", "creepage_error"), ())
+    given = dict.fromkeys(("creepage", "iterations", "creepage_error", "loads", "speeds"), ())
     assert dataclasses.replace(other, **given) == dataclasses.replace(own, **given)
 
 
 def test_what_is_off_by_its_tolerance_is_not_in_the_definition_and_a_wide_tolerance_is(nothing_hidden):
-    rig = nothing_hidden.own.rig
+    rig, plan = nothing_hidden.own.rig, nothing_hidden.own.plan
     narrow, wide = (off_by_tolerance(np.random.default_rng(1), rig, wide=wide) for wide in (False, True))
     for off in (narrow, wide):
         assert off.curvature_y != rig.curvature_y and off.shear_modulus != rig.shear_modulus
     assert narrow.curvature_y == pytest.approx(rig.curvature_y, rel=0.01)
-    plain = definition(dataclasses.replace(rig, declared_std=0.0), "a", "")
-    assert definition(narrow, "a", "") == plain
-    told = tomllib.loads(definition(wide, "a", ""))
+    plain = definition(dataclasses.replace(rig, declared_std=0.0), plan, "a", "")
+    assert definition(narrow, plan, "a", "") == plain
+    told = tomllib.loads(definition(wide, plan, "a", ""))
     crown, modulus = told["rig"]["disc2"]["transverse_radius_mm"], told["material"]["youngs_modulus_GPa"]
     assert (crown["value"], modulus["value"]) == (1e3 * rig.crown[1], 206.0)
     assert crown["std"] / crown["value"] == pytest.approx(0.03 / 3**0.5, rel=0.01)
@@ -545,7 +574,7 @@ def test_pairs_share_a_channel_in_some_cases_and_both_can_be_told():
     pairs = [case.effects for case in plan(400, 2, ("pairs",))]
     shared = np.mean([channel_of(one) == channel_of(other) for one, other in pairs])
     assert 0.3 < shared < 0.5
-    draft = _attempt(np.random.default_rng(8), Case(8, ("torque_offset", "sensor_drift"), 15.0))
+    draft = _attempt(np.random.default_rng(1), Case(1, ("torque_offset", "sensor_drift"), 15.0))
     assert min(draft.apart) >= APART
     assert max(draft.apart) <= 1.05 * max(draft.sizes)
 

@@ -117,6 +117,11 @@ class HalfSpace:
         self._spectrum = np.ascontiguousarray(np.moveaxis(fft.rfft(kernel / (np.pi * modulus)).real, -1, 0))
         self.pressure = np.zeros((cells, y.size))
 
+    def press_with(self, load: float) -> None:
+        """Take another load, and the last pressure in proportion as the start under it."""
+        self.pressure *= load / self.load
+        self.load = load
+
     def _deflection(self, pressure: Floats) -> Floats:
         waves = np.ascontiguousarray(fft.rfft(pressure, 2 * self.y.size, axis=1).T)
         pairs = waves.view(float).reshape(waves.shape[0], -1, 2)

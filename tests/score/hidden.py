@@ -75,7 +75,7 @@ class Hidden:
     # the sensors
     lag: float = 0.0  # time constant of the thermocouple [s]
     read_temperature: Callable[[Floats, Floats], Floats] | None = None  # (time, rise) -> rise
-    read_traction: Callable[[Floats, Floats], Floats] | None = None  # (time, ratio) -> ratio
+    read_traction: Callable[[Floats, Floats], Floats] | None = None  # (time, torque) -> torque, over the rig's load
     read_profile: Callable[[Floats, Floats], Floats] | None = None  # (y, height) -> height
     shift_traction: Shift | None = None  # added to the ratio read [1]
     shift_temperature: Shift | None = None  # added to the temperature read [K]

@@ -72,6 +72,8 @@ GEOMETRIES = {
 _SHARES = (0.2, 0.16, 0.08, 0.14, 0.14, 0.14, 0.14)
 ELONGATED = ("suros", "wheel", "conformal")
 """Where a/b is far from 0.63, for which the exact traction curve is tabulated."""
+LOADS, SPEEDS = (0.5, 1.0, 2.0), (0.6, 1.0, 1.5)
+"""Of single steps, over those of the rig."""
 _SLIDING = 4.4  # xi beyond which a patch slides all over
 
 
@@ -129,6 +131,24 @@ def draw_rig(rng: Generator, *, geometry: str, kind: str, contact: str, law: str
     return _with_depth(rng, rig)
 
 
+def driven_by_step(rng: Generator, rig: Rig) -> Rig:
+    """The rig with a load, a speed or both for each of its steps, and no more heat at its hottest."""
+    which = rng.choice(("loads", "speeds", "both"), p=(0.5, 0.25, 0.25))
+    loads = _by_step(rng, rig, LOADS) if which != "speeds" else ()
+    speeds = _by_step(rng, rig, SPEEDS) if which != "loads" else ()
+    hottest = np.max(np.array(rig.creepage) * (loads or 1.0) * (speeds or 1.0)) / max(rig.creepage)
+    slower = replace(rig, rpm=float(max(round(rig.rpm / hottest, -1), 20.0)), loads=loads, speeds=speeds)
+    return _with_depth(rng, slower)
+
+
+def _by_step(rng: Generator, rig: Rig, levels: tuple[float, ...]) -> tuple[float, ...]:
+    """Of each step one of the levels: in three blocks, or drawn anew for each."""
+    count = len(rig.creepage)
+    blocks = np.arange(count) * len(levels) // count
+    which = blocks if rng.random() < 0.7 else rng.integers(0, len(levels), count)
+    return tuple(float(v) for v in rng.permutation(levels)[which])
+
+
 def _drawn(rng: Generator, ends: tuple[float, float]) -> float:
     return float(ends[0] if np.isinf(ends[0]) else np.round(rng.uniform(*ends), 4))
 
@@ -160,7 +180,13 @@ def other_history(rng: Generator, rig: Rig) -> Rig:
     return replace(
         rig, creepage=tuple(float(c) for c in levels), iterations=tuple(int(n) for n in iterations),
         creepage_error=tuple(error.get(c, e) for c, e in zip(levels, fresh, strict=True)),
+        loads=_again(rng, rig.loads, count), speeds=_again(rng, rig.speeds, count),
     )  # fmt: skip
+
+
+def _again(rng: Generator, own: tuple[float, ...], count: int) -> tuple[float, ...]:
+    """So many of a history's own loads or speeds."""
+    return tuple(float(v) for v in rng.choice(own, count)) if own else ()
 
 
 def _creepage_error(rng: Generator, creepage: NDArray[np.float64]) -> tuple[float, ...]:

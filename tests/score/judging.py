@@ -199,7 +199,7 @@ def _at_floor(truth: Row, answer: Row) -> bool | None:
     verdicts = []
     for channel, error in answer["error"].items():
         after = error.get("held_out_after")
-        if after is None:
+        if after is None or channel not in truth.get("noise", {channel: 0.0}):
             continue
         floor = max(error["noise"], _held_out_noise(truth, answer, channel))
         verdicts.append(after <= _SLACK * floor)

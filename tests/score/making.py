@@ -16,9 +16,17 @@ from numpy.typing import NDArray
 
 from . import hiding
 from .hidden import COVARIATES, Hidden
-from .histories import ELONGATED, KINDS, draw_geometry, draw_rig, off_by_tolerance, other_history
+from .histories import (
+    ELONGATED,
+    KINDS,
+    draw_geometry,
+    draw_rig,
+    driven_by_step,
+    off_by_tolerance,
+    other_history,
+)
 from .rig import March, Rig, Trace
-from .sensors import CHANNELS, Channels, Plan, covariates, draw_plan, noise, read
+from .sensors import CHANNELS, Channels, Plan, covariates, draw_plan, noise, read, weigh
 from .sizing import Bench, Ruler
 from .unknowns import equivalent, imitations, is_separable, rivals
 from .writing import definition, write_tables
@@ -31,6 +39,8 @@ TOLD_APART = 2.0
 """Thresholds that must be left of a law beside any curve of another quantity, so that its stage can be told."""
 OFF_BY_TOLERANCE = 0.4
 """Share of the tests whose crown and modulus are not quite what the definition says."""
+DRIVEN = 0.3
+"""Share of the tests in which each step has a load, a speed or both of its own."""
 FAULTS = {"torque_offset": 0.2, "profile_tilt": 0.2}
 """Shares of the tests whose torque was not zeroed and whose profile was not levelled, as the effects that these are."""
 _RETRIES = 4
@@ -111,6 +121,8 @@ def _setting(rng: Generator, effects: tuple[str, ...]) -> Setting:
     law = "exact" if exact else "fastsim"
     declared = law if rng.random() < 0.6 or any(hiding.effect_of(name) for name in effects) else "fastsim"
     rig = draw_rig(rng, geometry=geometry, kind=kind, contact=contact, law=law, declared_law=declared)
+    if rng.random() < DRIVEN:
+        rig = driven_by_step(rng, rig)
     if rng.random() < OFF_BY_TOLERANCE:
         rig = off_by_tolerance(rng, rig, wide=rng.random() < 0.5)
     stops = any(hiding.needs_stops(name) for name in effects) or rng.random() < 0.3
@@ -139,8 +151,8 @@ def make(case: Case) -> Made:
 def _plan_like(rng: Generator, rig: Rig, plan: Plan) -> Plan:
     """How the other history is measured: by the same sensors with the same noise, its profile once."""
     fresh = draw_plan(rng, rig, correlated=False, stops=False, discs=plan.discs)
-    kept = {name: getattr(plan, name) for name in ("sigma", "rho", "drift", "outliers", "quantum")}
-    return replace(fresh, **kept)
+    kept = {name: getattr(plan, name) for name in ("sigma", "rho", "drift", "outliers", "quantum", "tachometer")}
+    return replace(fresh, weighed=(), **kept)
 
 
 def _shortfall(draft: Drafted, case: Case) -> float:
@@ -200,6 +212,8 @@ def _measure(rng: Generator, rig: Rig, plan: Plan, hidden: tuple[Hidden, ...]) -
     for name in CHANNELS:
         value = clean[name] + noise(rng, plan, name, clean[name].size)
         measured[name] = np.round(value / plan.quantum[name]) * plan.quantum[name]
+    measured["mass"] = weigh(rng, rig, trace, plan)
+    measured["speeds"] = plan.tachometer * rng.standard_normal(2 * clean["traction"].size)
     return Record(rig, plan, trace, clean, measured)
 
 
@@ -239,6 +253,10 @@ def truth(made: Made) -> dict[str, object]:
         "crown": own.rig.crown_tolerance,
         "modulus": own.rig.modulus_tolerance,
         "history": draft.setting.kind,
+        "loads": list(own.rig.loads),
+        "speeds": list(own.rig.speeds),
+        "weighed": list(own.plan.weighed),
+        "tachometer": own.plan.tachometer,
         "seed": draft.case.seed,
         "mu": own.rig.mu * own.rig.load_tolerance,
         "K": own.rig.wear,
@@ -300,7 +318,7 @@ def _true_noise(record: Record) -> dict[str, object]:
             band = np.floor(BANDS * (y - y.min()) / np.ptp(y)).astype(int)
             part = np.tile(band, squares.size // y.size)
         else:
-            part = (record.plan.time(name) / record.rig.duration).astype(int)
+            part = record.rig.iteration_at(record.plan.time(name))
         count, total = np.bincount(part), np.bincount(part, squares)
         noise[name] = [[int(n), float(s)] for n, s in zip(count, total, strict=True)]
     return noise
@@ -324,7 +342,7 @@ def make_test(case: Case, folder: Path, truth_file: Path) -> Made:
         (made.own, "test.toml", folder.name, ""),
         (made.other, "other.toml", f"{folder.name}_other", "other_"),
     ):
-        (folder / file).write_text(definition(record.rig, name, tables))
+        (folder / file).write_text(definition(record.rig, record.plan, name, tables))
         write_tables(folder, tables, rig=record.rig, plan=record.plan, measured=record.measured)
     truth_file.parent.mkdir(parents=True, exist_ok=True)
     truth_file.write_text(json.dumps(truth(made), indent=1) + "\n")

@@ -56,6 +56,8 @@ class Rig:
     wear: float  # K
     convection: float  # h S [W/K]
     creepage_error: tuple[float, ...]  # true minus nominal creepage of each step
+    loads: tuple[float, ...] = ()  # of each step over `load`; none: one load
+    speeds: tuple[float, ...] = ()  # of each step over `rpm`; none: one speed
     load_tolerance: float = 1.0  # true load over the nominal one
     crown_tolerance: float = 1.0  # true curvature across over the one of `crown`
     modulus_tolerance: float = 1.0  # true modulus over `modulus`
@@ -85,10 +87,32 @@ class Rig:
         """V [m/s]."""
         return self.radius * self.rpm * 2.0 * np.pi / 60.0
 
+    def load_over(self, step: int) -> float:
+        """Load of a step over `load`."""
+        return self.loads[step] if self.loads else 1.0
+
+    def speed_over(self, step: int) -> float:
+        """Speed of a step over that of `rpm`."""
+        return self.speeds[step] if self.speeds else 1.0
+
+    def duration(self, step: int) -> float:
+        """Of one iteration of a step [s]."""
+        return self.revolutions * 60.0 / (self.rpm * self.speed_over(step))
+
     @property
-    def duration(self) -> float:
-        """Of one iteration [s]."""
-        return self.revolutions * 60.0 / self.rpm
+    def ends(self) -> Floats:
+        """When each iteration ends [s]."""
+        return np.cumsum([self.duration(step) for step in self.steps])
+
+    def iteration_at(self, time: Floats) -> NDArray[np.intp]:
+        """The iteration, from 0, at each `time` [s]."""
+        return np.searchsorted(self.ends, time, side="right")
+
+    def of_step(self, values: Sequence[float], time: Floats) -> Floats:
+        """The value of the step at each `time` [s]; 1 where there are no `values`."""
+        if not values:
+            return np.ones_like(time)
+        return np.array(values)[np.array(self.steps)[self.iteration_at(time)]]
 
     @property
     def shear_modulus(self) -> float:
@@ -131,7 +155,7 @@ class Rig:
 
     def section(self, step: int) -> float:
         """Cross-section [m2] that an iteration of a step takes off at full sliding."""
-        pressure = self.mu * self.load / (self.hardness * VICKERS)
+        pressure = self.mu * self.load * self.load_over(step) / (self.hardness * VICKERS)
         return self.wear * pressure * self.revolutions * self.creepage[step]
 
 
@@ -168,10 +192,11 @@ class _Patch:
     def __init__(self, rig: Rig, hidden: Sequence[Hidden]) -> None:
         self._rig = rig
         self.kind = next((h.contact for h in hidden if h.contact), rig.contact)
-        self._load = rig.load * rig.load_tolerance * float(np.prod([h.load for h in hidden]))
-        first = rig.ellipse()
+        self._nominal = rig.load * rig.load_tolerance * float(np.prod([h.load for h in hidden]))
+        self.load, first = self._nominal * rig.load_over(0), rig.ellipse()
+        heaviest = float(np.cbrt(max(rig.loads, default=1.0)))
         spread = max(h.wander for h in hidden)
-        reach = 1.15 * max(1.3 * rig.half_width(), 1.3 * first.b) + 2.5 * spread
+        reach = 1.15 * max(1.3 * rig.half_width(), 1.3 * first.b * heaviest) + 2.5 * spread
         count = 2 * int(np.ceil(reach / first.b * rig.strips))
         self.y = (np.arange(count) + 0.5) * 2.0 * reach / count - reach
         self.dy = float(self.y[1] - self.y[0])
@@ -181,9 +206,9 @@ class _Patch:
         self._other_disc = sum(h.other_disc for h in hidden)
         self._spreading = _spreading(self.y, spread, evenly=any(h.wanders_evenly for h in hidden))
         if self.kind == "half_space":
-            length = 1.2 * first.a * np.cbrt(max(self._load / rig.load, 1.0))
+            length = 1.2 * first.a * heaviest * np.cbrt(max(self._nominal / rig.load, 1.0))
             self._solver = HalfSpace(
-                load=self._load, modulus=rig.contact_modulus, curvature_x=2.0 / rig.radius, y=self.y,
+                load=self.load, modulus=rig.contact_modulus, curvature_x=2.0 / rig.radius, y=self.y,
                 half_length=float(length), cells=rig.cells,
             )  # fmt: skip
         self.press(None)
@@ -199,7 +224,7 @@ class _Patch:
         self.ellipse = self._best_ellipse(gap)
         across = np.maximum(1.0 - (self.y / self.ellipse.b) ** 2, 0.0)
         self.half_length = self.ellipse.a * np.sqrt(across)
-        self.line_load = self._load * across / (across.sum() * self.dy)
+        self.line_load = self.load * across / (across.sum() * self.dy)
 
     def _best_ellipse(self, gap: Floats) -> Ellipse:
         """The Hertz ellipse of the best circle through the gap within the ellipse's own half-width, by bisection."""
@@ -209,7 +234,7 @@ class _Patch:
             curvature = 2.0 * float(np.polyfit(self.y, gap, 2, w=np.sqrt(weight))[0])
             rig = self._rig
             return hertz_ellipse(
-                self._load, rig.contact_modulus, 2.0 / rig.radius, max(curvature, 1e-3 * rig.curvature_y)
+                self.load, rig.contact_modulus, 2.0 / rig.radius, max(curvature, 1e-3 * rig.curvature_y)
             )
 
         low, high = 3.0 * self.dy, float(self.y[-1])
@@ -223,11 +248,26 @@ class _Patch:
         self._due += removed
         self._pending += volume
         if self._pending >= 0.75 * self.enough:
-            step = self._due[:, None] ** 0.5 * self._spreading * self._due[None, :] ** 0.5
-            self.press(step if self.kind == "half_space" else None)
-            self.worn += self._shared(step @ self.line_load)
-            self._gone += self._pending
-            self._due, self._pending = np.zeros_like(self.y), 0.0
+            self._take_off()
+
+    def _take_off(self) -> None:
+        """Take off what is due, and press the discs together anew."""
+        step = self._due[:, None] ** 0.5 * self._spreading * self._due[None, :] ** 0.5
+        self.press(step if self.kind == "half_space" else None)
+        self.worn += self._shared(step @ self.line_load)
+        self._gone += self._pending
+        self._due, self._pending = np.zeros_like(self.y), 0.0
+
+    def carry(self, load_over: float) -> None:
+        """Go on under so many times the rig's load."""
+        if self._nominal * load_over == self.load:
+            return
+        if self._pending > 0.0:
+            self._take_off()
+        self.load = self._nominal * load_over
+        if self.kind == "half_space":
+            self._solver.press_with(self.load)
+        self.press(None)
 
     @property
     def gone(self) -> float:
@@ -288,6 +328,29 @@ class _WornTrack:
 _worn_track = lru_cache(maxsize=32)(_WornTrack)
 
 
+class _OwnTrack:
+    """The same of a patch itself, whose loads change: found anew under another load or where a fifth more is gone."""
+
+    def __init__(self, patch: _Patch) -> None:
+        self._patch, self._known = patch, (0.0, -1.0)
+
+    def stiffening(self, section: float) -> float:
+        """Linear stiffness over that of the equivalent ellipse [1] at a worn section [m2]."""
+        self._renew(section)
+        return self._stiffening
+
+    def departure(self, section: float, xi: float) -> float:
+        """T / (mu N) of the exact theory beyond that of the equivalent ellipse [1]."""
+        self._renew(section)
+        return float(np.interp(xi, XI, self._beyond.departure))
+
+    def _renew(self, section: float) -> None:
+        patch, (load, gone) = self._patch, self._known
+        if load != patch.load or gone < 0.0 or section > max(1.2 * gone, patch.enough):
+            self._beyond = beyond_ellipse(patch.y, patch.half_length, patch.line_load)
+            self._stiffening, self._known = self._beyond.stiffening, (patch.load, section)
+
+
 def _spreading(y: Floats, spread: float, *, evenly: bool) -> Floats:
     """The matrix that spreads wear over the lateral positions of the contact; identity without wander."""
     if spread == 0.0:
@@ -309,8 +372,9 @@ class March:
         self._patch = _Patch(rig, self._hidden)
         self._plant = Plant(capacity=rig.capacity, convection=rig.convection, hidden=self._hidden)
         self._law = next((h.law for h in self._hidden if h.law), rig.law)
-        self._load = rig.load * rig.load_tolerance * float(np.prod([h.load for h in self._hidden]))
-        self._track = _worn_track(rig.undisturbed()) if self._patch.kind == "half_space" else None
+        self._track: _WornTrack | _OwnTrack | None = None
+        if self._patch.kind == "half_space":
+            self._track = _OwnTrack(self._patch) if rig.loads else _worn_track(rig.undisturbed())
         self._moment, self._heat = Moment(), (0.0, 0.0)
         self._rows: list[tuple[float, ...]] = []
 
@@ -323,10 +387,12 @@ class March:
             creepage = nominal + sum(h.creepage for h in self._hidden)
             if step != last:
                 self._moment.time_in_step, last = 0.0, step
+                self._patch.carry(rig.load_over(step))
+                self._nominal, self._speed = rig.load * rig.load_over(step), rig.speed * rig.speed_over(step)
             parts = int(np.ceil(rig.section(step) / self._patch.enough))
-            small = int(np.ceil(rig.duration / parts / rig.longest))
+            small = int(np.ceil(rig.duration(step) / parts / rig.longest))
             for _ in range(parts):
-                self._wear_step(creepage, small, rig.duration / parts / small)
+                self._wear_step(creepage, small, rig.duration(step) / parts / small)
             profiles[done] = self._patch.depths()
         rows = np.array(self._rows)
         moments = dict(zip(_MOMENT, rows.T[1:], strict=True))
@@ -339,19 +405,19 @@ class March:
         flexibility = float(np.prod([h.flexibility for h in self._hidden]))
         stiffer = self._track.stiffening(patch.gone) if self._track else 1.0
         stiffness = linear_force(patch.ellipse, rig.shear_modulus, flexibility / stiffer)
-        moment.creepage, moment.sliding_speed = creepage, abs(creepage) * rig.speed
+        moment.creepage, moment.sliding_speed = creepage, abs(creepage) * self._speed
         moment.greatest_creepage = max(moment.greatest_creepage, creepage)
         moment.power = self._force(creepage, stiffness)[1]  # what a law of power asks in the first small step
         worn, slid, xi = 0.0, 0.0, 0.0
         for _ in range(count):
             ratio, power, xi = self._force(creepage, stiffness)
-            moment.power, moment.wear_index = power, power / (rig.speed * patch.area)
+            moment.power, moment.wear_index = power, power / (self._speed * patch.area)
             worn += step * power * prod(h.wear(moment) for h in self._hidden if h.wear)
             slid += step * power
             self._warm(power, step)
             moment.time += step
             moment.time_in_step += step
-            moment.cycles += step * rig.rpm / 60.0
+            moment.cycles += step * self._speed / (2.0 * np.pi * rig.radius)
             moment.energy += step * power
             moment.rise = self._heat[0]
             self._rows.append((ratio, *(getattr(moment, name) for name in _MOMENT)))
@@ -367,13 +433,13 @@ class March:
 
     def _force(self, creepage: float, stiffness: tuple[float, float]) -> tuple[float, float, float]:
         """T over the nominal load, dissipated power [W] and xi at this moment."""
-        rig, moment = self._rig, self._moment
-        mu = rig.mu * prod(h.friction(moment) for h in self._hidden if h.friction)
+        load, moment = self._patch.load, self._moment
+        mu = self._rig.mu * prod(h.friction(moment) for h in self._hidden if h.friction)
         creepage += sum(h.slip(moment) for h in self._hidden if h.slip)
         slope = prod(h.slope(moment) for h in self._hidden if h.slope)
         side = sum(h.lateral for h in self._hidden)
         along, across = slope * stiffness[0] * creepage, slope * stiffness[1] * side
-        xi = hypot(along, across) / (mu * self._load)
+        xi = hypot(along, across) / (mu * load)
         level = saturation(xi, self._law)
         if self._track and self._law == "exact":
             level += self._track.departure(self._patch.gone, xi)
@@ -384,9 +450,9 @@ class March:
         turned = float(np.interp(xi, *_TURNED))
         east = (1.0 - turned) * along / total + turned * creepage / slip
         north = (1.0 - turned) * across / total + turned * side / slip
-        force = mu * self._load * level / hypot(east, north)
-        power = rig.speed * force * (creepage * east + side * north)
-        return force * east / rig.load, power, xi
+        force = mu * load * level / hypot(east, north)
+        power = self._speed * force * (creepage * east + side * north)
+        return force * east / self._nominal, power, xi
 
     def _wear_off(self, energy: float, xi: float, power: float) -> None:
         """Wear by `energy` [J] dissipated with a mean `power` [W] at the normalised creepage `xi`."""
@@ -396,7 +462,7 @@ class March:
         volume = rig.wear / (rig.hardness * VICKERS) * energy / (2.0 * np.pi * rig.radius)
         share = np.ones_like(patch.y)
         if xi > 0.0 and saturation(xi, self._law) < 0.999:
-            share = strip_share(patch.line_load, patch.half_length, patch.ellipse, xi, self._load)
+            share = strip_share(patch.line_load, patch.half_length, patch.ellipse, xi, patch.load)
             share[patch.line_load == 0.0] = 1.0
         for h in self._hidden:
             if h.wear_across:
@@ -407,5 +473,5 @@ class March:
             if h.wear_locally:
                 # an empty strip has the index of a vanishing one
                 length = np.maximum(2.0 * patch.half_length, 1e-12)
-                removed = removed * h.wear_locally(power * share * patch.line_load / (rig.speed * length))
+                removed = removed * h.wear_locally(power * share * patch.line_load / (self._speed * length))
         patch.wear(removed, float(removed @ patch.line_load * patch.dy))

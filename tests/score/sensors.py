@@ -17,6 +17,9 @@ from .rig import Rig, Trace
 Floats = NDArray[np.float64]
 Channels = dict[str, Floats]
 CHANNELS = ("traction", "profile", "temperature")
+WEIGHED, LOGGED = 0.2, 0.2
+"""Shares of the rigs whose discs are weighed beside the profile, and that give a log in place of T/N."""
+DENSITY = 7800.0  # kg/m3
 
 
 @dataclass(frozen=True)
@@ -24,6 +27,8 @@ class Plan:
     """When and where is measured, and with which noise.
 
     time: samples of traction and temperature [s]; y [m] and iterations completed of each profile stop, of `discs`.
+    weighed: iterations completed at each weighing. tachometer: standard deviation of the speed of a disc in the rig's
+    log, relative; none where no log is given. balance: of a weighing [kg].
     sigma: standard deviation per channel (1, m, K). rho: correlation of neighbours. drift: length of the slow
     drift in noise units. outliers: share of samples. quantum: of the last digit.
     """
@@ -33,6 +38,9 @@ class Plan:
     y: Floats
     stops: tuple[int, ...]
     discs: tuple[int, ...]
+    weighed: tuple[int, ...]
+    balance: float
+    tachometer: float
     sigma: dict[str, float]
     rho: dict[str, float]
     drift: dict[str, float]
@@ -51,12 +59,16 @@ def draw_plan(rng: Generator, rig: Rig, *, correlated: bool, stops: bool, discs:
     half = 1.25 * max(rig.half_width(), rig.ellipse().b) + rng.uniform(0.3e-3, 0.6e-3)
     half, spacing = round(half, 4), 5e-6 * round(float(rng.choice([1, 1, 2])))
     last = rng.choice(np.arange(iterations // 6, iterations - 1), size=int(rng.integers(3, 6)), replace=False)
+    weighed = rng.choice(np.arange(1, iterations), size=int(rng.integers(3, 8)), replace=False)
     return Plan(
-        traction_time=_times(rng, iterations, samples, rig.duration),
-        temperature_time=_times(rng, iterations, samples, rig.duration),
+        traction_time=_times(rng, rig, samples),
+        temperature_time=_times(rng, rig, samples),
         y=np.asarray(np.arange(-round(half / spacing), round(half / spacing) + 1) * spacing, dtype=np.float64),
         stops=(*(sorted(int(i) for i in last) if stops else ()), iterations),
         discs=discs,
+        weighed=(*sorted(int(i) for i in weighed), iterations) if rng.random() < WEIGHED else (),
+        balance=rng.uniform(0.01, 0.1) * 1e-6,
+        tachometer=rng.uniform(2e-5, 1.5e-4) if rng.random() < LOGGED else 0.0,
         sigma={
             "traction": rng.uniform(0.003, 0.01), "profile": rng.uniform(0.05e-6, 0.15e-6),
             "temperature": rng.uniform(0.08, 0.3),
@@ -72,10 +84,10 @@ def draw_plan(rng: Generator, rig: Rig, *, correlated: bool, stops: bool, discs:
     )  # fmt: skip
 
 
-def _times(rng: Generator, iterations: int, samples: int, duration: float) -> Floats:
+def _times(rng: Generator, rig: Rig, samples: int) -> Floats:
     """Sample times [s]: even or jittered, a few missing, none on the border of an iteration."""
-    every = duration / samples
-    time = (np.arange(iterations * samples) + 0.6) * every
+    every = np.repeat(np.diff(rig.ends, prepend=0.0), samples) / samples
+    time = np.cumsum(every) - 0.4 * every
     time = time + rng.uniform(0.0, 0.3) * every * rng.uniform(-1.0, 1.0, time.size)
     return np.asarray(np.round(time[rng.random(time.size) > rng.uniform(0.0, 0.08)], 1))
 
@@ -83,8 +95,9 @@ def _times(rng: Generator, iterations: int, samples: int, duration: float) -> Fl
 def read(rig: Rig, trace: Trace, hidden: Sequence[Hidden], plan: Plan) -> Channels:
     """What noiseless sensors read: T/N (sample,), height [m] (profile * y,), rise [K] (sample,)."""
     ratio = trace.ratio[_within(trace, plan.traction_time)]
+    load = rig.of_step(rig.loads, plan.traction_time)
     for h in hidden:
-        ratio = h.read_traction(plan.traction_time, ratio) if h.read_traction else ratio
+        ratio = h.read_traction(plan.traction_time, ratio * load) / load if h.read_traction else ratio
         if h.shift_traction:
             ratio = ratio + h.shift_traction(covariates(trace, plan.traction_time))
     rise = trace.rise
@@ -111,6 +124,13 @@ def _heights(rig: Rig, trace: Trace, hidden: Sequence[Hidden], plan: Plan) -> Fl
                 height = height + h.shift_profile(plan.y / rig.edge) if h.shift_profile else height
             heights.append(height)
     return np.concatenate(heights)
+
+
+def weigh(rng: Generator, rig: Rig, trace: Trace, plan: Plan) -> Floats:
+    """Loss of mass at every weighing of every disc, one after the other (weighing * disc,) [kg]."""
+    width = float(trace.y[1] - trace.y[0]) * 2.0 * np.pi * rig.radius * DENSITY
+    lost = [trace.profiles[stop][disc - 1].sum() * width for stop in plan.weighed for disc in plan.discs]
+    return np.array(lost) + plan.balance * rng.standard_normal(len(lost))
 
 
 def _within(trace: Trace, time: Floats) -> NDArray[np.intp]:

@@ -62,12 +62,23 @@ class Ruler:
         A tolerance is taken off as far as its own standard deviation lets it.
         """
         value = _whitened(plan, readings)
-        faults = [_whitened(plan, line) for line in _lines(plan, readings, self._faults)]
+        faults = [_whitened(plan, line) for line in self._lines(plan, readings)]
         tolerances = [_whitened(plan, change) for change in self._off]
         columns = np.column_stack([*faults, *tolerances])
         prior = np.eye(columns.shape[1])[len(faults) :]
         system, value = np.vstack([columns, prior]), np.concatenate([value, np.zeros(len(prior))])
         return np.asarray(value - system @ np.linalg.lstsq(system, value, rcond=None)[0])
+
+    def _lines(self, plan: Plan, readings: Channels) -> list[Channels]:
+        """What a torque that was not zeroed and a profile that was not levelled may add to the readings."""
+        silent = {name: np.zeros_like(readings[name]) for name in CHANNELS}
+        lines, rig = [], self._bench.rig
+        if "torque_offset" in self._faults:
+            lines.append(silent | {"traction": 1.0 / rig.of_step(rig.loads, plan.traction_time)})
+        if "profile_tilt" in self._faults:
+            across = np.resize(plan.y / plan.y[-1], readings["profile"].size)
+            lines += [silent | {"profile": line} for line in (np.ones_like(across), across)]
+        return lines
 
     @cached_property
     def _off(self) -> list[Channels]:
@@ -101,7 +112,7 @@ class Ruler:
     def beyond_tolerances(self, readings: Channels, plan: Plan) -> float:
         """The size that is left when the creepages may also err within their tolerance; by slopes only."""
         base = [self._seen(plan, column) / _STEP for column in self._base]
-        step = np.array(self._bench.rig.steps)[(plan.traction_time / self._bench.rig.duration).astype(int)]
+        step = np.array(self._bench.rig.steps)[self._bench.rig.iteration_at(plan.traction_time)]
         nominal = np.array(self._bench.rig.creepage)
         tolerances = [self._of_traction(self._creepage_slope, nominal[step] == c, plan) * _tolerance(c) / c
                       for c in np.unique(nominal)]  # fmt: skip
@@ -140,18 +151,6 @@ class Ruler:
         plan, readings = self._bench.plan, self._bench.readings
         near = _invert(lambda x: self.size(readings([drawn.at(x)]), plan, steps=1), target, drawn.largest)
         return _invert(lambda x: self.size(readings([drawn.at(x)]), plan), target, drawn.largest, near)
-
-
-def _lines(plan: Plan, readings: Channels, faults: Sequence[str]) -> list[Channels]:
-    """What a torque that was not zeroed and a profile that was not levelled may add to the readings."""
-    silent = {name: np.zeros_like(readings[name]) for name in CHANNELS}
-    lines = []
-    if "torque_offset" in faults:
-        lines.append(silent | {"traction": np.ones_like(readings["traction"])})
-    if "profile_tilt" in faults:
-        across = np.resize(plan.y / plan.y[-1], readings["profile"].size)
-        lines += [silent | {"profile": line} for line in (np.ones_like(across), across)]
-    return lines
 
 
 def _tolerance(creepage: float) -> float:
