@@ -10,7 +10,7 @@ import pytest
 import rigs
 from numpy.typing import NDArray
 
-from twindisc_cli.model.experiment import Contact, Options
+from twindisc_cli.model.experiment import Contact, Options, ProfileSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.wear_path import LoadHistory, carried_path, first_section, wear_path
 
@@ -62,6 +62,19 @@ def test_no_wear_comes_back_when_the_load_changes(contact: Contact) -> None:
     depth, y = depths(found), found.paths.paths[0].y
     assert np.diff(depth, axis=0).min() > -1e-9 * depth.max()
     assert depth.sum(axis=1) * (y[1] - y[0]) == pytest.approx(found.section[0], rel=1e-9)
+
+
+def test_a_profile_moves_no_more_than_what_wears() -> None:
+    """Strips and what is recorded lie on one grid, whose extent is a whole number of strips but for rounding."""
+    y = np.linspace(-0.3e-3, 0.3e-3, 161)
+    profile = ProfileSamples(y, np.zeros_like(y), np.full(161, 2), np.full(161, 6))
+    of = model(np.array([0.02, 0.03, 0.02]), np.array([1.0, 2.0, 0.5]), "half_space")
+    of = ForwardModel(replace(of.experiment, measured=replace(of.experiment.measured, profile=profile)))
+    here = predicted(of).profile
+    deepest = float(np.abs(here).max())
+    assert deepest > 0.5e-6
+    for share in np.geomspace(1e-7, 1e-5, 20):
+        assert np.abs(predicted(of, K * (1.0 + share)).profile - here).max() < 2.0 * share * deepest
 
 
 @both

@@ -36,6 +36,7 @@ EDGE = 1e-3
 """Nearer to a bound than this share of the range a parameter is at it."""
 SAME_TRACK = 0.01
 """Fall of chi2 that is still to be had by what parameters do to the track, below which a fit on one track is enough."""
+MOST_TRACKS = 8  # that a fit follows one after the other
 FTOL, TRACK_FTOL = 1e-5, 1e-4
 """Relative falls of chi2 at which a fit ends, on tracks that are integrated each time the second: a hundredth of a nat,
 and a tenth, where a thousand samples are fitted."""
@@ -60,6 +61,11 @@ class Fit:
     def chi2(self) -> float:
         """Squared length of the white residual."""
         return float(self.residual @ self.residual)
+
+    @property
+    def misfit(self) -> float:
+        """What a fit makes least: chi2, and the squares of parameters that are normal."""
+        return self.chi2 + float(np.sum(self.theta[self.problem.normal] ** 2))
 
     def power(self, channel: str) -> float:
         """Squared length of the white residual of a channel."""
@@ -187,19 +193,24 @@ def fit(problem: Problem, start: Floats | None = None, most_steps: int = MOST_ST
     return (_on_its_tracks if own else _fit)(problem, theta, most_steps)
 
 
-def _fit(problem: Problem, theta: Floats, most_steps: int, *, ftol: float = FTOL) -> Fit:
-    """Fit all parameters from inner start values (parameter,) within the bounds."""
+def _fit(problem: Problem, theta: Floats, most_steps: int, *, ftol: float = FTOL, moved: Floats | None = None) -> Fit:
+    """Fit all parameters from inner start values (parameter,) within the bounds.
+
+    moved: derivatives of the residual (sample, parameter) that the problem does not see, by what moves its tracks.
+    """
     lower, upper = problem.bounds
     target = problem.discount(problem.measured)
     prior = np.eye(len(theta))[problem.normal]
     memory: dict[bytes, tuple[Floats, Floats, Floats]] = {}
     near: Sequence[State | None] = ()
+    begin, beside = theta, np.zeros((len(target), len(theta))) if moved is None else moved
 
     def evaluated(inner: Floats) -> tuple[Floats, Floats, Floats]:
         nonlocal near
         key = inner.tobytes()
         if key not in memory:
             left, columns, near = linearised(problem, inner, target, near)
+            left, columns = left + beside @ (inner - begin), columns + beside
             rows = np.column_stack([np.concatenate([columns, prior]), np.concatenate([left, inner[problem.normal]])])
             memory[key] = left, columns, np.asarray(np.linalg.qr(rows, mode="r"))
         return memory[key]
@@ -229,17 +240,23 @@ def _fit(problem: Problem, theta: Floats, most_steps: int, *, ftol: float = FTOL
 def _on_its_tracks(problem: Problem, start: Floats, most_steps: int) -> Fit:
     """A fit with the track of every set of parameters integrated, as far as parameters move the track.
 
-    Where loads change they move it little: a fit on one track then mostly leaves nothing to be gained. Where K differs
-    from strip to strip, derivatives on one track lead astray.
+    Where loads change they move it little, and evenly: what they do to it is found once. Where K differs from strip to
+    strip, derivatives on one track lead astray.
     """
     every = replace(problem, tracks=["each"] * len(problem.cases))
-    if not problem.is_local:
-        best = at(every, _fit(problem.followed(start), start, most_steps).theta)
-        slope = best.jacobian.T @ best.residual
-        if slope @ best.covariance @ slope < SAME_TRACK:
+    if problem.is_local:
+        return replace(_fit(every, start, most_steps, ftol=TRACK_FTOL), problem=problem)
+    best = at(every, _fit(problem.followed(start), start, most_steps).theta)
+    moved = best.jacobian - at(best.followed, best.theta).jacobian
+    for _ in range(MOST_TRACKS):
+        ahead = _fit(best.followed, best.theta, most_steps, moved=moved)
+        if best.misfit - ahead.misfit < SAME_TRACK:
             return replace(best, problem=problem)
-        start = best.theta
-    return replace(_fit(every, start, most_steps, ftol=TRACK_FTOL), problem=problem)
+        here = at(problem.followed(ahead.theta), ahead.theta)
+        if here.misfit > best.misfit:
+            break
+        best = _summarised(every, here.theta, here.residual, here.jacobian + moved)
+    return replace(_fit(every, best.theta, most_steps, ftol=TRACK_FTOL), problem=problem)
 
 
 def at(problem: Problem, theta: Floats) -> Fit:

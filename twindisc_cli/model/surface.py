@@ -58,7 +58,9 @@ def worn_surface(paths: Paths, state: State, section: Floats, stops: Stops) -> S
     scaled, own = paths.profile_scale(ratio), section[:, stops.point]
     scale = scaled.across
     reach = 1.15 * max(max(float(path.y[-1]) for path in paths.paths), float(np.abs(stops.y).max()))
-    grid = np.linspace(-reach, reach, 2 * int(np.ceil(reach / (paths.paths[0].y[1] - paths.paths[0].y[0]))) + 1)
+    width = float(paths.paths[0].y[1] - paths.paths[0].y[0])
+    last = int(np.ceil(reach / width))
+    grid = width * np.arange(-last, last + 1.0)  # the strips themselves, and some beyond
     depth = paths.at(lambda path: path.depth_on(grid), own, ratio) * scaled.height[..., None]
     if np.any(np.abs(scale - 1.0) > 1e-12):
         depth = _stretched(grid, depth, scale[..., None])
