@@ -163,9 +163,9 @@ def _within_reach(explanations: Sequence[Explanation]) -> list[Explanation]:
 def with_one_more(explanation: Explanation, proposal: Proposal, best: float = 0.0) -> Explanation:
     """An explanation with one more term.
 
-    Where K differs from strip to strip, the term is fitted on the track as it is without it, and where it says enough
-    there, beside the best so far [nats], on its own: of several starts that say as much a few steps from each, and then
-    on from the best.
+    Where tracks are integrated, the term is fitted on the track as it is without it, and where it says enough there,
+    beside the best so far [nats], on its own: of several starts that say as much a few steps from each, and then on
+    from the best.
     """
     fitted = explanation.fit
     problem = fitted.problem.with_terms(*fitted.terms, proposal.name, trial=_trial(proposal))

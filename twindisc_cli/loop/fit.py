@@ -35,7 +35,7 @@ FREE = 4.0  # fall of chi2 of two standard deviations, which a bound must cost t
 EDGE = 1e-3
 """Nearer to a bound than this share of the range a parameter is at it."""
 SAME_TRACK = 0.01
-"""Fall of chi2 that is still to be had by what parameters do to the track, below which a fit on one track is enough."""
+"""Fall of chi2 that is still to be had by what parameters do to the track, below which a fit has ended."""
 MOST_TRACKS = 8  # that a fit follows one after the other
 FTOL, TRACK_FTOL = 1e-5, 1e-4
 """Relative falls of chi2 at which a fit ends, on tracks that are integrated each time the second: a hundredth of a nat,
@@ -100,7 +100,7 @@ class Fit:
         seen = np.linalg.svd(shaping / np.sqrt(precision(self.problem)[shape]), compute_uv=False) ** 2
         count = len(self.residual)
         fixed = float(own.sum()) * np.log(count) + float(np.sum(np.log(np.minimum(1.0 + seen, count))))
-        return float(-0.5 * (self.chi2 + float(np.sum(self.theta[normal] ** 2)) + volume + fixed))
+        return float(-0.5 * (self.misfit + volume + fixed))
 
     @property
     def _shapes(self) -> Mask:
@@ -251,12 +251,12 @@ def _on_its_tracks(problem: Problem, start: Floats, most_steps: int) -> Fit:
     for _ in range(MOST_TRACKS):
         ahead = _fit(best.followed, best.theta, most_steps, moved=moved)
         if best.misfit - ahead.misfit < SAME_TRACK:
-            return replace(best, problem=problem)
+            break
         here = at(problem.followed(ahead.theta), ahead.theta)
         if here.misfit > best.misfit:
             break
         best = _summarised(every, here.theta, here.residual, here.jacobian + moved)
-    return replace(_fit(every, best.theta, most_steps, ftol=TRACK_FTOL), problem=problem)
+    return replace(best, problem=problem)
 
 
 def at(problem: Problem, theta: Floats) -> Fit:

@@ -173,7 +173,7 @@ class ForwardModel:
     def path_through(self, path: WearPath, loads: LoadHistory) -> CarriedPath:
         """The path through a history of loads, with the contact and wander of a path of one load.
 
-        A fit asks for many histories that are the same but for what passes leave undecided: these are integrated once.
+        Fits ask for the same parameters again: their histories are integrated once.
         """
         asked = path.contact, path.wander
         for known, history, carried in self._carried:

@@ -36,8 +36,8 @@ GROWTH = 0.09
 """Growth of what was worn since the load changed, in a step."""
 SMALLEST = 1e-9
 """A section over the history's that is as good as none."""
-SAME = 1e-6
-"""Relative difference of sections and loads below which histories are one."""
+SAME = 1e-9
+"""Relative difference of sections and loads below which histories are one: of rounding, no derivative sees it."""
 APART = 3
 """Nodes under another load of which the contact of one is found."""
 STRIPS_ACROSS = 20
@@ -60,7 +60,7 @@ class LoadHistory:
         return bool(worn.any() and np.ptp(np.log(self.ratio[worn])) > PIECE)
 
     def is_as(self, other: LoadHistory) -> bool:
-        """Whether another history is this one, but for less than what settles leaves undecided."""
+        """Whether another history is this one, but for rounding."""
         return all(
             len(here) == len(there) and np.allclose(here, there, rtol=SAME, atol=0.0)
             for here, there in ((self.section, other.section), (self.ratio, other.ratio))
