@@ -13,8 +13,8 @@ and sensors. The loop then runs on their files as a user would run it, and its a
     forms      near-misses: the same mechanisms by other formulas
     unknowns   random laws that are in no catalogue, and what a history can tell of them
     hiding     all that can be hidden, by name
-    histories  drawn rigs: geometries, loads, speeds, steps; the other history of a rig
-    sensors    sampling, noise, drift, outliers, quantisation
+    histories  drawn rigs: geometries, creepages, loads and speeds of the steps; the other history of a rig
+    sensors    sampling, noise, drift, outliers, quantisation; the balance
     sizing     how large an effect is, in units of the detection threshold
     making     one test: definition, measured files, the other history, truth
     cases      which tests a score consists of

@@ -120,7 +120,7 @@ def _effect(fitted: Fit, name: str, sets: Floats, moved: Floats, test: str = "")
     score, length = _said(fitted, moved), _length(moved)
     first = first_of_most(score)
     similarity = np.where(score >= 0.5 * score[first], np.abs(moved @ moved[first]) / np.sqrt(length), np.inf)
-    starts = [begin[i] for i in dict.fromkeys((first, int(np.argmin(similarity))))]
+    starts = [begin[i] for i in dict.fromkeys((first, first_of_most(-similarity)))]
     shaped = float(np.log(np.mean(np.exp(0.5 * (score - score[first])))))
     paid = 0.5 * np.log(len(fitted.residual)) * np.sum(sized)
     price = fitted.problem.price_of_one if test else 0.0

@@ -24,6 +24,7 @@ from functools import cached_property
 import numpy as np
 
 from twindisc_cli.loop.noise import GROWS, Noise, estimate
+from twindisc_cli.loop.ties import first_of_most
 from twindisc_cli.model.experiment import Floats
 
 ERRORS = np.concatenate([[0.0], np.geomspace(1e-5, 0.03, 30)])
@@ -98,7 +99,7 @@ def creepage_error(curves: Sequence[Curve]) -> int:
     """The number in ERRORS of the standard deviation that the creepage has in all curves of a rig; 0 for none."""
     message = [curve.likelihoods for curve in curves if len(curve.ratio) >= FEWEST]
     gain = np.sum([t - t[0] for t in message], axis=0) if message else np.zeros(1)
-    best = int(np.argmax(gain))
+    best = first_of_most(gain)
     return best if gain[best] > GROWS else 0
 
 

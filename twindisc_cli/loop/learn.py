@@ -159,7 +159,7 @@ class Pair:
     def smoothness(self) -> tuple[float, float]:
         """The length and the size of a curve that say most."""
         evidence, which = self._curves
-        return which[int(np.argmax(evidence))]
+        return which[first_of_most(evidence)]
 
     @property
     def sampled(self) -> Mask:

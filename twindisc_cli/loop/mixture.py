@@ -35,6 +35,7 @@ from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.term_intervals import INTERVAL
 from twindisc_cli.loop.terms import Term
 from twindisc_cli.loop.thresholds import RESAMPLING
+from twindisc_cli.loop.ties import first_of_most
 from twindisc_cli.loop.validate import rms
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import ForwardModel, Prediction
@@ -180,7 +181,7 @@ def _fitted(fitted: Fit) -> dict[tuple[str, str], Floats]:
 def _by_evidence(every: Sequence[Explanation]) -> Floats:
     """Weights of explanations (member,)."""
     evidence = np.array([m.evidence for m in every])
-    best = every[int(np.argmax(evidence))]
+    best = every[first_of_most(evidence)]
     excess = min(m.fit.excess for m in every)
     price = np.array([np.log(len(every)) - m.plausibility if m.terms else 0.0 for m in every])
     relative = np.exp((evidence - best.evidence) / (best.tempering * excess) - price)

@@ -34,6 +34,7 @@ from scipy.sparse import csr_array
 from scipy.special import logsumexp
 
 from twindisc_cli.loop.span import span_of
+from twindisc_cli.loop.ties import first_of_most
 from twindisc_cli.model.experiment import Floats, Ints
 
 Mask = NDArray[np.bool_]
@@ -234,7 +235,7 @@ def growing(noise: Noise, left: Floats, over: Iterable[Floats]) -> Noise:
         powers = np.mean((used * np.exp(-GROWTHS[:, None] * (between - middle))) ** 2, axis=1)
         gain = -0.5 * _ALIKE * len(used) * np.log(powers / np.mean(used**2))
         if gain.max() > best:
-            grown = np.exp(GROWTHS[int(np.argmax(gain))] * (x - middle))
+            grown = np.exp(GROWTHS[first_of_most(gain)] * (x - middle))
             best, sizes = float(gain.max()), grown / np.sqrt(np.mean(grown[noise.kept] ** 2))
     return noise if sizes is None else replace(noise, sizes=sizes)
 
@@ -367,7 +368,7 @@ def _wandering(noise: Noise, record: _Record, trends: Sequence[Floats]) -> Noise
     tried = [_Evidence.of(record.values, trends[0], trend) for trend in trends]
     links = [_one_memory(_links(record.position, record.series, rho)) for rho in ONE_MEMORY]
     with_one = np.array([[found.after(white)[0] for white in links] for found in tried])
-    if int(np.argmax(with_one[0])) == 0:
+    if first_of_most(with_one[0]) == 0:
         return noise  # nothing is slow about levels without memory
     one = logmeanexp(with_one.ravel())
     past = Past(record.position, record.series)
@@ -521,7 +522,7 @@ def _reml(record: _Record, trend: Floats) -> tuple[tuple[float, float], tuple[fl
     basis, left = _apart(record.values, trend)
     results = [_likelihood(left, basis, link) for link in record.links]
     likely = np.array([likelihood for likelihood, _ in results]) + np.log1p(-grid)
-    best = int(np.argmax(likely))
+    best = first_of_most(likely)
     reach = grid[best] + LONGER * np.sqrt((1.0 - grid[best] ** 2) / (len(basis) - basis.shape[1]))
     longest = int(np.flatnonzero((likely >= likely.max() - NEAR) & (grid <= reach))[-1])
     return (results[best][1], float(grid[best])), (results[longest][1], float(grid[longest]))
