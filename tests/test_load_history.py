@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from twindisc_cli.model.experiment import Contact, Options, ProfileSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
-from twindisc_cli.model.wear_path import LoadHistory, carried_path, first_section, wear_path
+from twindisc_cli.model.wear_path import LoadHistory, carried_paths, first_section, wear_path
 
 Floats = NDArray[np.float64]
 K, MU = 6e-5, 0.5
@@ -83,7 +83,7 @@ def test_a_history_of_one_load_is_the_path(contact: Contact) -> None:
     rig, section = rigs.rig(), 12.0 * first_section(rigs.rig())
     path = wear_path(rig, contact=contact, section=section)
     for ratio in (1.0, 2.0):
-        own = carried_path(rig, contact, LoadHistory(np.array([0.3, 1.0]) * section, np.full(2, ratio)))
+        (own,) = carried_paths(rig, contact, [LoadHistory(np.array([0.3, 1.0]) * section, np.full(2, ratio))])
         at, load = np.array([[0.2, 0.7]]) * section, np.full((1, 2), ratio)
         scaled = path.contact_scale(load)
         for name, size in (("a", scaled.along), ("b", scaled.across), ("area", scaled.along * scaled.across)):

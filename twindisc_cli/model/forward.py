@@ -44,7 +44,7 @@ from twindisc_cli.model.wear_path import (
     LoadHistory,
     Scaled,
     WearPath,
-    carried_path,
+    carried_paths,
     first_section,
     local_paths,
     wear_path,
@@ -170,18 +170,22 @@ class ForwardModel:
         """Paths that have been asked for, by contact, wander and reach [m2]: those that go no further than `reach`."""
         return {}
 
-    def path_through(self, path: WearPath, loads: LoadHistory) -> CarriedPath:
-        """The path through a history of loads, with the contact and wander of a path of one load.
+    def paths_through(self, path: WearPath, histories: Sequence[LoadHistory]) -> list[CarriedPath]:
+        """The paths through histories of loads, with the contact and wander of a path of one load.
 
         Fits ask for the same parameters again: their histories are integrated once.
         """
         asked = path.contact, path.wander
-        for known, history, carried in self._carried:
-            if known == asked and history.is_as(loads):
-                return carried
-        result = carried_path(self.experiment.rig, path.contact, loads, wander=path.wander, start=path.start)
-        self._carried.append((asked, loads, result))
-        return result
+        known = [self._remembered(asked, history) for history in histories]
+        new = [history for history, before in zip(histories, known, strict=True) if before is None]
+        found = carried_paths(self.experiment.rig, path.contact, new, wander=path.wander, start=path.start)
+        self._carried.extend((asked, history, carried) for history, carried in zip(new, found, strict=True))
+        rest = iter(found)
+        return [before or next(rest) for before in known]
+
+    def _remembered(self, asked: tuple[Contact, float], history: LoadHistory) -> CarriedPath | None:
+        same = (carried for key, known, carried in self._carried if key == asked and known.is_as(history))
+        return next(same, None)
 
     @cached_property
     def _carried(self) -> deque[tuple[tuple[Contact, float], LoadHistory, CarriedPath]]:
@@ -540,20 +544,21 @@ class _Chain:
             return [*local_paths(self.model.experiment.rig, path, course, factors, by_place=by_place)]
         histories = self._loads(state, section)[of]
         if not self.is_local:
-            return [self.model.path_through(path, loads) for loads in histories]
+            return [*self.model.paths_through(path, histories)]
         course = self._course(state, section, _as_it_is, of)
         one = [slice(number, number + 1) for number in range(len(histories))]
         return [
-            carried_path(
+            path_of_one
+            for i, loads in zip(one, histories, strict=True)
+            for path_of_one in carried_paths(
                 self.model.experiment.rig,
                 path.contact,
-                loads,
+                [loads],
                 wander=path.wander,
                 start=path.start,
                 weights=partial(weights_on, course=course.of(i), factors=partial(self._factors, of=i)),
                 by_place=by_place,
             )
-            for i, loads in zip(one, histories, strict=True)
         ]
 
     def _course(self, state: State, section: Floats, scale: Callable[[Floats], Scaled], of: slice) -> Course:

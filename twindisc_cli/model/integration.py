@@ -88,7 +88,7 @@ class WearIntegration:
 
 @dataclass(frozen=True)
 class _Way:
-    """What is integrated: strips y [m], sections `nodes` [m2] and the load [N] at each, and how the load is spread.
+    """What is integrated: strips y [m], sections [m2], (1 or case, node), the load [N] at each, how the load is spread.
 
     rise [m] of the new discs (strip,); spread: shares of the line load of each strip on each (strip, strip).
     """
@@ -101,6 +101,11 @@ class _Way:
     rise: Floats
     cases: int
     weights: Weights
+
+    @property
+    def steps(self) -> Floats:
+        """From node to node [m2], (step, 1 or case, 1)."""
+        return np.diff(self.nodes).T[..., None]
 
 
 def even(step: int, y: Floats, loaded: Loaded) -> Floats:
@@ -121,14 +126,16 @@ def integrate(
 ) -> WearIntegration:
     """Wear the unworn discs through the sections `nodes` [m2] on uniform strips y, an odd number about 0.
 
+    nodes     (node,), or those of each case (case, node)
+
     mirrored  the weights are the same on both sides of the track
     settled   change of the line load, over its largest, at which a step in half-space contact is left
     loads     over the rig's load, on the way to each of the nodes [1]; the rig's if not given
     """
     rig, start = setup.rig, setup.start
     rise = np.zeros_like(y) if start is None else start.on(y)
-    loads = rig.normal_load * (np.ones_like(nodes) if loads is None else loads)
-    way = _Way(rig, y, nodes, loads, spreading(y, setup.wander), rise, cases, weights)
+    loads = rig.normal_load * (np.ones(nodes.shape[-1]) if loads is None else loads)
+    way = _Way(rig, y, np.atleast_2d(nodes), loads, spreading(y, setup.wander), rise, cases, weights)
     if setup.contact == "hertz":
         return _integrate_hertz(way)
     if start is not None or not mirrored:
@@ -158,10 +165,10 @@ def _integrate_half_space(way: _Way, settled: float, *, mirrored: bool) -> WearI
     strips = _strips(way.rig, way.y, (way.cases,), way.loads[0], mirrored=mirrored)
     result = last = strips.pressed(gap)
     loss = rate = np.zeros_like(gap)
-    depths, contacts, means, before = [loss], [result], [result.line_load], np.inf
-    for number, (step, load) in enumerate(zip(np.diff(way.nodes), way.loads[1:], strict=True)):
-        if step == 0.0:
-            strips, before = replace(strips, load=np.full_like(strips.load, load)), np.inf
+    depths, contacts, means, before = [loss], [result], [result.line_load], np.full((1, 1), np.inf)
+    for number, (step, load) in enumerate(zip(way.steps, way.loads[1:], strict=True)):
+        if not step.any():
+            strips, before = replace(strips, load=np.full_like(strips.load, load)), np.full((1, 1), np.inf)
             result = strips.pressed(gap + loss)
         else:
             ratio = step / before
@@ -171,7 +178,7 @@ def _integrate_half_space(way: _Way, settled: float, *, mirrored: bool) -> WearI
             last, before = result, step
             result = strips.pressed(
                 gap + loss + (1.0 - new) * step * rate,
-                compliance=new * step / load * way.spread * weighted[:, None, :],
+                compliance=(new * step / load)[..., None] * way.spread * weighted[:, None, :],
                 start=guess,
                 relative_accuracy=settled,
             )
@@ -224,7 +231,7 @@ def pressed_on(rig: Rig, contact: Contact, y: Floats, gap: Floats, load: float) 
     return _pressed(state, np.full((1, 1), load), mirrored)
 
 
-def _ahead(last: StripContact, contact: StripContact, part: float) -> StripContact:
+def _ahead(last: StripContact, contact: StripContact, part: Floats) -> StripContact:
     """The contact on the line through two, so many times their distance further on; strips that come to an end stay."""
     load = contact.line_load + part * (contact.line_load - last.line_load)
     square = contact.half_length**2 + part * (contact.half_length**2 - last.half_length**2)
@@ -317,12 +324,12 @@ def _integrate_hertz(way: _Way) -> WearIntegration:
     if way.rise.any():
         curvature = circle.curvature(worn - way.rise)
     depths, curvatures, means = [worn], [curvature], []
-    for number, (step, load) in enumerate(zip(np.diff(way.nodes), way.loads[1:], strict=True)):
-        if step == 0.0:
+    for number, (step, load) in enumerate(zip(way.steps, way.loads[1:], strict=True)):
+        if not step.any():
             circle = _BestCircle.on(replace(rig, normal_load=float(load)), y)
             curvature = circle.curvature(worn - way.rise)
         loss = worn
-        for share in (0.5, 1.0) if step else ():
+        for share in (0.5, 1.0) if step.any() else ():
             pressed = circle.pressed(*circle.axes(curvature), load)
             weighted = way.weights(number, y, pressed)
             loss = worn + share * step * _worn(way.spread / load, weighted, pressed.line_load, mirrored=False)

@@ -18,7 +18,7 @@ discs from a closed form (`line`); where the load changes, from an integration t
 where K differs from strip to strip, from an integration of its own (`local`). `provider` chooses among the first three.
 """
 
-from twindisc_cli.model.wear_path.carried import CarriedPath, LoadHistory, carried_path
+from twindisc_cli.model.wear_path.carried import CarriedPath, LoadHistory, carried_paths
 from twindisc_cli.model.wear_path.grid import first_section
 from twindisc_cli.model.wear_path.local import Course, Factors, local_paths, weights_on
 from twindisc_cli.model.wear_path.path import CREEPAGES, SHARES, Scaled, Scaling, WearPath
@@ -26,5 +26,5 @@ from twindisc_cli.model.wear_path.provider import wear_path
 
 __all__ = [
     "CREEPAGES", "SHARES", "CarriedPath", "Course", "Factors", "LoadHistory", "Scaled", "Scaling", "WearPath",
-    "carried_path", "first_section", "local_paths", "wear_path", "weights_on",
+    "carried_paths", "first_section", "local_paths", "wear_path", "weights_on",
 ]  # fmt: skip

@@ -16,7 +16,7 @@ they are rounded to as many.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -38,6 +38,8 @@ SMALLEST = 1e-9
 """A section over the history's that is as good as none."""
 SAME = 1e-9
 """Relative difference of sections and loads below which histories are one: of rounding, no derivative sees it."""
+NEAR = 1e-2
+"""Relative difference of the sections of histories that are integrated together."""
 APART = 3
 """Nodes under another load of which the contact of one is found."""
 STRIPS_ACROSS = 20
@@ -157,52 +159,77 @@ class CarriedPath:
         return np.asarray(total)
 
 
-def carried_path(
+def carried_paths(
     rig: Rig,
     contact: Contact,
-    loads: LoadHistory,
+    histories: Sequence[LoadHistory],
     *,
     wander: float = 0.0,
     start: Start | None = None,
     weights: Callable[[Floats, Floats], Weights] | None = None,
     by_place: bool = False,
-) -> CarriedPath:
-    """Wear the new discs through a history of loads.
+) -> list[CarriedPath]:
+    """Wear the new discs through histories of loads, those together that go under the same loads nearly as far.
 
     weights: of the integration, from its nodes [m2] and strips [m], where K differs from strip to strip; by_place: on
     each side of the track in its own way.
     """
-    ends, ratios = loads.pieces()
+    setup, pieces = Setup(rig, contact, wander, start), [history.pieces() for history in histories]
+    paths: dict[int, CarriedPath] = {}
+    for number, first in enumerate(pieces):
+        near = [i for i, of in enumerate(pieces) if i >= number and i not in paths and _are_near(of, first)]
+        if number not in paths:
+            ends = np.array([pieces[i][0] for i in near])
+            paths.update(zip(near, _through(setup, ends, first[1], weights, by_place=by_place), strict=True))
+    return [paths[i] for i in range(len(pieces))]
+
+
+def _are_near(one: tuple[Floats, Floats], other: tuple[Floats, Floats]) -> bool:
+    """Whether pieces are of the same loads and end nearly where others do, so that nodes of one number serve both."""
+    (ends, loads), (other_ends, other_loads) = one, other
+    return np.array_equal(loads, other_loads) and np.allclose(ends, other_ends, rtol=NEAR, atol=0.0)
+
+
+def _through(
+    setup: Setup,
+    ends: Floats,
+    ratios: Floats,
+    weights: Callable[[Floats, Floats], Weights] | None,
+    *,
+    by_place: bool,
+) -> list[CarriedPath]:
+    """Paths through pieces of histories that end at sections (case, piece) [m2], under the same loads (piece,)."""
+    rig = setup.rig
     nodes, load = _nodes(rig, ends, ratios)
-    y = _strips(rig, float(nodes[-1]), ratios, wander)
-    setup = Setup(rig, contact, wander, start)
-    local = integration.even if weights is None else weights(nodes, y)
-    result = integrate(setup, y, nodes, loads=load, mirrored=not by_place, weights=local)
-    rise = np.zeros_like(y) if start is None else start.on(y)
-    kept = np.flatnonzero(np.diff(nodes, append=np.inf) > 0.0)
-    gap = 0.5 * rig.curvature_y * y**2 + result.depth[0] - rise
-    levels, paths = np.unique(ratios), []
+    y = _strips(rig, float(nodes[0, -1]), ratios, setup.wander)
+    local = integration.even if weights is None else weights(nodes[0], y)
+    result = integrate(setup, y, nodes, cases=len(ends), loads=load, mirrored=not by_place, weights=local)
+    rise = np.zeros_like(y) if setup.start is None else setup.start.on(y)
+    kept = np.flatnonzero(np.diff(nodes[0], append=np.inf) > 0.0)
+    gap = 0.5 * rig.curvature_y * y**2 + result.depth - rise
+    levels, paths = np.unique(ratios), list[list[WearPath]]()
     for level in levels:
         pressed = _pressed_under(setup, y, gap, float(level), result.contact, nodes=nodes, loads=load, kept=kept)
         under_load = WearIntegration(result.depth[:, kept], pressed, result.carried)
-        paths += paths_of(setup, under_load, y=y, nodes=nodes[kept], errors=(ERROR, PRESSURE_ERROR))
-    return CarriedPath(levels, tuple(paths), float(ends[-1]))
+        paths.append(paths_of(setup, under_load, y=y, nodes=nodes[:, kept], errors=(ERROR, PRESSURE_ERROR)))
+    return [CarriedPath(levels, of, float(end)) for of, end in zip(zip(*paths, strict=True), ends[:, -1], strict=True)]
 
 
 def _nodes(rig: Rig, ends: Floats, ratios: Floats) -> tuple[Floats, Floats]:
-    """Sections [m2] at which the integration stops, twice where the load changes, and the load over the rig's there
-    [1]."""
-    nodes, loads = [np.zeros(1)], [ratios[:1]]
-    begins = np.append(0.0, ends[:-1])
-    ends = np.append(ends[:-1], BEYOND * ends[-1])
-    for begin, end, ratio in zip(begins, ends, ratios, strict=True):
-        if begin > 0.0:
-            nodes, loads = [*nodes, np.array([begin])], [*loads, np.array([ratio])]
+    """Sections (case, node) [m2] at which the integration stops, twice where the load changes, and the load over the
+    rig's there (node,) [1], for pieces that end at sections (case, piece) [m2]."""
+    nodes, loads = [np.zeros((len(ends), 1))], [ratios[:1]]
+    begins = np.column_stack([np.zeros(len(ends)), ends[:, :-1]])
+    ends = np.column_stack([ends[:, :-1], BEYOND * ends[:, -1]])
+    for begin, end, ratio in zip(begins.T[..., None], ends.T[..., None], ratios, strict=True):
+        if np.any(begin > 0.0):
+            nodes, loads = [*nodes, begin], [*loads, np.array([ratio])]
         first = grid.FIRST * grid.first_section(rig) * ratio
-        count = max(2, int(np.ceil(np.log1p((end - begin) / first) / np.log1p(GROWTH))))
-        inside = begin + first * np.expm1(np.linspace(0.0, np.log1p((end - begin) / first), count + 1)[1:-1])
-        nodes, loads = [*nodes, inside, np.array([end])], [*loads, np.full(count, ratio)]
-    return np.concatenate(nodes), np.concatenate(loads)
+        reach = np.log1p((end - begin) / first)
+        count = max(2, int(np.ceil(reach[0, 0] / np.log1p(GROWTH))))
+        inside = begin + first * np.expm1(reach * np.linspace(0.0, 1.0, count + 1)[1:-1])
+        nodes, loads = [*nodes, inside, end], [*loads, np.full(count, ratio)]
+    return np.concatenate(nodes, axis=1), np.concatenate(loads)
 
 
 def _strips(rig: Rig, section: float, ratios: Floats, wander: float) -> Floats:
@@ -224,22 +251,24 @@ def _pressed_under(
     loads: Floats,
     kept: Ints,
 ) -> Pressed:
-    """The contact of all kept nodes under one of the loads, (1, node, ...), from gaps (node, strip) [m].
+    """The contact of all kept nodes under one of the loads, (case, node, ...), from gaps (case, node, strip) [m].
 
     Where the integration went under this load, its own; of the others every so many and both ends, and linear in
     between: they are asked for only where a history departs from that of the integration.
     """
     own = np.flatnonzero(loads == level)
-    places = np.searchsorted(nodes[kept], nodes[own])
+    places = np.searchsorted(nodes[0, kept], nodes[0, own])
     others = np.union1d(np.setdiff1d(np.arange(len(kept)), places)[::APART], [0, len(kept) - 1])
-    rig = setup.rig
-    found = pressed_on(rig, setup.contact, y, gap[kept[others]], rig.normal_load * level)
+    asked = gap[:, kept[others]].reshape(-1, len(y))
+    found = pressed_on(setup.rig, setup.contact, y, asked, setup.rig.normal_load * level)
     order = np.argsort(np.concatenate([others, places]), kind="stable")
-    known = nodes[kept][np.concatenate([others, places])[order]]
-    right, part = between(known, nodes[kept])
+    known = nodes[0, kept][np.concatenate([others, places])[order]]
+    right, part = between(known, nodes[0, kept])
     values = {}
     for name in vars(found):
-        at = np.concatenate([getattr(found, name), getattr(integrated, name)[:, own]], axis=1)[:, order]
+        inside = getattr(integrated, name)[:, own]
+        outside = getattr(found, name).reshape(len(nodes), len(others), *inside.shape[2:])
+        at = np.concatenate([outside, inside], axis=1)[:, order]
         share = part[(..., *[None] * (at.ndim - 2))]
         values[name] = (1.0 - share) * at[:, right - 1] + share * at[:, right]
     return Pressed(**values)

@@ -207,12 +207,15 @@ def paths_of(
     errors: tuple[float, float],
     creepages: Floats = CREEPAGES,
 ) -> list[WearPath]:
-    """The path of each case of an integration, with the wear index of strips at some of the CREEPAGES."""
-    result = integrated.contact
+    """The path of each case of an integration, with the wear index of strips at some of the CREEPAGES.
+
+    nodes: (node,), or those of each case (case, node).
+    """
+    result, shape = integrated.contact, integrated.depth.shape[:2]
     stiffness, stiffness_y = creep_stiffness(setup.rig, result.a, result.b)
     return [
         WearPath(
-            section=nodes,
+            section=section,
             y=y,
             depth=depth,
             line_load=result.line_load[i],
@@ -231,7 +234,7 @@ def paths_of(
             wander=setup.wander,
             start=setup.start,
         )
-        for i, depth in enumerate(integrated.depth)
+        for i, (depth, section) in enumerate(zip(integrated.depth, np.broadcast_to(nodes, shape), strict=True))
     ]
 
 
