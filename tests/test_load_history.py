@@ -136,3 +136,21 @@ def test_steps_that_are_tests_of_their_own_wear_new_discs_under_their_own_load()
     assert not apart.loads_change
     alone = model(np.full(1, 0.01), np.array([4.0]), "hertz")
     assert depths(predicted(apart))[-1].max() == pytest.approx(depths(predicted(alone))[-1].max(), rel=1e-3)
+
+
+@both
+def test_histories_integrated_together_are_what_they_are_alone(contact: Contact) -> None:
+    """Two that end nearly alike and one that does not."""
+    section = np.array([0.2, 0.6, 1.5]) * 6.0 * first_section(rigs.rig())
+    loads = np.array([1.0, 2.0, 0.5])
+    histories = [LoadHistory(section * share, loads) for share in (1.0, 1.004, 1.3)]
+    together = carried_paths(rigs.rig(), contact, histories)
+    for history, path in zip(histories, together, strict=True):
+        (alone,) = carried_paths(rigs.rig(), contact, [history])
+        at, load = history.section[None, :], loads[None, :]
+        for name in ("depth", "a", "b", "area", "stiffness"):
+            here, there = (
+                of.read(lambda p, s, name=name: p.at(getattr(p, name), s), at, load).reshape(3, -1).max(axis=1)
+                for of in (path, alone)
+            )
+            assert here == pytest.approx(there, rel=1e-3), name  # a third of what the strips err by
