@@ -160,7 +160,7 @@ class WearPath:
         """Depth (node, place) [m] at places across the track, zero beyond the strips; the last answer is remembered."""
         asked = grid.tobytes()
         if asked not in self._on_grid:
-            place = (grid - self.y[0]) / (self.y[1] - self.y[0])
+            place = np.round((grid - self.y[0]) / (self.y[1] - self.y[0]), 9)  # what stands on a strip stands on it
             inside = (place >= 0.0) & (place <= len(self.y) - 1.0)
             left = np.clip(place.astype(np.intp), 0, len(self.y) - 2)
             part = place - left
