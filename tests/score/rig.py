@@ -108,11 +108,15 @@ class Rig:
         """The iteration, from 0, at each `time` [s]."""
         return np.searchsorted(self.ends, time, side="right")
 
+    def step_at(self, time: Floats) -> NDArray[np.intp]:
+        """The step, from 0, at each `time` [s]."""
+        return np.array(self.steps)[self.iteration_at(time)]
+
     def of_step(self, values: Sequence[float], time: Floats) -> Floats:
         """The value of the step at each `time` [s]; 1 where there are no `values`."""
         if not values:
             return np.ones_like(time)
-        return np.array(values)[np.array(self.steps)[self.iteration_at(time)]]
+        return np.array(values)[self.step_at(time)]
 
     @property
     def shear_modulus(self) -> float:
@@ -332,7 +336,7 @@ class _OwnTrack:
     """The same of a patch itself, whose loads change: found anew under another load or where a fifth more is gone."""
 
     def __init__(self, patch: _Patch) -> None:
-        self._patch, self._known = patch, (0.0, -1.0)
+        self._patch, self._known = patch, (0.0, 0.0)
 
     def stiffening(self, section: float) -> float:
         """Linear stiffness over that of the equivalent ellipse [1] at a worn section [m2]."""
@@ -346,7 +350,7 @@ class _OwnTrack:
 
     def _renew(self, section: float) -> None:
         patch, (load, gone) = self._patch, self._known
-        if load != patch.load or gone < 0.0 or section > max(1.2 * gone, patch.enough):
+        if load != patch.load or section > max(1.2 * gone, patch.enough):
             self._beyond = beyond_ellipse(patch.y, patch.half_length, patch.line_load)
             self._stiffening, self._known = self._beyond.stiffening, (patch.load, section)
 

@@ -112,7 +112,7 @@ class Ruler:
     def beyond_tolerances(self, readings: Channels, plan: Plan) -> float:
         """The size that is left when the creepages may also err within their tolerance; by slopes only."""
         base = [self._seen(plan, column) / _STEP for column in self._base]
-        step = np.array(self._bench.rig.steps)[self._bench.rig.iteration_at(plan.traction_time)]
+        step = self._bench.rig.step_at(plan.traction_time)
         nominal = np.array(self._bench.rig.creepage)
         tolerances = [self._of_traction(self._creepage_slope, nominal[step] == c, plan) * _tolerance(c) / c
                       for c in np.unique(nominal)]  # fmt: skip

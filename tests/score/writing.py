@@ -102,7 +102,7 @@ def write_tables(folder: Path, tables: str, *, rig: Rig, plan: Plan, measured: C
 
 def _write_traction(path: Path, rig: Rig, plan: Plan, ratio: np.ndarray) -> None:
     time = plan.traction_time
-    step = np.array(rig.steps)[rig.iteration_at(time)]
+    step = rig.step_at(time)
     percent = 100.0 * np.array(rig.creepage)[step]
     rows = [f"{t:.1f},{s + 1},{c:g},{r:.5f}" for t, s, c, r in zip(time, step, percent, ratio, strict=True)]
     _write(path, "time [s],step,creepage [%],traction ratio [1]", rows)

@@ -203,14 +203,14 @@ def _fit(problem: Problem, theta: Floats, most_steps: int, *, ftol: float = FTOL
     prior = np.eye(len(theta))[problem.normal]
     memory: dict[bytes, tuple[Floats, Floats, Floats]] = {}
     near: Sequence[State | None] = ()
-    begin, beside = theta, np.zeros((len(target), len(theta))) if moved is None else moved
 
     def evaluated(inner: Floats) -> tuple[Floats, Floats, Floats]:
         nonlocal near
         key = inner.tobytes()
         if key not in memory:
             left, columns, near = linearised(problem, inner, target, near)
-            left, columns = left + beside @ (inner - begin), columns + beside
+            if moved is not None:
+                left, columns = left + moved @ (inner - theta), columns + moved
             rows = np.column_stack([np.concatenate([columns, prior]), np.concatenate([left, inner[problem.normal]])])
             memory[key] = left, columns, np.asarray(np.linalg.qr(rows, mode="r"))
         return memory[key]

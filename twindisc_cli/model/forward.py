@@ -546,20 +546,19 @@ class _Chain:
         if not self.is_local:
             return [*self.model.paths_through(path, histories)]
         course = self._course(state, section, _as_it_is, of)
-        one = [slice(number, number + 1) for number in range(len(histories))]
-        return [
-            path_of_one
-            for i, loads in zip(one, histories, strict=True)
-            for path_of_one in carried_paths(
+        result: list[AnyPath] = []
+        for number, loads in enumerate(histories):
+            one = slice(number, number + 1)
+            result += carried_paths(
                 self.model.experiment.rig,
                 path.contact,
                 [loads],
                 wander=path.wander,
                 start=path.start,
-                weights=partial(weights_on, course=course.of(i), factors=partial(self._factors, of=i)),
+                weights=partial(weights_on, course=course.of(one), factors=partial(self._factors, of=one)),
                 by_place=by_place,
             )
-        ]
+        return result
 
     def _course(self, state: State, section: Floats, scale: Callable[[Floats], Scaled], of: slice) -> Course:
         """The history of some sets as strips see it, under the load of a path."""

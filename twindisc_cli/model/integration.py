@@ -127,7 +127,6 @@ def integrate(
     """Wear the unworn discs through the sections `nodes` [m2] on uniform strips y, an odd number about 0.
 
     nodes     (node,), or those of each case (case, node)
-
     mirrored  the weights are the same on both sides of the track
     settled   change of the line load, over its largest, at which a step in half-space contact is left
     loads     over the rig's load, on the way to each of the nodes [1]; the rig's if not given

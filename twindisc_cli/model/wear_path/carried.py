@@ -177,10 +177,11 @@ def carried_paths(
     setup, pieces = Setup(rig, contact, wander, start), [history.pieces() for history in histories]
     paths: dict[int, CarriedPath] = {}
     for number, first in enumerate(pieces):
-        near = [i for i, of in enumerate(pieces) if i >= number and i not in paths and _are_near(of, first)]
-        if number not in paths:
-            ends = np.array([pieces[i][0] for i in near])
-            paths.update(zip(near, _through(setup, ends, first[1], weights, by_place=by_place), strict=True))
+        if number in paths:
+            continue
+        near = [i for i, of in enumerate(pieces) if i not in paths and _are_near(of, first)]
+        ends = np.array([pieces[i][0] for i in near])
+        paths.update(zip(near, _through(setup, ends, first[1], weights, by_place=by_place), strict=True))
     return [paths[i] for i in range(len(pieces))]
 
 
