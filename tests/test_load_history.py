@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from twindisc_cli.model.experiment import Contact, Options, ProfileSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
-from twindisc_cli.model.wear_path import LoadHistory, carried_paths, first_section, wear_path
+from twindisc_cli.model.integration import Weights
+from twindisc_cli.model.wear_path import CarriedPath, LoadHistory, carried_paths, first_section, wear_path
 
 Floats = NDArray[np.float64]
 K, MU = 6e-5, 0.5
@@ -154,3 +155,23 @@ def test_histories_integrated_together_are_what_they_are_alone(contact: Contact)
                 for of in (path, alone)
             )
             assert here == pytest.approx(there, rel=1e-3), name  # a third of what the strips err by
+
+
+def test_local_wear_of_histories_integrated_together_is_what_it_is_alone() -> None:
+    """Two near each other, the second of which wears more at its edges, the first in the middle; and one far off."""
+    rig, loads = rigs.rig(), np.array([1.0, 2.0, 0.5])
+    section = np.array([0.2, 0.6, 1.5]) * 6.0 * first_section(rig)
+    histories = [LoadHistory(section * share, loads) for share in (1.0, 1.3, 1.004)]
+    edges, ends = np.array([-0.5, 0.5, 0.8]), [history.section[-1] for history in histories]
+
+    def worn(chosen: list[int]) -> list[CarriedPath]:
+        def weights(cases: list[int], nodes: Floats, y: Floats) -> Weights:
+            own = [chosen[case] for case in cases]
+            assert nodes[:, -1] == pytest.approx(1.2 * np.array([ends[number] for number in own]))
+            return lambda step, across, loaded: 1.0 + edges[own][:, None] * (across / y[-1]) ** 2
+
+        return carried_paths(rig, "half_space", [histories[i] for i in chosen], weights=weights)
+
+    alone = [worn([number])[0].levels[0].depth[-1] for number in range(3)]
+    for path, own in zip(worn([0, 1, 2]), alone, strict=True):
+        assert path.levels[0].depth[-1] == pytest.approx(own, abs=2e-3 * own.max())

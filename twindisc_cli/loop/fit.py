@@ -246,8 +246,8 @@ def _on_its_tracks(problem: Problem, start: Floats, most_steps: int) -> Fit:
     every = replace(problem, tracks=["each"] * len(problem.cases))
     if problem.is_local:
         return replace(_fit(every, start, most_steps, ftol=TRACK_FTOL), problem=problem)
-    best = at(every, _fit(problem.followed(start), start, most_steps).theta)
-    moved = best.jacobian - at(best.followed, best.theta).jacobian
+    best = at(every, start)
+    moved = best.jacobian - at(best.followed, start).jacobian
     for _ in range(MOST_TRACKS):
         ahead = _fit(best.followed, best.theta, most_steps, moved=moved)
         if best.misfit - ahead.misfit < SAME_TRACK:

@@ -31,6 +31,7 @@ from twindisc_cli.laws.law import Law
 from twindisc_cli.model import worn
 from twindisc_cli.model.base import MODEL_KEYS, BaseParameters, column
 from twindisc_cli.model.experiment import Contact, Experiment, Floats, Ints
+from twindisc_cli.model.integration import Weights
 from twindisc_cli.model.patch import AnyPath, OwnPaths, Patch, Paths, WeightedPaths, strips_passed, weighted_paths
 from twindisc_cli.model.points import Points, operating_points
 from twindisc_cli.model.settling import Passes
@@ -474,12 +475,12 @@ class _Chain:
         """What every pass begins from."""
         return self.start()
 
-    def _factors(self, index: Floats, place: Floats, passes: Floats, of: slice = slice(None)) -> Floats:
+    def _factors(self, index: Floats, place: Floats, passes: Floats, of: slice | Ints = slice(None)) -> Floats:
         """K over its base value in strips, as `wear_path.Factors` has it, for some of the sets."""
         by_index = self._by_index(index, of)
         return by_index * self._by_strip(place, passes) if self._local_laws else by_index
 
-    def _by_index(self, index: Floats, of: slice = slice(None)) -> Floats:
+    def _by_index(self, index: Floats, of: slice | Ints = slice(None)) -> Floats:
         """K over its base value by what acts on the wear index of strips (set, any) [N/m2]."""
         state = self._blank.replace(wear_index=index, wear_factor=np.ones_like(index))
         for effect, parameters in self.effects:
@@ -546,19 +547,22 @@ class _Chain:
         if not self.is_local:
             return [*self.model.paths_through(path, histories)]
         course = self._course(state, section, _as_it_is, of)
-        result: list[AnyPath] = []
-        for number, loads in enumerate(histories):
-            one = slice(number, number + 1)
-            result += carried_paths(
+
+        def weights(cases: list[int], nodes: Floats, y: Floats) -> Weights:
+            sets = np.arange(self.sets)[of][cases]
+            return weights_on(nodes, y, course=course.of(cases), factors=partial(self._factors, of=sets))
+
+        return [
+            *carried_paths(
                 self.model.experiment.rig,
                 path.contact,
-                [loads],
+                histories,
                 wander=path.wander,
                 start=path.start,
-                weights=partial(weights_on, course=course.of(one), factors=partial(self._factors, of=one)),
+                weights=weights,
                 by_place=by_place,
             )
-        return result
+        ]
 
     def _course(self, state: State, section: Floats, scale: Callable[[Floats], Scaled], of: slice) -> Course:
         """The history of some sets as strips see it, under the load of a path."""

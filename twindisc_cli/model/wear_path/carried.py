@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -41,7 +42,7 @@ SAME = 1e-9
 NEAR = 1e-2
 """Relative difference of the sections of histories that are integrated together."""
 APART = 3
-"""Nodes under another load of which the contact of one is found."""
+"""Nodes under another load of which the contact of one is found, of the first of histories that are near each other."""
 STRIPS_ACROSS = 20
 """Strips that the unworn patch of the smallest load spans at least."""
 ERROR, PRESSURE_ERROR = 3e-3, 0.03
@@ -166,13 +167,13 @@ def carried_paths(
     *,
     wander: float = 0.0,
     start: Start | None = None,
-    weights: Callable[[Floats, Floats], Weights] | None = None,
+    weights: Callable[[list[int], Floats, Floats], Weights] | None = None,
     by_place: bool = False,
 ) -> list[CarriedPath]:
     """Wear the new discs through histories of loads, those together that go under the same loads nearly as far.
 
-    weights: of the integration, from its nodes [m2] and strips [m], where K differs from strip to strip; by_place: on
-    each side of the track in its own way.
+    weights: where K differs from strip to strip, those of the integration of some of the histories, by their numbers,
+    from its nodes (case, node) [m2] and strips [m]; by_place: on each side of the track in its own way.
     """
     setup, pieces = Setup(rig, contact, wander, start), [history.pieces() for history in histories]
     paths: dict[int, CarriedPath] = {}
@@ -181,7 +182,8 @@ def carried_paths(
             continue
         near = [i for i, of in enumerate(pieces) if i not in paths and _are_near(of, first)]
         ends = np.array([pieces[i][0] for i in near])
-        paths.update(zip(near, _through(setup, ends, first[1], weights, by_place=by_place), strict=True))
+        own = None if weights is None else partial(weights, near)
+        paths.update(zip(near, _through(setup, ends, first[1], own, by_place=by_place), strict=True))
     return [paths[i] for i in range(len(pieces))]
 
 
@@ -203,7 +205,7 @@ def _through(
     rig = setup.rig
     nodes, load = _nodes(rig, ends, ratios)
     y = _strips(rig, float(nodes[0, -1]), ratios, setup.wander)
-    local = integration.even if weights is None else weights(nodes[0], y)
+    local = integration.even if weights is None else weights(nodes, y)
     result = integrate(setup, y, nodes, cases=len(ends), loads=load, mirrored=not by_place, weights=local)
     rise = np.zeros_like(y) if setup.start is None else setup.start.on(y)
     kept = np.flatnonzero(np.diff(nodes[0], append=np.inf) > 0.0)
@@ -254,21 +256,20 @@ def _pressed_under(
 ) -> Pressed:
     """The contact of all kept nodes under one of the loads, (case, node, ...), from gaps (case, node, strip) [m].
 
-    Where the integration went under this load, its own; of the others every so many and both ends, and linear in
-    between: they are asked for only where a history departs from that of the integration.
+    Where the integration went under this load, its own. Of the others that of the first case, every so many and both
+    ends, and linear in between: they are asked for only where a history departs from that of the integration.
     """
     own = np.flatnonzero(loads == level)
     places = np.searchsorted(nodes[0, kept], nodes[0, own])
     others = np.union1d(np.setdiff1d(np.arange(len(kept)), places)[::APART], [0, len(kept) - 1])
-    asked = gap[:, kept[others]].reshape(-1, len(y))
-    found = pressed_on(setup.rig, setup.contact, y, asked, setup.rig.normal_load * level)
+    found = pressed_on(setup.rig, setup.contact, y, gap[0, kept[others]], setup.rig.normal_load * level)
     order = np.argsort(np.concatenate([others, places]), kind="stable")
     known = nodes[0, kept][np.concatenate([others, places])[order]]
     right, part = between(known, nodes[0, kept])
     values = {}
-    for name in vars(found):
+    for name, of_first in vars(found).items():
         inside = getattr(integrated, name)[:, own]
-        outside = getattr(found, name).reshape(len(nodes), len(others), *inside.shape[2:])
+        outside = np.broadcast_to(of_first, (len(nodes), *of_first.shape[1:]))
         at = np.concatenate([outside, inside], axis=1)[:, order]
         share = part[(..., *[None] * (at.ndim - 2))]
         values[name] = (1.0 - share) * at[:, right - 1] + share * at[:, right]

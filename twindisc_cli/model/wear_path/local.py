@@ -49,7 +49,7 @@ class Course:
     creepage: Floats
     cycles: Floats
 
-    def of(self, cases: slice) -> Course:
+    def of(self, cases: slice | list[int]) -> Course:
         """Some of the cases."""
         return Course(self.section[cases], self.pace[cases], self.creepage[cases], self.cycles[cases])
 
@@ -83,12 +83,14 @@ def local_paths(rig: Rig, path: WearPath, course: Course, factors: Factors, *, b
 
 
 def weights_on(nodes: Floats, y: Floats, *, course: Course, factors: Factors) -> Weights:
-    """The weights of an integration through nodes [m2] on strips y [m], of each case of a history."""
-    section = course.section
-    along = nodes[:-1, None] + (np.arange(SAMPLES) + 0.5) / SAMPLES * np.diff(nodes)[:, None]
-    piece = np.minimum([np.searchsorted(own, along) for own in section], section.shape[1] - 1)
+    """The weights of an integration through nodes (node,) or (case, node) [m2] on strips y [m], of each case."""
+    section, steps = course.section, np.diff(nodes)[..., None]
+    along = nodes[..., :-1, None] + (np.arange(SAMPLES) + 0.5) / SAMPLES * steps
+    along = np.broadcast_to(along, (len(section), *along.shape[-2:]))
+    piece = [np.searchsorted(own, places) for own, places in zip(section, along, strict=True)]
+    piece = np.minimum(piece, section.shape[1] - 1)
     pace, creepage = (np.take_along_axis(of[:, None, :], piece, axis=-1) for of in (course.pace, course.creepage))
-    cycles = [np.interp(along, own, passed) for own, passed in zip(section, course.cycles, strict=True)]
+    cycles = [np.interp(*of) for of in zip(along, section, course.cycles, strict=True)]
     return _LocalWeights(pace, creepage, np.array(cycles), factors, np.full((len(section), len(y)), np.inf))
 
 
