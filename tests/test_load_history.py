@@ -78,6 +78,19 @@ def test_a_profile_moves_no_more_than_what_wears() -> None:
         assert np.abs(predicted(of, K * (1.0 + share)).profile - here).max() < 2.0 * share * deepest
 
 
+@pytest.mark.parametrize("ratios", [(1.0, 2.0, 0.5), (1.0, 3.0, 0.5), (2.0, 0.5, 1.0)])
+def test_derivatives_by_the_track_are_those_of_larger_steps(ratios: tuple[float, ...]) -> None:
+    """Steps in K of a ten-thousandth and of a hundredth of that, after K has been integrated alone; and of a tenth."""
+    of = model(np.array([0.004, 0.006, 0.004]), np.array(ratios), "half_space")
+    predicted(of)
+    shares = np.array([0.0, 1e-4, 1e-6])
+    ratio = predicted(of, K * (1.0 + shares)).state.traction_ratio[:, -1]
+    less, more = predicted(of, K * np.array([0.9, 1.1])).state.traction_ratio[:, -1]
+    slopes = (ratio[1:] - ratio[0]) / shares[1:]
+    assert slopes[1] == pytest.approx(slopes[0], rel=0.01)
+    assert slopes[0] == pytest.approx((more - less) / 0.2, rel=0.3)
+
+
 @both
 def test_a_history_of_one_load_is_the_path(contact: Contact) -> None:
     """Integrated as a history, under the rig's load or twice that, the path is that of the table, scaled."""

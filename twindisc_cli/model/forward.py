@@ -174,15 +174,19 @@ class ForwardModel:
     def paths_through(self, path: WearPath, histories: Sequence[LoadHistory]) -> list[CarriedPath]:
         """The paths through histories of loads, with the contact and wander of a path of one load.
 
-        Fits ask for the same parameters again: their histories are integrated once.
+        Fits ask for the same parameters again: their histories are integrated once. New ones are integrated with those
+        that are known: what strips and nodes err by falls out of a derivative only where both are found on the same.
         """
         asked = path.contact, path.wander
         known = [self._remembered(asked, history) for history in histories]
-        new = [history for history, before in zip(histories, known, strict=True) if before is None]
-        found = carried_paths(self.experiment.rig, path.contact, new, wander=path.wander, start=path.start)
-        self._carried.extend((asked, history, carried) for history, carried in zip(new, found, strict=True))
-        rest = iter(found)
-        return [before or next(rest) for before in known]
+        if None in known:
+            first = [next(i for i, other in enumerate(histories) if history.is_as(other)) for history in histories]
+            new = [histories[i] for i in sorted(set(first))]
+            found = carried_paths(self.experiment.rig, path.contact, new, wander=path.wander, start=path.start)
+            self._carried.extend((asked, history, carried) for history, carried in zip(new, found, strict=True))
+            of = dict(zip(sorted(set(first)), found, strict=True))
+            return [of[i] for i in first]
+        return [carried for carried in known if carried is not None]
 
     def _remembered(self, asked: tuple[Contact, float], history: LoadHistory) -> CarriedPath | None:
         same = (carried for key, known, carried in self._carried if key == asked and known.is_as(history))

@@ -61,9 +61,20 @@ class Pressed(Loaded):
     square: Floats
     stiffening: Floats
 
+    def on_strips(self, scale: Floats) -> Pressed:
+        """The contact of each case in metres, from units of so many of them (case, 1)."""
+        return replace(
+            self,
+            line_load=scale[..., None] * self.line_load,
+            intensity=self.intensity / scale[..., None] ** 2,
+            a=scale * self.a,
+            b=scale * self.b,
+            area=scale**2 * self.area,
+        )
+
 
 Weights = Callable[[int, Floats, Loaded], Floats]
-"""w (case, strip) in a step (its number), on strips y, of a contact."""
+"""w (case, strip) in a step (its number), on strips y but for their scale, of a contact."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +101,8 @@ class WearIntegration:
 class _Way:
     """What is integrated: strips y [m], sections [m2], (1 or case, node), the load [N] at each, how the load is spread.
 
-    rise [m] of the new discs (strip,); spread: shares of the line load of each strip on each (strip, strip).
+    rise [m] of the new discs (1 or case, strip); spread: shares of the line load of each strip on each, (strip, strip)
+    or those of each case (case, strip, strip); scale: of the strips of each case, over y (case, 1).
     """
 
     rig: Rig
@@ -101,6 +113,7 @@ class _Way:
     rise: Floats
     cases: int
     weights: Weights
+    scale: Floats
 
     @property
     def steps(self) -> Floats:
@@ -123,6 +136,7 @@ def integrate(
     mirrored: bool = True,
     settled: float = SETTLED,
     loads: Floats | None = None,
+    scale: Floats | None = None,
 ) -> WearIntegration:
     """Wear the unworn discs through the sections `nodes` [m2] on uniform strips y, an odd number about 0.
 
@@ -130,19 +144,24 @@ def integrate(
     mirrored  the weights are the same on both sides of the track
     settled   change of the line load, over its largest, at which a step in half-space contact is left
     loads     over the rig's load, on the way to each of the nodes [1]; the rig's if not given
+    scale     in half-space contact, of the strips of each case over y (case,) [1]; 1 if not given
     """
     rig, start = setup.rig, setup.start
-    rise = np.zeros_like(y) if start is None else start.on(y)
+    scale = np.ones(cases) if scale is None else scale
+    of_cases = scale[:1] if np.all(scale == scale[0]) else scale
+    rise = np.array([np.zeros_like(y) if start is None else start.on(own * y) for own in of_cases])
+    spread = np.array([spreading(own * y, setup.wander) for own in of_cases])
     loads = rig.normal_load * (np.ones(nodes.shape[-1]) if loads is None else loads)
-    way = _Way(rig, y, np.atleast_2d(nodes), loads, spreading(y, setup.wander), rise, cases, weights)
+    way = _Way(rig, y, np.atleast_2d(nodes), loads, spread, rise, cases, weights, scale[:, None])
     if setup.contact == "hertz":
         return _integrate_hertz(way)
     if start is not None or not mirrored:
         return _integrate_half_space(way, settled, mirrored=False)
     middle = len(y) // 2
-    folded = way.spread[middle:, middle:].copy()
-    folded[:, 1:] += way.spread[middle:, :middle][:, ::-1]
-    half = _integrate_half_space(replace(way, y=y[middle:], spread=folded, rise=rise[middle:]), settled, mirrored=True)
+    folded = spread[:, middle:, middle:].copy()
+    folded[..., 1:] += spread[:, middle:, :middle][..., ::-1]
+    side = replace(way, y=y[middle:], spread=folded, rise=rise[:, middle:])
+    half = _integrate_half_space(side, settled, mirrored=True)
     return WearIntegration(_unfolded(half.depth), half.contact, _unfolded(half.carried))
 
 
@@ -160,19 +179,23 @@ def spreading(y: Floats, wander: float) -> Floats:
 
 
 def _integrate_half_space(way: _Way, settled: float, *, mirrored: bool) -> WearIntegration:
-    gap = np.tile(0.5 * way.rig.curvature_y * way.y**2 - way.rise, (way.cases, 1))
-    strips = _strips(way.rig, way.y, (way.cases,), way.loads[0], mirrored=mirrored)
+    """In units of the strips of each case: with lengths over a scale and loads over its square, contacts are alike."""
+    rig, scale = way.rig, way.scale
+    gap = 0.5 * rig.curvature_y * scale * way.y**2 - way.rise / scale
+    loads = way.loads[:, None, None] / scale**2
+    strips = _strips(rig, way.y, (way.cases,), loads[0, :, 0], mirrored=mirrored, scale=scale[:, 0])
     result = last = strips.pressed(gap)
     loss = rate = np.zeros_like(gap)
     depths, contacts, means, before = [loss], [result], [result.line_load], np.full((1, 1), np.inf)
-    for number, (step, load) in enumerate(zip(way.steps, way.loads[1:], strict=True)):
+    for number, (step, load) in enumerate(zip(way.steps / scale**2, loads[1:], strict=True)):
         if not step.any():
-            strips, before = replace(strips, load=np.full_like(strips.load, load)), np.full((1, 1), np.inf)
+            strips, before = replace(strips, load=load), np.full((1, 1), np.inf)
             result = strips.pressed(gap + loss)
         else:
             ratio = step / before
             new = (1.0 + ratio) / (1.0 + 2.0 * ratio)
-            weighted = way.weights(number, way.y, _loaded(result, load))
+            loaded = _loaded(result, load)
+            weighted = way.weights(number, way.y, Loaded(scale * loaded.line_load, loaded.intensity / scale**2))
             guess = _ahead(last, result, ratio)
             last, before = result, step
             result = strips.pressed(
@@ -181,21 +204,25 @@ def _integrate_half_space(way: _Way, settled: float, *, mirrored: bool) -> WearI
                 start=guess,
                 relative_accuracy=settled,
             )
-            rate = (1.0 - new) * rate + new * _worn(way.spread / load, weighted, result.line_load, mirrored=mirrored)
+            own = _worn(way.spread, weighted, result.line_load, mirrored=mirrored) / load
+            rate = (1.0 - new) * rate + new * own
             means.append((1.0 - new) * means[-1] + new * result.line_load)
             loss = loss + step * rate
         depths.append(loss)
         contacts.append(result)
-    pressed = _pressed(_stacked(contacts), way.loads[:, None], mirrored)
-    return WearIntegration(np.stack(depths, axis=1), pressed, np.stack(means[1:], axis=1))
+    pressed = _pressed(_stacked(contacts), np.moveaxis(loads, 0, 1), mirrored).on_strips(scale)
+    depth, carried = (scale[..., None] * np.stack(values, axis=1) for values in (depths, means[1:]))
+    return WearIntegration(depth, pressed, carried)
 
 
-def _strips(rig: Rig, y: Floats, cases: tuple[int, ...], load: float, *, mirrored: bool) -> Strips:
-    """The strips of a rig under a load [N]."""
+def _strips(
+    rig: Rig, y: Floats, cases: tuple[int, ...], load: Floats | float, *, mirrored: bool, scale: Floats | float = 1.0
+) -> Strips:
+    """The strips of a rig under a load [N], in units of `scale` metres."""
     return Strips.of(
         y=y,
         cases=cases,
-        curvature_x=rig.curvature_x,
+        curvature_x=rig.curvature_x * scale,
         normal_load=load,
         effective_modulus=rig.effective_modulus,
         mirrored=mirrored,
@@ -243,14 +270,14 @@ def _ahead(last: StripContact, contact: StripContact, part: Floats) -> StripCont
 
 
 def _worn(spread: Floats, weights: Floats, line_load: Floats, *, mirrored: bool) -> Floats:
-    """Depth per section [1/m], (case, strip), whose sum is that of the load however the weights are off their mean.
+    """Line load that wears [N/m], (case, strip), whose sum is that of the load however the weights are off their mean.
 
     Where only strips wear that have come out of contact, all in contact do.
     """
     weighted = weights * line_load
     weighted = np.where(_total(weighted, mirrored) > 0.0, weighted, line_load)
     off = _total(line_load, mirrored) / _total(weighted, mirrored)
-    return np.asarray((off * weighted) @ spread.T)
+    return np.asarray(((off * weighted)[:, None, :] @ np.swapaxes(spread, -2, -1))[:, 0])
 
 
 def _total(values: Floats, mirrored: bool) -> Floats:
@@ -331,7 +358,7 @@ def _integrate_hertz(way: _Way) -> WearIntegration:
         for share in (0.5, 1.0) if step.any() else ():
             pressed = circle.pressed(*circle.axes(curvature), load)
             weighted = way.weights(number, y, pressed)
-            loss = worn + share * step * _worn(way.spread / load, weighted, pressed.line_load, mirrored=False)
+            loss = worn + share * step / load * _worn(way.spread, weighted, pressed.line_load, mirrored=False)
             curvature = circle.curvature(loss - way.rise)
             if share == 1.0:
                 means.append(pressed.line_load)

@@ -204,17 +204,20 @@ def _through(
     """Paths through pieces of histories that end at sections (case, piece) [m2], under the same loads (piece,)."""
     rig = setup.rig
     nodes, load = _nodes(rig, ends, ratios)
-    y = _strips(rig, float(nodes[0, -1]), ratios, setup.wander)
+    y, scale = _strips(rig, nodes[:, -1], ratios, setup)
     local = integration.even if weights is None else weights(nodes, y)
-    result = integrate(setup, y, nodes, cases=len(ends), loads=load, mirrored=not by_place, weights=local)
+    result = integrate(setup, y, nodes, cases=len(ends), loads=load, mirrored=not by_place, weights=local, scale=scale)
     rise = np.zeros_like(y) if setup.start is None else setup.start.on(y)
     kept = np.flatnonzero(np.diff(nodes[0], append=np.inf) > 0.0)
-    gap = 0.5 * rig.curvature_y * y**2 + result.depth - rise
+    gap = 0.5 * rig.curvature_y * y**2 + result.depth[0] - rise
     levels, paths = np.unique(ratios), list[list[WearPath]]()
     for level in levels:
-        pressed = _pressed_under(setup, y, gap, float(level), result.contact, nodes=nodes, loads=load, kept=kept)
+        pressed = _pressed_under(
+            setup, y, gap, float(level), result.contact, nodes=nodes, loads=load, kept=kept, scale=scale
+        )
         under_load = WearIntegration(result.depth[:, kept], pressed, result.carried)
-        paths.append(paths_of(setup, under_load, y=y, nodes=nodes[:, kept], errors=(ERROR, PRESSURE_ERROR)))
+        own = scale[:, None] * y
+        paths.append(paths_of(setup, under_load, y=own, nodes=nodes[:, kept], errors=(ERROR, PRESSURE_ERROR)))
     return [CarriedPath(levels, of, float(end)) for of, end in zip(zip(*paths, strict=True), ends[:, -1], strict=True)]
 
 
@@ -235,12 +238,20 @@ def _nodes(rig: Rig, ends: Floats, ratios: Floats) -> tuple[Floats, Floats]:
     return np.concatenate(nodes, axis=1), np.concatenate(loads)
 
 
-def _strips(rig: Rig, section: float, ratios: Floats, wander: float) -> Floats:
-    """Strips [m] that hold the track and the patch of the greatest load, narrow enough for that of the smallest."""
-    across = np.cbrt([ratios.min(), ratios.max()]) * float(rig.patch.b)
-    return grid.strips_over(
-        rig, section, wander, widest=float(across[1]), narrowest=float(across[0]), fewest=STRIPS_ACROSS
+def _strips(rig: Rig, sections: Floats, ratios: Floats, setup: Setup) -> tuple[Floats, Floats]:
+    """Strips [m] that hold the track and the patch of the greatest load, narrow enough for that of the smallest.
+
+    They are those of the first of the sections (case,) [m2]; beside them their scale in each case (case,): strips that
+    scale with what is worn see the edges of a patch at the same places, and what they err by falls out of derivatives.
+    """
+    narrowest, widest = (float(rig.patch.b) * float(np.cbrt(ratio)) for ratio in (ratios.min(), ratios.max()))
+    y = grid.strips_over(
+        rig, float(sections[0]), setup.wander, widest=widest, narrowest=narrowest, fewest=STRIPS_ACROSS
     )
+    if setup.contact == "hertz":
+        return y, np.ones(len(sections))
+    halves = np.array([grid.half_width(rig, float(section), setup.wander, widest) for section in sections])
+    return y, halves / halves[0]
 
 
 def _pressed_under(
@@ -253,23 +264,26 @@ def _pressed_under(
     nodes: Floats,
     loads: Floats,
     kept: Ints,
+    scale: Floats,
 ) -> Pressed:
-    """The contact of all kept nodes under one of the loads, (case, node, ...), from gaps (case, node, strip) [m].
+    """The contact of all kept nodes under one of the loads, (case, node, ...), from the first's gaps (node, strip) [m].
 
-    Where the integration went under this load, its own. Of the others that of the first case, every so many and both
-    ends, and linear in between: they are asked for only where a history departs from that of the integration.
+    Where the integration went under this load, its own. Of the others that of the first case on strips of a scale
+    (case,), every so many and both ends, and linear in between: they are asked for only where a history departs from
+    that of the integration.
     """
     own = np.flatnonzero(loads == level)
     places = np.searchsorted(nodes[0, kept], nodes[0, own])
     others = np.union1d(np.setdiff1d(np.arange(len(kept)), places)[::APART], [0, len(kept) - 1])
-    found = pressed_on(setup.rig, setup.contact, y, gap[0, kept[others]], setup.rig.normal_load * level)
+    first = pressed_on(setup.rig, setup.contact, y, gap[kept[others]], setup.rig.normal_load * level)
+    found = first.on_strips(scale[:, None])
     order = np.argsort(np.concatenate([others, places]), kind="stable")
     known = nodes[0, kept][np.concatenate([others, places])[order]]
     right, part = between(known, nodes[0, kept])
     values = {}
-    for name, of_first in vars(found).items():
+    for name, other in vars(found).items():
         inside = getattr(integrated, name)[:, own]
-        outside = np.broadcast_to(of_first, (len(nodes), *of_first.shape[1:]))
+        outside = np.broadcast_to(other, (len(nodes), *other.shape[1:]))
         at = np.concatenate([outside, inside], axis=1)[:, order]
         share = part[(..., *[None] * (at.ndim - 2))]
         values[name] = (1.0 - share) * at[:, right - 1] + share * at[:, right]

@@ -40,8 +40,7 @@ def strips_of(rig: Rig, section: float, wander: float) -> Floats:
 
 def strips_over(rig: Rig, section: float, wander: float, *, widest: float, narrowest: float, fewest: int) -> Floats:
     """The same for unworn patches of several half-widths [m], the narrowest of which spans so many strips at least."""
-    facet = 0.5 * np.cbrt(12.0 * section / rig.curvature_y)
-    half = max(1.1 * facet + 1.3 * widest, 1.25 * facet) + 3.0 * wander
+    facet, half = _facet(rig, section), half_width(rig, section, wander, widest)
     count = max(STRIPS, 2 * int(np.ceil(0.5 * fewest * half / narrowest)) + 1)
     if count > MOST_STRIPS:
         raise OutOfRangeError(
@@ -49,6 +48,17 @@ def strips_over(rig: Rig, section: float, wander: float, *, widest: float, narro
             f"{MOST_STRIPS / STRIPS_ACROSS / 1.25:.0f} times: do load, wear coefficient and profile belong together?"
         )
     return np.asarray(half / (count // 2) * np.arange(-(count // 2), count // 2 + 1), dtype=float)
+
+
+def half_width(rig: Rig, section: float, wander: float, widest: float) -> float:
+    """Half of the width [m] of strips that hold the facet of a section [m2] and a patch of some half-width [m]."""
+    facet = _facet(rig, section)
+    return max(1.1 * facet + 1.3 * widest, 1.25 * facet) + 3.0 * wander
+
+
+def _facet(rig: Rig, section: float) -> float:
+    """Half-width of a flat facet [m]."""
+    return float(0.5 * np.cbrt(12.0 * section / rig.curvature_y))
 
 
 def nodes_to(rig: Rig, section: float, growth: float | None = None) -> Floats:

@@ -209,14 +209,14 @@ def paths_of(
 ) -> list[WearPath]:
     """The path of each case of an integration, with the wear index of strips at some of the CREEPAGES.
 
-    nodes: (node,), or those of each case (case, node).
+    y, nodes: (strip,) and (node,), or those of each case (case, strip) and (case, node).
     """
-    result, shape = integrated.contact, integrated.depth.shape[:2]
+    result, shape = integrated.contact, integrated.depth.shape
     stiffness, stiffness_y = creep_stiffness(setup.rig, result.a, result.b)
     return [
         WearPath(
             section=section,
-            y=y,
+            y=own,
             depth=depth,
             line_load=result.line_load[i],
             a=result.a[i],
@@ -226,15 +226,22 @@ def paths_of(
             stiffness=stiffness[i] * result.stiffening[i],
             stiffness_y=stiffness_y[i] * result.stiffening[i],
             square=result.square[i],
-            edge=edges_of(y, depth, result.b[i]),
-            spread=spread_of(y, result.line_load[i], result.intensity[i], result.area[i], creepages),
+            edge=edges_of(own, depth, result.b[i]),
+            spread=spread_of(own, result.line_load[i], result.intensity[i], result.area[i], creepages),
             error=errors[0],
             pressure_error=errors[1],
             contact=setup.contact,
             wander=setup.wander,
             start=setup.start,
         )
-        for i, (depth, section) in enumerate(zip(integrated.depth, np.broadcast_to(nodes, shape), strict=True))
+        for i, (depth, section, own) in enumerate(
+            zip(
+                integrated.depth,
+                np.broadcast_to(nodes, shape[:2]),
+                np.broadcast_to(y, (shape[0], shape[2])),
+                strict=True,
+            )
+        )
     ]
 
 
