@@ -130,6 +130,18 @@ def test_an_effect_gives_way_to_a_law_that_is_more_probable_by_itself() -> None:
     assert most_probable(compared([0.35, 0.55, 0.1], WARM, *own)).labels == own[0].labels
 
 
+def test_a_part_of_an_answer_is_given_where_it_is_more_probable_than_all_that_holds_it() -> None:
+    """The second term of the answer is its own, or stands beside two others in whose place one of them is needed."""
+
+    def pair(name: str) -> Explanation:
+        return explanation(PROBLEM.with_terms("parasitic_heat", name), -4.0, NOISE)
+
+    both, *others = (pair(n) for n in ("running_in_friction", "ambient_drift", "torque_offset"))
+    part = member(("parasitic_heat",), 0.0, RISING)
+    assert most_probable(compared([0.2, 0.6, 0.1, 0.1], both, part, *others)).labels == part.labels
+    assert most_probable(compared([0.3, 0.4, 0.2, 0.1], both, part, *others)).labels == both.labels
+
+
 def test_what_stands_behind_a_refused_explanation_comes_next(monkeypatch: pytest.MonkeyPatch) -> None:
     """In 99 resamples of 100 the second is a thousand times less likely than the refused one; in one a third wins."""
     second, third = member(("running_in_wear",), -8.0, RISING), member(("severe_wear_transition",), -8.0, OTHER)

@@ -149,6 +149,22 @@ def test_rows_are_told_by_every_command(tmp_path: Path, capsys: pytest.CaptureFi
             assert file["rows_used"][0] == row["used"]
 
 
+def test_time_decides_between_steps_that_the_tachometers_cannot_tell_apart(tmp_path: Path) -> None:
+    """2 and 2.002 %, each off by half a per cent of that, with errors of a ten-thousandth: each step lasts as long as it was set."""
+    near = SLIDING.replace("creepage_percent = 4.0", "creepage_percent = 2.002")
+    rng = np.random.default_rng(3)
+    time = np.arange(420.0)
+    creepage = np.repeat((0.0201, 0.0199, 0.06), (168, 168, 84)) + 1e-4 * rng.standard_normal(420)
+    rows = [f"{t:g},{3000 * (1 + c / 2):.4f},{3000 * (1 - c / 2):.4f},0.5" for t, c in zip(time, creepage, strict=True)]
+    head = "time [s],speed 1 [rpm],speed 2 [rpm],traction ratio [1]"
+    (tmp_path / "log.csv").write_text("\n".join([head, *rows]))
+    traction = load(write(tmp_path, f'{near}\n[measured]\nlog = "log.csv"\n')).experiment.measured.traction
+    assert traction is not None
+    assert [int(np.sum(traction.time < end)) for end in (168.0, 336.0)] == pytest.approx(
+        [len(traction.time) * share for share in (0.4, 0.8)], abs=2
+    )
+
+
 def test_a_log_that_outlasts_the_history_or_is_much_shorter_is_said(tmp_path: Path) -> None:
     whole = read(tmp_path, log()).rows[0].notes
     assert not any("under load" in note for note in whole)

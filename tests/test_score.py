@@ -175,6 +175,22 @@ def test_a_deep_track_is_the_segment_that_its_width_cuts(rig):
     assert depth.max() == pytest.approx(width**2 / (8 * 0.03), rel=0.12)
 
 
+@pytest.mark.parametrize("contact", ["hertz", "half_space"])
+def test_a_track_that_becomes_wider_than_planned_stays_on_its_strips(rig, contact):
+    """An effect wears thirty times as much as was planned, to the same as a wear coefficient thirty times as large."""
+    more = March(dataclasses.replace(rig, contact=contact), [Hidden(wear=lambda _: 30.0)])
+    planned = March(dataclasses.replace(rig, contact=contact, wear=30.0 * rig.wear))
+    one, other = more.run(), planned.run()
+    for march in (more, planned):
+        patch = march._patch
+        edge = patch.ellipse.b if contact == "hertz" else np.abs(patch.y[patch.line_load > 0.0]).max()
+        assert edge < patch.y[-1]
+    assert one.profiles[13][1].max() == pytest.approx(other.profiles[13][1].max(), rel=0.05)
+    assert one.ratio[-1] == pytest.approx(other.ratio[-1], rel=0.01)
+    worn = sum(depth.sum() for depth in one.profiles[13]) * (one.y[1] - one.y[0])
+    assert worn == pytest.approx(30.0 * rig.wear * one.energy / (700 * VICKERS * 2 * np.pi * 0.03), rel=1e-3)
+
+
 # ---------------------------------------------------------------------------------------------- traction, heat
 
 

@@ -199,36 +199,55 @@ class _Patch:
         self._nominal = rig.load * rig.load_tolerance * float(np.prod([h.load for h in hidden]))
         self.load, first = self._nominal * rig.load_over(0), rig.ellipse()
         heaviest = float(np.cbrt(max(rig.loads, default=1.0)))
-        spread = max(h.wander for h in hidden)
-        reach = 1.15 * max(1.3 * rig.half_width(), 1.3 * first.b * heaviest) + 2.5 * spread
+        self._spread, self._evenly = max(h.wander for h in hidden), any(h.wanders_evenly for h in hidden)
+        reach = 1.15 * max(1.3 * rig.half_width(), 1.3 * first.b * heaviest) + 2.5 * self._spread
         count = 2 * int(np.ceil(reach / first.b * rig.strips))
-        self.y = (np.arange(count) + 0.5) * 2.0 * reach / count - reach
-        self.dy = float(self.y[1] - self.y[0])
+        self.dy = 2.0 * reach / count
+        self._longest = 1.2 * first.a * heaviest * float(np.cbrt(max(self._nominal / rig.load, 1.0)))
+        self._lay(count)
         self.worn = np.zeros((2, count))
         self._due, self._pending = np.zeros(count), 0.0
         self._gone, self._expected = 0.0, sum(rig.section(step) for step in rig.steps)
         self._other_disc = sum(h.other_disc for h in hidden)
-        self._spreading = _spreading(self.y, spread, evenly=any(h.wanders_evenly for h in hidden))
-        if self.kind == "half_space":
-            length = 1.2 * first.a * heaviest * np.cbrt(max(self._nominal / rig.load, 1.0))
-            self._solver = HalfSpace(
-                load=self.load, modulus=rig.contact_modulus, curvature_x=2.0 / rig.radius, y=self.y,
-                half_length=float(length), cells=rig.cells,
-            )  # fmt: skip
-        self.press(None)
+        self.press()
 
-    def press(self, worn: Floats | None) -> None:
-        """Press the discs together; `worn` (y, y') [m2/N] is the wear of this step, taken implicitly."""
+    def _lay(self, count: int) -> None:
+        """Lay so many strips beside each other."""
+        self.y = (np.arange(count) + 0.5 - 0.5 * count) * self.dy
+        self._spreading = _spreading(self.y, self._spread, evenly=self._evenly)
+        if self.kind == "half_space":
+            self._solver = HalfSpace(
+                load=self.load, modulus=self._rig.contact_modulus, curvature_x=2.0 / self._rig.radius, y=self.y,
+                half_length=self._longest, cells=self._rig.cells,
+            )  # fmt: skip
+
+    def press(self, *, wears: bool = False) -> None:
+        """Press the discs together; wears: what is due of wear is taken implicitly in half-space contact.
+
+        A patch that comes near the outermost strips gets more of them: some effects wear more than was planned.
+        """
         gap = 0.5 * self._rig.curvature_y * self.y**2 + self.worn.sum(axis=0)
         if self.kind == "half_space":
-            self.line_load = self._solver.solve(gap, worn)
+            self.line_load = self._solver.solve(gap, self._step if wears else None)
             self.half_length = self._solver.half_lengths()
             self.ellipse = equivalent_ellipse(self.half_length, self.dy)
-            return
-        self.ellipse = self._best_ellipse(gap)
-        across = np.maximum(1.0 - (self.y / self.ellipse.b) ** 2, 0.0)
-        self.half_length = self.ellipse.a * np.sqrt(across)
-        self.line_load = self.load * across / (across.sum() * self.dy)
+            widest = float(np.abs(self.y[self.line_load > 0.0]).max())
+        else:
+            self.ellipse = self._best_ellipse(gap)
+            across = np.maximum(1.0 - (self.y / self.ellipse.b) ** 2, 0.0)
+            self.half_length = self.ellipse.a * np.sqrt(across)
+            self.line_load = self.load * across / (across.sum() * self.dy)
+            widest = self.ellipse.b
+        if widest > 0.9 * self.y[-1]:
+            more = len(self.y) // 8
+            self.worn, self._due = np.pad(self.worn, ((0, 0), (more, more))), np.pad(self._due, more, mode="edge")
+            self._lay(len(self.y) + 2 * more)
+            self.press(wears=wears)
+
+    @property
+    def _step(self) -> Floats:
+        """Depth over line load (y, y') [m2/N] of the wear that is due."""
+        return np.asarray(self._due[:, None] ** 0.5 * self._spreading * self._due[None, :] ** 0.5)
 
     def _best_ellipse(self, gap: Floats) -> Ellipse:
         """The Hertz ellipse of the best circle through the gap within the ellipse's own half-width, by bisection."""
@@ -256,9 +275,8 @@ class _Patch:
 
     def _take_off(self) -> None:
         """Take off what is due, and press the discs together anew."""
-        step = self._due[:, None] ** 0.5 * self._spreading * self._due[None, :] ** 0.5
-        self.press(step if self.kind == "half_space" else None)
-        self.worn += self._shared(step @ self.line_load)
+        self.press(wears=True)
+        self.worn += self._shared(self._step @ self.line_load)
         self._gone += self._pending
         self._due, self._pending = np.zeros_like(self.y), 0.0
 
@@ -271,7 +289,7 @@ class _Patch:
         self.load = self._nominal * load_over
         if self.kind == "half_space":
             self._solver.press_with(self.load)
-        self.press(None)
+        self.press()
 
     @property
     def gone(self) -> float:
@@ -288,8 +306,7 @@ class _Patch:
         """Worn off disc 1 and 2 [m] (y,), with what has been taken off since they were pressed together."""
         worn = self.worn
         if self._pending > 0.0:
-            step = self._due[:, None] ** 0.5 * self._spreading * self._due[None, :] ** 0.5
-            worn = worn + self._shared(step @ self.line_load)
+            worn = worn + self._shared(self._step @ self.line_load)
         return worn[0].copy(), worn[1].copy()
 
     def _shared(self, depth: Floats) -> Floats:
@@ -398,6 +415,11 @@ class March:
             for _ in range(parts):
                 self._wear_step(creepage, small, rig.duration(step) / parts / small)
             profiles[done] = self._patch.depths()
+        strips = len(self._patch.y)
+        profiles = {
+            stop: (np.pad(one, (strips - len(one)) // 2), np.pad(other, (strips - len(other)) // 2))
+            for stop, (one, other) in profiles.items()
+        }
         rows = np.array(self._rows)
         moments = dict(zip(_MOMENT, rows.T[1:], strict=True))
         time = np.concatenate([[0.0], moments["time"]])

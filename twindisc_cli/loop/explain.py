@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -207,7 +208,10 @@ class Refusal:
 
 
 def most_probable(compared: Compared) -> Explanation:
-    """The answer with each term exchanged for what the resamples choose more often in its place."""
+    """The answer with each term exchanged for what the resamples choose more often in its place.
+
+    Or the part of it that they choose more often than all that holds this part and more.
+    """
     for _ in range(SEARCH.most_terms):
         better = [
             explanation for name in compared.answer.terms if (explanation := _more_probable(compared, name)) is not None
@@ -215,7 +219,16 @@ def most_probable(compared: Compared) -> Explanation:
         if not better:
             break
         compared = replace(compared, answer=better[0])
-    return compared.answer
+    return next(filter(partial(_is_enough, compared), compared.members), compared.answer)
+
+
+def _is_enough(compared: Compared, part: Explanation) -> bool:
+    """Whether the resamples choose a part of the answer more often than all that holds it and more."""
+    if not part.terms or not part.labels < compared.answer.labels:
+        return False
+    share = {member.labels: weight for member, weight in zip(compared.members, compared.weights, strict=True)}
+    more = sum(weight for labels, weight in share.items() if part.labels < labels)
+    return bool(share[part.labels] > more + RESAMPLING.share_error)
 
 
 def _more_probable(compared: Compared, name: str) -> Explanation | None:

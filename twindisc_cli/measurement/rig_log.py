@@ -324,7 +324,10 @@ def _check_rig(log: Log, rig: Rig, history: History, mean: _Averages, step: Ints
 
 
 def _align(mean: _Averages, history: History, rig: Rig) -> Ints:
-    """The step of each average: the cheapest path that never goes back. Time only decides between equal steps."""
+    """The step of each average: the cheapest path that never goes back.
+
+    Time only decides between steps that are the same, or whose creepages differ by less than the averages scatter.
+    """
     driven = np.flatnonzero(history.step_driven)
     ends = np.array([history.end_time[history.step == k][-1] for k in driven])
     lasts = np.array([history.duration[history.step == k].sum() for k in driven])
@@ -347,7 +350,8 @@ def _align(mean: _Averages, history: History, rig: Rig) -> Ints:
 def _misfit(mean: _Averages, history: History, rig: Rig, driven: Ints) -> Floats:
     """By how much each average is off each step, in tolerances, squared: (average, driven step)."""
     first = history.step_begin[driven]
-    off = np.abs(mean.creepage[:, None] - history.creepage[first]) / tolerance(history)[driven]
+    planned = _told_apart(history.creepage[first], float(np.median(np.abs(np.diff(mean.creepage)))))
+    off = np.abs(mean.creepage[:, None] - planned) / tolerance(history)[driven]
     cost = np.minimum(off, 3.0) ** 2
     if not history.is_constant:
         load = rig.normal_load * history.load_factor[first]
@@ -355,6 +359,15 @@ def _misfit(mean: _Averages, history: History, rig: Rig, driven: Ints) -> Floats
         for values, planned, share in ((mean.load, load, _WRONG_LOAD), (np.abs(mean.speed), speed, _WRONG_SPEED)):
             cost += np.nan_to_num(np.minimum(np.abs(values[:, None] / planned - 1.0) / share, 3.0) ** 2)
     return np.asarray(cost)
+
+
+def _told_apart(planned: Floats, scatter: float) -> Floats:
+    """Planned creepages (step,); where those that follow each other differ by less than the scatter, the first's."""
+    told = planned.copy()
+    for step in range(1, len(told)):
+        if abs(planned[step] - told[step - 1]) < scatter:
+            told[step] = told[step - 1]
+    return told
 
 
 def _settled(creepage: Floats, step: Ints, history: History) -> Bools:

@@ -179,7 +179,7 @@ def spreading(y: Floats, wander: float) -> Floats:
 
 
 def _integrate_half_space(way: _Way, settled: float, *, mirrored: bool) -> WearIntegration:
-    """In units of the strips of each case: with lengths over a scale and loads over its square, contacts are alike."""
+    """In units of the strips of each case: lengths over a scale, loads over its square leave the contact as it is."""
     rig, scale = way.rig, way.scale
     gap = 0.5 * rig.curvature_y * scale * way.y**2 - way.rise / scale
     loads = way.loads[:, None, None] / scale**2
