@@ -150,7 +150,7 @@ def test_rows_are_told_by_every_command(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 def test_time_decides_between_steps_that_the_tachometers_cannot_tell_apart(tmp_path: Path) -> None:
-    """2 and 2.002 %, each off by half a per cent of that, with errors of a ten-thousandth: each step lasts as long as it was set."""
+    """2 and 2.002 %, each off by half a per cent of it, with errors of a ten-thousandth: both last as long as set."""
     near = SLIDING.replace("creepage_percent = 4.0", "creepage_percent = 2.002")
     rng = np.random.default_rng(3)
     time = np.arange(420.0)

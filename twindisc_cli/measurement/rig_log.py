@@ -350,8 +350,8 @@ def _align(mean: _Averages, history: History, rig: Rig) -> Ints:
 def _misfit(mean: _Averages, history: History, rig: Rig, driven: Ints) -> Floats:
     """By how much each average is off each step, in tolerances, squared: (average, driven step)."""
     first = history.step_begin[driven]
-    planned = _told_apart(history.creepage[first], float(np.median(np.abs(np.diff(mean.creepage)))))
-    off = np.abs(mean.creepage[:, None] - planned) / tolerance(history)[driven]
+    like = _like(history.creepage[first], float(np.median(np.abs(np.diff(mean.creepage)))))
+    off = np.abs(mean.creepage[:, None] - history.creepage[first][like]) / tolerance(history)[driven][like]
     cost = np.minimum(off, 3.0) ** 2
     if not history.is_constant:
         load = rig.normal_load * history.load_factor[first]
@@ -361,13 +361,13 @@ def _misfit(mean: _Averages, history: History, rig: Rig, driven: Ints) -> Floats
     return np.asarray(cost)
 
 
-def _told_apart(planned: Floats, scatter: float) -> Floats:
-    """Planned creepages (step,); where those that follow each other differ by less than the scatter, the first's."""
-    told = planned.copy()
-    for step in range(1, len(told)):
-        if abs(planned[step] - told[step - 1]) < scatter:
-            told[step] = told[step - 1]
-    return told
+def _like(planned: Floats, scatter: float) -> Ints:
+    """The first of the steps before each that follow each other and differ by less than a scatter, or itself (step,)."""
+    like = np.arange(len(planned))
+    for step in range(1, len(planned)):
+        if abs(planned[step] - planned[like[step - 1]]) < scatter:
+            like[step] = like[step - 1]
+    return like
 
 
 def _settled(creepage: Floats, step: Ints, history: History) -> Bools:
