@@ -362,7 +362,7 @@ def _misfit(mean: _Averages, history: History, rig: Rig, driven: Ints) -> Floats
 
 
 def _like(planned: Floats, scatter: float) -> Ints:
-    """The first of the steps before each that follow each other and differ by less than a scatter, or itself (step,)."""
+    """For each step the first of a row of steps that differ from that one by less than a scatter (step,)."""
     like = np.arange(len(planned))
     for step in range(1, len(planned)):
         if abs(planned[step] - planned[like[step - 1]]) < scatter:
