@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -219,7 +218,7 @@ def most_probable(compared: Compared) -> Explanation:
         if not better:
             break
         compared = replace(compared, answer=better[0])
-    return next(filter(partial(_is_enough, compared), compared.members), compared.answer)
+    return next((member for member in compared.members if _is_enough(compared, member)), compared.answer)
 
 
 def _is_enough(compared: Compared, part: Explanation) -> bool:

@@ -101,8 +101,8 @@ class WearIntegration:
 class _Way:
     """What is integrated: strips y [m], sections [m2], (1 or case, node), the load [N] at each, how the load is spread.
 
-    rise [m] of the new discs (1 or case, strip); spread: shares of the line load of each strip on each, (strip, strip)
-    or those of each case (case, strip, strip); scale: of the strips of each case, over y (case, 1).
+    rise [m] of the new discs (1 or case, strip); spread: shares of the line load of each strip on each (1 or case,
+    strip, strip); scale: of the strips of each case, over y (case, 1).
     """
 
     rig: Rig

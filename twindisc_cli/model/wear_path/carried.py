@@ -210,14 +210,13 @@ def _through(
     rise = np.zeros_like(y) if setup.start is None else setup.start.on(y)
     kept = np.flatnonzero(np.diff(nodes[0], append=np.inf) > 0.0)
     gap = 0.5 * rig.curvature_y * y**2 + result.depth[0] - rise
-    levels, paths = np.unique(ratios), list[list[WearPath]]()
+    levels, strips, paths = np.unique(ratios), scale[:, None] * y, list[list[WearPath]]()
     for level in levels:
         pressed = _pressed_under(
             setup, y, gap, float(level), result.contact, nodes=nodes, loads=load, kept=kept, scale=scale
         )
         under_load = WearIntegration(result.depth[:, kept], pressed, result.carried)
-        own = scale[:, None] * y
-        paths.append(paths_of(setup, under_load, y=own, nodes=nodes[:, kept], errors=(ERROR, PRESSURE_ERROR)))
+        paths.append(paths_of(setup, under_load, y=strips, nodes=nodes[:, kept], errors=(ERROR, PRESSURE_ERROR)))
     return [CarriedPath(levels, of, float(end)) for of, end in zip(zip(*paths, strict=True), ends[:, -1], strict=True)]
 
 

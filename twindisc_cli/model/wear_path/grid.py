@@ -40,11 +40,12 @@ def strips_of(rig: Rig, section: float, wander: float) -> Floats:
 
 def strips_over(rig: Rig, section: float, wander: float, *, widest: float, narrowest: float, fewest: int) -> Floats:
     """The same for unworn patches of several half-widths [m], the narrowest of which spans so many strips at least."""
-    facet, half = _facet(rig, section), half_width(rig, section, wander, widest)
+    half = half_width(rig, section, wander, widest)
     count = max(STRIPS, 2 * int(np.ceil(0.5 * fewest * half / narrowest)) + 1)
     if count > MOST_STRIPS:
+        times = _facet(rig, section) / narrowest
         raise OutOfRangeError(
-            f"the track would become {facet / narrowest:.3g} times as wide as the unworn patch; it is followed up to "
+            f"the track would become {times:.3g} times as wide as the unworn patch; it is followed up to "
             f"{MOST_STRIPS / STRIPS_ACROSS / 1.25:.0f} times: do load, wear coefficient and profile belong together?"
         )
     return np.asarray(half / (count // 2) * np.arange(-(count // 2), count // 2 + 1), dtype=float)
