@@ -192,6 +192,18 @@ def test_discount_is_the_inverse_root_of_the_covariance() -> None:
     assert root @ covariance @ root == pytest.approx(np.eye(len(TIME)), abs=1e-9)
 
 
+def test_an_input_is_as_far_off_as_the_posterior_of_a_linear_gaussian_model_says() -> None:
+    """Drawn from its prior, and one tolerance by itself; the mean by the normal equations."""
+    problem, _ = with_nuisance(Problem([traction_case(FALLING.traction(TIME))], ("traction",)))
+    assert problem.nuisance is not None
+    columns, generator = problem.nuisance.columns, np.random.default_rng(5)
+    white = columns @ generator.standard_normal(columns.shape[1]) + generator.standard_normal(len(TIME))
+    precision = np.eye(columns.shape[1]) + columns.T @ columns
+    expected = np.linalg.solve(precision, columns.T @ white)
+    assert problem.nuisance.off(problem.discount(white)) == pytest.approx(expected, abs=1e-9)
+    assert len(problem.nuisance.names) == len(expected)
+
+
 def test_what_base_parameters_imitate_is_no_nuisance() -> None:
     problem, found = with_nuisance(Problem([traction_case(FALLING.traction(TIME))], ("traction",)))
     assert problem.nuisance is not None

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 from rigs import Floats, Instruments, Plant, experiment, history, spread, traction_samples
 
+from twindisc_cli.loop.diagnose import inputs_off
 from twindisc_cli.loop.explain import Outcome, explain
 from twindisc_cli.loop.fit import Fit, refit
 from twindisc_cli.loop.judge import rises
 from twindisc_cli.loop.problem import problem_of
-from twindisc_cli.loop.thresholds import ACCEPTANCE
+from twindisc_cli.loop.thresholds import ACCEPTANCE, TOLERANCES
 from twindisc_cli.model.experiment import Disc, Experiment, Measured, Options, ProfilePlace, ProfileSamples
 from twindisc_cli.model.forward import ForwardModel
 
@@ -143,3 +144,21 @@ def test_discs_are_alike_where_what_is_not_known_of_both_is_the_same() -> None:
     assert (disc, hash(disc)) == (same, hash(same))
     assert disc != replace(disc, density=7800.0)
     assert disc != "disc"
+
+
+@pytest.mark.parametrize(("off", "said"), [(0.0, False), (0.5, False), (6.0, True)])
+def test_an_input_further_off_than_its_tolerance_is_said(off: float, said: bool) -> None:
+    """The creepage of one of four steps in partial slip, off by so many of its tolerances."""
+    relative, error = TOLERANCES.step_creepage
+    history_ = replace(
+        COURSE, creepage=COURSE.creepage * (1.0 + off * np.hypot(relative, error / 0.002) * (COURSE.step == 2))
+    )
+    made = ForwardModel(
+        experiment(
+            history_, thermal=None, measured=Measured(traction=traction_samples(history_, TIME, np.zeros(len(TIME))))
+        )
+    ).predict({"mu": np.array([0.5]), "K": np.array([0.0]), "convection_W_K": np.array([np.nan])})
+    noisy = made.traction[0] + 2e-4 * np.random.default_rng(0).standard_normal(len(TIME))
+    seen = Measured(traction=traction_samples(COURSE, TIME, noisy, 2e-4))
+    found = inputs_off(refit(problem_of([experiment(COURSE, thermal=None, measured=seen)])))
+    assert ["creepage of step 3" in note for note in found] == [True] * said

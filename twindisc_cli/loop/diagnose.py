@@ -400,6 +400,19 @@ def _refused(outcome: Outcome) -> list[str]:
     return notes
 
 
+def inputs_off(fitted: Fit) -> list[str]:
+    """Inputs that must be off by more than their tolerances for the model to meet the data."""
+    nuisance = fitted.problem.nuisance
+    if nuisance is None:
+        return []
+    off = zip(nuisance.names, np.abs(nuisance.off(fitted.residual)), strict=True)
+    far = [f"{name} ({by:.1f} times)" for name, by in off if by > ACCEPTANCE.tolerances_off]
+    what = (
+        "what is left is within the noise only if inputs are further off than their tolerances, one standard deviation"
+    )
+    return [f"{what}: {', '.join(far)}"] if far else []
+
+
 def _unfixed(effects: Sequence[FoundEffect]) -> list[str]:
     """Parameters of the effects added that the data do not fix."""
     return [
@@ -429,7 +442,7 @@ def _notes(
 ) -> list[str]:
     """What the reader must know to weigh the verdict; others: tests that are predicted."""
     cases = outcome.problem.cases
-    notes = [*_refused(outcome), *_unfixed(effects), *_equal_covariates(weights)]
+    notes = [*_refused(outcome), *inputs_off(outcome.answer.fit), *_unfixed(effects), *_equal_covariates(weights)]
     notes += [note for other in others for note in _warned(outcome, laws, other)]
     notes += [f"{case.test.name}: {note}" for case in cases for note in _notes_on(case)]
     notes += free_zero.where_free(outcome.sure)

@@ -35,6 +35,8 @@ from twindisc_cli.model.forward import COUNTED, SETTLED, ForwardModel, Integrate
 from twindisc_cli.model.patch import Paths
 
 _Values = Mapping[str, Floats]
+_Off = tuple[str, Floats]
+"""An input that is off by its tolerance, and the white prediction with it (sample,)."""
 
 DECLARED = {"third_body_layer": "initial_slope"}
 """Quantities of the rig whose tolerance in a definition takes the place of that of an effect."""
@@ -185,22 +187,32 @@ class Parameter:
 class Nuisances:
     """What tolerances of the inputs could change: one column each (sample, nuisance), in white numbers.
 
-    columns: what base parameters cannot imitate; absorbed: what they can, and by which the tolerances move them.
+    names: the inputs (nuisance,); columns: what base parameters cannot imitate; absorbed: what they can, and by which
+    the tolerances move them.
     """
 
+    names: Sequence[str]
     columns: Floats
     absorbed: Floats
 
     @cached_property
-    def _shrinkage(self) -> tuple[Floats, Floats]:
-        """Directions of the nuisances (sample, direction), and by how much rows shrink along each."""
-        left, size, _ = np.linalg.svd(self.columns, full_matrices=False)
-        return left, 1.0 / np.sqrt(1.0 + size**2) - 1.0
+    def _directions(self) -> tuple[Floats, Floats, Floats]:
+        """Directions of the nuisances (sample, direction), their lengths, and the nuisances of each of unit length."""
+        return np.linalg.svd(self.columns, full_matrices=False)
 
     def discounted(self, rows: Floats) -> Floats:
         """White rows (..., sample) shrunk along the nuisances: (1 + D D')^(-1/2)."""
-        left, shrink = self._shrinkage
+        left, size, _ = self._directions
+        shrink = 1.0 / np.sqrt(1.0 + size**2) - 1.0
         return np.asarray(rows + ((rows @ left) * shrink) @ left.T)
+
+    def off(self, residual: Floats) -> Floats:
+        """How far the inputs are most probably off, in their tolerances [1] (nuisance,), by a discounted residual.
+
+        The posterior mean of a linear Gaussian model, D' (1 + D D')^-1 r, r the white residual before the discount.
+        """
+        left, size, right = self._directions
+        return np.asarray((size / np.sqrt(1.0 + size**2) * (residual @ left)) @ right)
 
 
 @dataclass(frozen=True)
@@ -456,59 +468,61 @@ class Problem:
         nearby = self.followed(theta)
         predictions = nearby.predict(theta[None])
         plain = nearby.white(predictions)[0]
-        off = nearby._off_effects(theta)
-        rows = [
-            *off.values(),
+        inputs, rows = zip(
+            *nearby._off_effects(theta),
             *nearby._off_sensors(theta, plain),
             *nearby._off_theory(theta, plain),
             nearby._off_track(theta, predictions),
             *nearby._off_creepage(theta),
             *nearby._off_rig(theta),
-        ]
+            strict=True,
+        )
         columns = np.nan_to_num(np.array(rows) - plain).T
         absorbed = span @ (span.T @ columns)
         # mu is meant over the load as set, whatever the load was
-        known = np.array([name.startswith("load_error") for name in off] + [False] * (len(rows) - len(off)))
-        return replace(self, nuisance=Nuisances(columns - absorbed, absorbed[:, ~known]))
+        known = np.array([name.startswith("load_error") for name in inputs])
+        return replace(self, nuisance=Nuisances(inputs, columns - absorbed, absorbed[:, ~known]))
 
-    def _off_effects(self, theta: Floats) -> dict[str, Floats]:
-        """White predictions (sample,) with a small size of each of the effects that are no finding, by parameter.
+    def _off_effects(self, theta: Floats) -> list[_Off]:
+        """White predictions with a small size of each of the effects that are no finding, by parameter.
 
         They come on top of what a test declares: the tolerance of a declared effect is relative to it.
         """
-        return {
-            f"{name}.{key}": self._with_slight(theta, name, key, size)
+        return [
+            (f"{name}.{key}", self._with_slight(theta, name, key, size))
             for name, key, size in TOLERANCES.effects
             if name not in self.terms
-        }
+        ]
 
-    def _off_sensors(self, theta: Floats, plain: Floats) -> list[Floats]:
-        """White predictions (sample,) with one record after the other off by how well its zero and place are known."""
-        rows = []
+    def _off_sensors(self, theta: Floats, plain: Floats) -> list[_Off]:
+        """White predictions with one record after the other off by how well its zero and place are known."""
+        off = []
         for number, case in enumerate(self.cases):
             for name, key, size in known_sensors(case.test):
                 if name not in self.terms:
                     row = self._with_slight(theta, name, key, size)
-                    rows += [np.where(own, row, plain) for own in self._records(number, catalogue()[name].channel)]
-        return rows
+                    for record, own in enumerate(self._records(number, catalogue()[name].channel), 1):
+                        off.append((f"{name}.{key} of record {record} of {case.test.name}", np.where(own, row, plain)))
+        return off
 
-    def _off_theory(self, theta: Floats, plain: Floats) -> list[Floats]:
-        """White predictions (sample,) by the exact law of each test on two cylinders for which FASTSIM is declared."""
+    def _off_theory(self, theta: Floats, plain: Floats) -> list[_Off]:
+        """White predictions by the exact law of each test on two cylinders for which FASTSIM is declared."""
         name = "exact_elasticity"
         tests = [n for n, c in enumerate(self.cases) if c.test.approximates_a_line and name not in c.test.effects]
         if not tests or name in self.terms:
             return []
         row = self._with_slight(theta, name, "share", 1.0)
-        return [np.where(self.owner == number, row, plain) for number in tests]
+        return [(f"{name}.share of {self.tests[n]}", np.where(self.owner == n, row, plain)) for n in tests]
 
-    def _off_track(self, theta: Floats, predictions: Sequence[Prediction]) -> Floats:
-        """White prediction (sample,) with a worn track that rolls a little softer, the nearer it is to a rectangle."""
+    def _off_track(self, theta: Floats, predictions: Sequence[Prediction]) -> _Off:
+        """White prediction with a worn track that rolls a little softer, the nearer it is to a rectangle."""
         extra = []
         for prediction in predictions:
             state = prediction.state
             square = prediction.paths.patch(prediction.section, state.normal_load / state.nominal_load).square
             extra.append({"slope_ratio": 1.0 - TOLERANCES.worn_slope * square})
-        return self._with_each(theta, "worn track", extra, {"worn track": catalogue()["third_body_layer"]})
+        name = "creep stiffness of the worn track"
+        return name, self._with_each(theta, name, extra, {name: catalogue()["third_body_layer"]})
 
     def _with_slight(self, theta: Floats, name: str, key: str, size: float) -> Floats:
         """White prediction (sample,) with a small size of an effect."""
@@ -545,29 +559,30 @@ class Problem:
         place = np.concatenate(places)
         return [place == record for record in range(1, int(place.max()) + 1)]
 
-    def _off_creepage(self, theta: Floats) -> Floats:
-        """White predictions (step, sample) with the creepage of one step after the other off by its tolerance."""
+    def _off_creepage(self, theta: Floats) -> list[_Off]:
+        """White predictions with the creepage of one step after the other off by its tolerance."""
         relative_error, error = TOLERANCES.step_creepage
-        rows = []
+        off = list[_Off]()
         for number, case in enumerate(self.cases):
             history = case.test.history
             relative = np.hypot(relative_error, error / np.maximum(np.abs(history.creepage), 1e-6))
-            factors = 1.0 + relative * (np.unique(history.step)[:, None] == history.step)
+            steps = np.unique(history.step)
+            factors = 1.0 + relative * (steps[:, None] == history.step)
             sets = np.tile(theta, (len(factors), 1))
-            rows.append(self.white(self.moved(sets, number=number, base={"creepage_factor": factors})))
-        return np.concatenate(rows)
+            rows = self.white(self.moved(sets, number=number, base={"creepage_factor": factors}))
+            names = [f"creepage of step {step + 1} of {case.test.name}" for step in steps]
+            off += zip(names, rows, strict=True)
+        return off
 
-    def _off_rig(self, theta: Floats) -> Floats:
-        """White predictions (input, sample) with the geometry and the modulus off by their tolerances.
+    def _off_rig(self, theta: Floats) -> list[_Off]:
+        """White predictions with the geometry and the modulus off by their tolerances.
 
         What that changes is taken from the updated Hertz ellipse, whatever the contact: its wear paths cost little.
         """
-        here = self.white(self.predict(theta[None]))
-        plain, *moved = (
-            self.white(self._on_ellipse(name).predict(theta[None]))
-            for name in (None, "transverse_radius", "youngs_modulus")
-        )
-        return np.concatenate([here + (row - plain) for row in moved])
+        names = ("transverse_radius", "youngs_modulus")
+        here = self.white(self.predict(theta[None]))[0]
+        plain, *moved = (self.white(self._on_ellipse(name).predict(theta[None]))[0] for name in (None, *names))
+        return [(name, here + (row - plain)) for name, row in zip(names, moved, strict=True)]
 
     def _on_ellipse(self, off: str | None) -> Problem:
         """The same problem with the updated Hertz ellipse, and one quantity of the discs off by its tolerance."""

@@ -114,6 +114,8 @@ class Acceptance:
                             formulas' own error.
     mean_square_left        mean square of what an answer leaves of a channel, over that of the noise, above which what
                             is significant is reported, however much was explained.
+    tolerances_off          tolerances beyond which an input that an answer needs to be off is said [1]: of the twenty
+                            inputs of a test one is by chance in one test of a hundred.
     covariates_named        covariates named for an unexplained residual.
     growth, growth_at_most  growth of an error that counts where it is significant, and that counts in any case [1].
     foreign_state           error of the base model on held-out samples, over its error on those fitted, beyond which
@@ -133,6 +135,7 @@ class Acceptance:
     unexplained_beside: float = 0.002
     formula_error: float = 0.2
     mean_square_left: float = 1.3
+    tolerances_off: float = 3.5
     covariates_named: int = 2
     growth: float = 0.05
     growth_at_most: float = 0.2
