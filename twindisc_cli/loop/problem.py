@@ -577,19 +577,23 @@ class Problem:
     def _off_rig(self, theta: Floats) -> list[_Off]:
         """White predictions with the geometry and the modulus off by their tolerances.
 
-        What that changes is taken from the updated Hertz ellipse, whatever the contact: its wear paths cost little.
+        Where loads change or K differs from strip to strip, half-space contact would have to be integrated for each:
+        what they change is then taken from the updated Hertz ellipse.
         """
+        integrated = self.is_local or any(case.model.loads_change for case in self.cases)
         names = ("transverse_radius", "youngs_modulus")
         here = self.white(self.predict(theta[None]))[0]
-        plain, *moved = (self.white(self._on_ellipse(name).predict(theta[None]))[0] for name in (None, *names))
+        plain, *moved = (
+            self.white(self._with_discs(name, hertz=integrated).predict(theta[None]))[0] for name in (None, *names)
+        )
         return [(name, here + (row - plain)) for name, row in zip(names, moved, strict=True)]
 
-    def _on_ellipse(self, off: str | None) -> Problem:
-        """The same problem with the updated Hertz ellipse, and one quantity of the discs off by its tolerance."""
+    def _with_discs(self, off: str | None, *, hertz: bool) -> Problem:
+        """The same problem with one quantity of the discs off by its tolerance; hertz: with the updated ellipse."""
         tests = [
             replace(
                 case.test,
-                options=replace(case.test.options, contact="hertz"),
+                options=replace(case.test.options, contact="hertz") if hertz else case.test.options,
                 rig=case.test.rig if off is None else _off(case.test, off),
             )
             for case in self.cases
