@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from rigs import Floats, Instruments, Plant, experiment, history, spread, traction_samples
+from rigs import Floats, Instruments, Plant, experiment, history, rig, spread, traction_samples
 
 from twindisc_cli.loop.diagnose import inputs_off
 from twindisc_cli.loop.explain import Outcome, explain
@@ -162,3 +162,21 @@ def test_an_input_further_off_than_its_tolerance_is_said(off: float, said: bool)
     seen = Measured(traction=traction_samples(COURSE, TIME, noisy, 2e-4))
     found = inputs_off(refit(problem_of([experiment(COURSE, thermal=None, measured=seen)])))
     assert ["creepage of step 3" in note for note in found] == [True] * said
+
+
+@pytest.mark.parametrize("off", [-1.0, 1.0])
+def test_a_crown_that_is_off_by_its_tolerance_costs_next_to_nothing(off: float) -> None:
+    """In half-space contact, where the updated ellipse leaves a track of another shape, which cost 19."""
+    crown, tolerance, course = 0.01, 0.02, history((0.01, 0.02, 0.04), 40)
+    y, noise = np.linspace(-1.5e-3, 1.5e-3, 301), np.random.default_rng(3).normal(scale=5e-8, size=301)
+    unworn = ProfileSamples(y, np.zeros(len(y)), np.full(len(y), 2), np.full(len(y), len(course.step)))
+    costs = []
+    for true in (crown, crown * (1.0 + off * tolerance)):
+        options = Options(contact="half_space", friction_coefficient=0.6)
+        known = replace(options, wear_coefficient=1e-4)
+        worn = experiment(course, rig=rig(crown=true), options=known, thermal=None, measured=Measured(profile=unworn))
+        base = {"mu": np.array([0.6]), "K": np.array([1e-4]), "convection_W_K": np.array([np.nan])}
+        seen = Measured(profile=replace(unworn, height=ForwardModel(worn).predict(base).profile[0] + noise))
+        test = replace(worn, rig=rig(crown=crown), options=options, measured=seen)
+        costs.append(refit(problem_of([replace(test, tolerances={"transverse_radius": tolerance})])).chi2)
+    assert costs[1] - costs[0] < 8.0
