@@ -38,6 +38,8 @@ _Values = Mapping[str, Floats]
 _Off = tuple[str, Floats]
 """An input that is off by its tolerance, and the white prediction with it (sample,)."""
 
+LITTLE = 3.0
+"""Length of a change [standard deviations of the noise] up to which it may have another shape (correlation 0.9)."""
 DECLARED = {"third_body_layer": "initial_slope"}
 """Quantities of the rig whose tolerance in a definition takes the place of that of an effect."""
 
@@ -578,15 +580,21 @@ class Problem:
         """White predictions with the geometry and the modulus off by their tolerances.
 
         Where loads change or K differs from strip to strip, half-space contact would have to be integrated for each:
-        what they change is then taken from the updated Hertz ellipse.
+        what changes little is then taken from the updated Hertz ellipse.
         """
+        here, off = self.white(self.predict(theta[None]))[0], list[_Off]()
         integrated = self.is_local or any(case.model.loads_change for case in self.cases)
-        names = ("transverse_radius", "youngs_modulus")
-        here = self.white(self.predict(theta[None]))[0]
-        plain, *moved = (
-            self.white(self._with_discs(name, hertz=integrated).predict(theta[None]))[0] for name in (None, *names)
-        )
-        return [(name, here + (row - plain)) for name, row in zip(names, moved, strict=True)]
+        for name in ("transverse_radius", "youngs_modulus"):
+            change = self._change(theta, name, hertz=integrated)
+            if integrated and np.linalg.norm(change) > LITTLE:
+                change = self._change(theta, name, hertz=False)
+            off.append((name, here + change))
+        return off
+
+    def _change(self, theta: Floats, name: str, *, hertz: bool) -> Floats:
+        """White change (sample,) by one quantity of the discs that is off; hertz: with the updated ellipse."""
+        plain, moved = (self._with_discs(off, hertz=hertz) for off in (None, name))
+        return np.asarray(moved.white(moved.predict(theta[None]))[0] - plain.white(plain.predict(theta[None]))[0])
 
     def _with_discs(self, off: str | None, *, hertz: bool) -> Problem:
         """The same problem with one quantity of the discs off by its tolerance; hertz: with the updated ellipse."""
