@@ -401,16 +401,14 @@ def _refused(outcome: Outcome) -> list[str]:
 
 
 def inputs_off(fitted: Fit) -> list[str]:
-    """Inputs that must be off by more than their tolerances for the model to meet the data."""
+    """Inputs with which the model would meet the data better, if they were off by more than their tolerances."""
     nuisance = fitted.problem.nuisance
     if nuisance is None:
         return []
     off = zip(nuisance.names, np.abs(nuisance.off(fitted.residual)), strict=True)
     far = [f"{name} ({by:.1f} times)" for name, by in off if by > ACCEPTANCE.tolerances_off]
-    what = (
-        "what is left is within the noise only if inputs are further off than their tolerances, one standard deviation"
-    )
-    return [f"{what}: {', '.join(far)}"] if far else []
+    what = "the model would meet the data better with inputs that are off by more than their tolerance"
+    return [f"{what} (one standard deviation): {', '.join(far)}"] if far else []
 
 
 def _unfixed(effects: Sequence[FoundEffect]) -> list[str]:

@@ -114,8 +114,8 @@ class Acceptance:
                             formulas' own error.
     mean_square_left        mean square of what an answer leaves of a channel, over that of the noise, above which what
                             is significant is reported, however much was explained.
-    tolerances_off          tolerances beyond which an input that an answer needs to be off is said [1]: of the twenty
-                            inputs of a test one is by chance in one test of a hundred.
+    tolerances_off          tolerances by which an input must most probably be off to be named in a note [1]: of the
+                            twenty inputs of a test one is by chance in one test of a hundred.
     covariates_named        covariates named for an unexplained residual.
     growth, growth_at_most  growth of an error that counts where it is significant, and that counts in any case [1].
     foreign_state           error of the base model on held-out samples, over its error on those fitted, beyond which
