@@ -27,10 +27,10 @@ RECORD = ProfileSamples(
 def paths_of(contact: Contact = "hertz", load: float = 72.0) -> WeightedPaths:
     none = np.zeros((1, 1))
 
-    def path(kind: Contact, wander: float) -> WearPath:
+    def path(kind: Contact, wander: float, crown: float) -> WearPath:
         return wear_path(rig(load=load), contact=kind, section=2e-9, wander=wander)
 
-    return weighted_paths(path, contact, none, none)
+    return weighted_paths(path, contact, none, none, none + 1.0)
 
 
 def state_with(load_ratio: np.ndarray, share: float = 0.0) -> State:

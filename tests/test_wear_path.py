@@ -131,7 +131,7 @@ def test_load_scales_the_path(contact: Contact) -> None:
 def test_another_load_is_read_off_the_same_path() -> None:
     one, other = (wear_path(rig(load=n), contact="hertz", section=s) for n, s in ((72.0, 2e-9), (36.0, 1e-9)))
     none = np.zeros((1, 1))
-    paths = weighted_paths(lambda contact, wander: one, "hertz", none, none)
+    paths = weighted_paths(lambda contact, wander, crown: one, "hertz", none, none, none + 1.0)
     section = np.array([[0.0, 2e-10, 7e-10]])
     patch = paths.patch(section, np.full((1, 3), 0.5))
     for values, expected in ((patch.stiffness, other.stiffness), (patch.area, other.area), (patch.a, other.a)):

@@ -194,6 +194,12 @@ def lateral_offset(rng: Generator, rig: Rig, base: Trace) -> Drawn:
     return Drawn(at, 0.3e-3)
 
 
+def crown_error(rng: Generator, rig: Rig, base: Trace) -> Drawn:
+    """The crown was ground to another radius than the drawing's."""
+    sign = _either(rng)
+    return Drawn(lambda size: Hidden(crown=(1.0 + size) ** sign), 0.8)
+
+
 def wear_partition(rng: Generator, rig: Rig, base: Trace) -> Drawn:
     """Disc 1 takes a share of the wear, as in every pair of like steels."""
     return Drawn(lambda size: Hidden(other_disc=size), 0.6)
@@ -329,8 +335,9 @@ CATALOGUE: dict[str, tuple[str, Draw]] = {
             exact_elasticity,
         ),
         "profile": (
-            half_space_contact, lateral_wander, lateral_offset, wear_partition, severe_wear_transition, wear_threshold,
-            running_in_wear, temperature_dependent_wear, shoulder_pileup, profile_tilt, stylus_smoothing,
+            half_space_contact, lateral_wander, lateral_offset, crown_error, wear_partition,
+            severe_wear_transition, wear_threshold, running_in_wear, temperature_dependent_wear,
+            shoulder_pileup, profile_tilt, stylus_smoothing,
         ),
         "temperature": (
             thermocouple_lag, ambient_drift, parasitic_heat, heat_partition, shaft_conduction, nonlinear_convection,

@@ -50,6 +50,7 @@ class Hidden:
     creepage: float = 0.0  # added to the creepage [1]
     lateral: float = 0.0  # lateral creepage [1]
     load: float = 1.0  # true load over the one set [1]
+    crown: float = 1.0  # true curvature across over the rig's [1]
     flexibility: float = 1.0  # of the surface over that of bare steel [1]
     law: str | None = None
     contact: str | None = None

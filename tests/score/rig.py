@@ -389,7 +389,8 @@ class March:
 
     def __init__(self, rig: Rig, hidden: Sequence[Hidden] = (NOTHING,)) -> None:
         """`hidden`: the effects that act."""
-        self._rig, self._hidden = rig, tuple(hidden) or (NOTHING,)
+        self._hidden = tuple(hidden) or (NOTHING,)
+        self._rig = rig = replace(rig, crown_tolerance=rig.crown_tolerance * prod(h.crown for h in self._hidden))
         self._patch = _Patch(rig, self._hidden)
         self._plant = Plant(capacity=rig.capacity, convection=rig.convection, hidden=self._hidden)
         self._law = next((h.law for h in self._hidden if h.law), rig.law)

@@ -89,7 +89,8 @@ class State:
     [m] of disc 2; nominal_load [N] of the rig, recorded_load [N] by which the traction is divided;
     initial_temperature [K] of disc and sensor.
 
-    operation  creepage, lateral_creepage [1], spin [1/m], normal_load [N], rolling_speed [m/s]
+    operation  creepage, lateral_creepage [1], spin [1/m], normal_load [N], rolling_speed [m/s], crown, transverse
+               radius over the declared one [1]
     friction   mu, the local coefficient of friction [1]
     traction   slope, factor on the initial slope of the traction curve [1]; slip_slope, slope in the area of slip over
                that in the area of adhesion [1]; exactness, from 0 (the declared law) to 1 (the exact theory)
@@ -138,6 +139,7 @@ class State:
     exactness: Floats = field(default_factory=_zero)
     half_space: Floats = field(default_factory=_zero)
     wander: Floats = field(default_factory=_zero)
+    crown: Floats = field(default_factory=_one)
     wear_factor: Floats = field(default_factory=_one)
     disc1_share: Floats = field(default_factory=_zero)
     begins: Floats = field(default_factory=_first)

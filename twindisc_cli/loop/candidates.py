@@ -260,6 +260,7 @@ def searched(problem: Problem) -> list[str]:
         and (stops > 1 or not effect.needs_stops)
         and (timed or not effect.needs_time)
         and (yawed or not effect.needs_yaw)
+        and not (effect.needs_one_load and problem.is_integrated)
     ]
 
 

@@ -75,7 +75,7 @@ class Explanation:
     def plausibility(self) -> float:
         """Logarithm of the prior of its errors of the set-up, relative to none of them.
 
-        A rig's load, creepage, yaw and torque are seldom off by many times what is typical, whatever a formula misses:
+        A rig's load, creepage, yaw, crown, torque are seldom off by many times what is typical, whatever is missing:
         it is not tempered. Where few samples are on the rise of a creep curve, a zero of a fifth of it fits as well.
         """
         problem = self.fit.problem
@@ -148,8 +148,8 @@ def _excess(fitted: Fit, taken: Mapping[str, float]) -> float:
 
 
 def is_error(effect: Effect) -> bool:
-    """Whether an effect is an error of what a rig sets or records of the traction."""
-    return effect.channel == "traction" and effect.stage in ("operation", "sensor")
+    """Whether an effect is an error of what a rig sets, or of what it records of the traction."""
+    return effect.stage == "operation" or (effect.channel == "traction" and effect.stage == "sensor")
 
 
 def evidence_of(explanation: Explanation) -> float:

@@ -30,7 +30,7 @@ from twindisc_cli.effects._state import State, summed
 from twindisc_cli.laws.law import Law
 from twindisc_cli.model import worn
 from twindisc_cli.model.base import MODEL_KEYS, BaseParameters, column
-from twindisc_cli.model.experiment import Contact, Experiment, Floats, Ints
+from twindisc_cli.model.experiment import Contact, Experiment, Floats, Ints, Rig
 from twindisc_cli.model.integration import Weights
 from twindisc_cli.model.patch import AnyPath, OwnPaths, Patch, Paths, WeightedPaths, strips_passed, weighted_paths
 from twindisc_cli.model.points import Points, operating_points
@@ -155,46 +155,59 @@ class ForwardModel:
             sections.append(1.2 * wear_coefficient * rig.normal_load * sliding / self.circumference_hardness)
         return max(sections) / min(1.0, float(self.experiment.history.load_factor.min()))
 
-    def path(self, contact: Contact, wander: float, section: float = 0.0) -> WearPath:
-        """The wear path of this rig; beyond `reach` only where no profile tells how far the wear went."""
+    def path(self, contact: Contact, wander: float, crown: float = 1.0, section: float = 0.0) -> WearPath:
+        """The wear path of this rig; beyond `reach` only where no profile tells how far the wear went.
+
+        crown: transverse radius over the declared one; of discs whose unworn profiles were recorded it is none.
+        """
         enough = self.reach if self.experiment.measured.profile is not None else max(self.reach, section)
-        asked = contact, wander, enough
+        start = self.experiment.measured.start
+        asked = contact, wander, 1.0 if start else crown, enough
         if asked not in self._known_paths:
-            start = self.experiment.measured.start
-            path = wear_path(self.experiment.rig, contact=contact, section=enough, wander=wander, start=start)
+            path = wear_path(self._crowned(asked[2]), contact=contact, section=enough, wander=wander, start=start)
+            path = replace(path, crown=asked[2])
             self._known_paths.update({asked: path} if enough == self.reach else {})
             return path
         return self._known_paths[asked]
 
+    def rig_of(self, path: WearPath) -> Rig:
+        """The rig with the crown of a path."""
+        return self._crowned(path.crown)
+
+    def _crowned(self, crown: float) -> Rig:
+        """The rig with transverse radii of so many times the declared ones."""
+        rig = self.experiment.rig
+        return rig if crown == 1.0 else rig.with_discs("transverse_radius", crown)
+
     @cached_property
-    def _known_paths(self) -> dict[tuple[Contact, float, float], WearPath]:
-        """Paths that have been asked for, by contact, wander and reach [m2]: those that go no further than `reach`."""
+    def _known_paths(self) -> dict[tuple[Contact, float, float, float], WearPath]:
+        """Paths that have been asked for, by contact, wander, crown and reach [m2], that go no further than `reach`."""
         return {}
 
     def paths_through(self, path: WearPath, histories: Sequence[LoadHistory]) -> list[CarriedPath]:
-        """The paths through histories of loads, with the contact and wander of a path of one load.
+        """The paths through histories of loads, with contact, wander and crown of a path of one load.
 
         Fits ask for the same parameters again: their histories are integrated once. New ones are integrated with those
         that are known: what strips and nodes err by falls out of a derivative only where both are found on the same.
         """
-        asked = path.contact, path.wander
+        asked = path.contact, path.wander, path.crown
         known = [self._remembered(asked, history) for history in histories]
         if None in known:
             first = [next(i for i, other in enumerate(histories) if history.is_as(other)) for history in histories]
             new = [histories[i] for i in sorted(set(first))]
-            found = carried_paths(self.experiment.rig, path.contact, new, wander=path.wander, start=path.start)
+            found = carried_paths(self.rig_of(path), path.contact, new, wander=path.wander, start=path.start)
             self._carried.extend((asked, history, carried) for history, carried in zip(new, found, strict=True))
             of = dict(zip(sorted(set(first)), found, strict=True))
             return [of[i] for i in first]
         return [carried for carried in known if carried is not None]
 
-    def _remembered(self, asked: tuple[Contact, float], history: LoadHistory) -> CarriedPath | None:
+    def _remembered(self, asked: tuple[Contact, float, float], history: LoadHistory) -> CarriedPath | None:
         same = (carried for key, known, carried in self._carried if key == asked and known.is_as(history))
         return next(same, None)
 
     @cached_property
-    def _carried(self) -> deque[tuple[tuple[Contact, float], LoadHistory, CarriedPath]]:
-        """The last paths through histories of loads, by contact, wander and history."""
+    def _carried(self) -> deque[tuple[tuple[Contact, float, float], LoadHistory, CarriedPath]]:
+        """The last paths through histories of loads, by contact, wander, crown and history."""
         return deque(maxlen=REMEMBERED)
 
     @cached_property
@@ -541,12 +554,12 @@ class _Chain:
         )
 
     def _local_or_carried(self, path: WearPath, state: State, section: Floats, of: slice) -> list[AnyPath]:
-        """The path of each of some sets, with the contact and wander of a path of one load and one K."""
+        """The path of each of some sets, with contact, wander and crown of a path of one load and one K."""
         by_place = any(law.covariate == "place" for law in self._local_laws)
         if self._one_load(state, section):
             course = self._course(state, section, path.profile_scale, of)
             factors = partial(self._factors, of=of)
-            return [*local_paths(self.model.experiment.rig, path, course, factors, by_place=by_place)]
+            return [*local_paths(self.model.rig_of(path), path, course, factors, by_place=by_place)]
         histories = self._loads(state, section)[of]
         if not self.is_local:
             return [*self.model.paths_through(path, histories)]
@@ -558,7 +571,7 @@ class _Chain:
 
         return [
             *carried_paths(
-                self.model.experiment.rig,
+                self.model.rig_of(path),
                 path.contact,
                 histories,
                 wander=path.wander,
@@ -720,16 +733,16 @@ class _Chain:
         enough = self.model.reach
         if self.model.experiment.measured.profile is None:
             enough = max(enough, float(np.max(section / (state.normal_load / state.nominal_load))))
-        asked = enough, state.half_space.tobytes(), state.wander.tobytes()
+        asked = enough, state.half_space.tobytes(), state.wander.tobytes(), state.crown.tobytes()
         if asked not in self._known_paths:
             path = partial(self.model.path, section=enough)
             declared = self.model.experiment.options.contact
-            self._known_paths[asked] = weighted_paths(path, declared, state.half_space, state.wander)
+            self._known_paths[asked] = weighted_paths(path, declared, state.half_space, state.wander, state.crown)
         return self._known_paths[asked]
 
     @cached_property
-    def _known_paths(self) -> dict[tuple[float, bytes, bytes], WeightedPaths]:
-        """The paths by how far they reach, and shares of half-space contact and wanders as bytes."""
+    def _known_paths(self) -> dict[tuple[float, bytes, bytes, bytes], WeightedPaths]:
+        """The paths by how far they reach, and shares of half-space contact, wanders and crowns as bytes."""
         return {}
 
     def _heat(self, state: State) -> State:

@@ -1,8 +1,8 @@
 """The contact at every operating point, read off the wear paths.
 
-A path is computed for one load, or one history of loads, and one lateral wander. Between wanders it is interpolated
-(cubic, on a fixed grid in units of the unworn half-width b); a path of one load is scaled to another as its `Scaling`
-says, which is exact without wander where the load never changes.
+A path is computed for one load, or one history of loads, one lateral wander and one crown. Between wanders and crowns
+it is interpolated (cubic, on fixed grids in units of the unworn half-width b, and of ln crown); a path of one load is
+scaled to another as its `Scaling` says, which is exact without wander where the load never changes.
 """
 
 from __future__ import annotations
@@ -18,6 +18,9 @@ from twindisc_cli.model.path_table import WANDERS
 from twindisc_cli.model.wear_path import CarriedPath, Scaled, WearPath
 from twindisc_cli.physics import third_body
 from twindisc_cli.physics._even_grid import cubic_weights
+
+CROWNS = np.exp(0.05 * np.arange(-28.0, 29.0))
+"""Transverse radii over the declared one, between which paths are interpolated."""
 
 
 @dataclass(frozen=True)
@@ -193,16 +196,41 @@ def strips_passed(paths: Paths, section: Floats, load_ratio: Floats, cycles: Flo
 
 
 def weighted_paths(
-    path: Callable[[Contact, float], WearPath], declared: Contact, half_space: Floats, wander: Floats
+    path: Callable[[Contact, float, float], WearPath],
+    declared: Contact,
+    half_space: Floats,
+    wander: Floats,
+    crown: Floats,
 ) -> WeightedPaths:
-    """The paths needed for a declared contact, a share of half-space contact (set, 1) and a wander (set, 1) [m]."""
+    """The paths needed for a declared contact and shares of half-space contact, wanders [m], crowns [1], (set, 1)."""
     share = np.ones_like(half_space) if declared == "half_space" else half_space
     blend: list[tuple[Contact, Floats]] = [("hertz", 1.0 - share), ("half_space", share)]
-    if np.any(wander):
-        unit = path(declared, 0.0).wander_unit
-        spread = cubic_weights(WANDERS, np.clip(wander / unit, 0.0, WANDERS[-1]))
-        nodes = [(float(node * unit), spread[..., i]) for i, node in enumerate(WANDERS) if np.any(spread[..., i])]
-    else:
-        nodes = [(0.0, np.ones_like(wander))]
-    chosen = [(path(contact, node), part * weight) for contact, part in blend if np.any(part) for node, weight in nodes]
+    chosen = [
+        (path(contact, wide, ratio), part * of_wander * of_crown)
+        for ratio, of_crown in _crowns(crown)
+        for contact, part in blend
+        if np.any(part)
+        for wide, of_wander in _wanders(path(declared, 0.0, ratio).wander_unit, wander)
+    ]
     return WeightedPaths([p for p, _ in chosen], [w for _, w in chosen])
+
+
+def _wanders(unit: float, wander: Floats) -> list[tuple[float, Floats]]:
+    """Wanders [m] of paths, and their weights (set, 1)."""
+    if not np.any(wander):
+        return [(0.0, np.ones_like(wander))]
+    return _between(WANDERS, np.clip(wander / unit, 0.0, WANDERS[-1]), WANDERS * unit)
+
+
+def _crowns(crown: Floats) -> list[tuple[float, Floats]]:
+    """Crowns of paths over the declared one, and their weights (set, 1)."""
+    if np.all(crown == 1.0):
+        return [(1.0, np.ones_like(crown))]
+    logs = np.log(CROWNS)
+    return _between(logs, np.clip(np.log(crown), logs[0], logs[-1]), CROWNS)
+
+
+def _between(nodes: Floats, at: Floats, values: Floats) -> list[tuple[float, Floats]]:
+    """What stands at those of the nodes (node,) that have any weight at places (set, 1), and the weights (set, 1)."""
+    spread = cubic_weights(nodes, at)
+    return [(float(v), spread[..., i]) for i, v in enumerate(values) if np.any(spread[..., i])]

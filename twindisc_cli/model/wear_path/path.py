@@ -76,7 +76,8 @@ class WearPath:
     patch that sticks all over, square [1] its squareness (`worn`), edge [m] half-width of the worn zone: each (node,);
     y [m] (strip,); depth [m], line_load [N/m]: (node, strip); spread: wear index of a strip over the mean of the patch,
     at CREEPAGES and PLACES (node, creepage, place); error: relative error of the greatest depth; pressure_error: of
-    p0, at the node where it is largest. contact, wander [m] and start are those of the integration.
+    p0, at the node where it is largest. contact, wander [m], start and crown (the transverse radius over that of the
+    rig) are those of the integration.
     """
 
     section: Floats
@@ -98,6 +99,7 @@ class WearPath:
     wander: float = 0.0
     scaling: Scaling = CROWNED
     start: Start | None = None
+    crown: float = 1.0
 
     @property
     def wander_unit(self) -> float:

@@ -21,7 +21,7 @@ def wear_path(
     return remembered(rig, contact, tier(rig, section), float(wander), start)
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=256)
 def remembered(rig: Rig, contact: Contact, section: float, wander: float, start: Start | None) -> WearPath:
     """The path to a `tier`, from where it comes."""
     if rig.is_line:
