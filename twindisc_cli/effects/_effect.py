@@ -60,8 +60,8 @@ class Effect:
     `needs_stops` cannot be told from the base model by one final profile; one that `needs_temperature` does nothing
     where the disc's temperature is not known; one that `needs_time` is not tried on samples recorded without time;
     one that `needs_yaw` not where no step declares a yaw: its longitudinal force alone is that of a softer contact;
-    one that `needs_one_load` not where loads change or K differs from strip to strip: each of its sizes would have to
-    be integrated.
+    one that `needs_crowns` not where wear with other crowns is not tabulated (loads that change, K that differs from
+    strip to strip): each of its sizes would have to be integrated.
     A `local` effect of the stage `wear` is asked strip by strip: it gets the wear index of strips across the track, and
     may use nothing else that changes along the test.
     `over` is the covariate of a learnt law that the effect changes over; "" where it is no law of a single one.
@@ -79,7 +79,7 @@ class Effect:
     needs_temperature: bool = False
     needs_time: bool = False
     needs_yaw: bool = False
-    needs_one_load: bool = False
+    needs_crowns: bool = False
     local: bool = False
     over: str = ""
     test: str = ""

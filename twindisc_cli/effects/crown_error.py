@@ -29,6 +29,6 @@ EFFECT = Effect(
               meaning="transverse radius over the declared one"),
     ),
     apply=apply,
-    needs_one_load=True,
+    needs_crowns=True,
     source="K. L. Johnson, Contact Mechanics (1985), section 4.2",
 )  # fmt: skip

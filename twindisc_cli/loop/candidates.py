@@ -246,6 +246,7 @@ def searched(problem: Problem) -> list[str]:
     declared = {name for case in problem.cases for name in case.test.effects}
     stops = max((max(len(recorded_stops(case.test)), weighed_stops(case.test)) for case in problem.cases), default=0)
     timed = any(is_timed(case) for case in problem.cases)
+    crowned = not problem.is_local and all(case.model.knows_crowns for case in problem.cases)
     yawed = any(np.any(case.test.history.yaw != 0.0) for case in problem.cases)
     for channel in ("traction", "profile"):
         seen = [{name for name, _, _ in known_sensors(case.test)} for case in problem.cases if channel in case.noise]
@@ -260,7 +261,7 @@ def searched(problem: Problem) -> list[str]:
         and (stops > 1 or not effect.needs_stops)
         and (timed or not effect.needs_time)
         and (yawed or not effect.needs_yaw)
-        and not (effect.needs_one_load and problem.is_integrated)
+        and (crowned or not effect.needs_crowns)
     ]
 
 

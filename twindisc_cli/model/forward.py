@@ -32,7 +32,17 @@ from twindisc_cli.model import worn
 from twindisc_cli.model.base import MODEL_KEYS, BaseParameters, column
 from twindisc_cli.model.experiment import Contact, Experiment, Floats, Ints, Rig
 from twindisc_cli.model.integration import Weights
-from twindisc_cli.model.patch import AnyPath, OwnPaths, Patch, Paths, WeightedPaths, strips_passed, weighted_paths
+from twindisc_cli.model.patch import (
+    CROWNS,
+    AnyPath,
+    OwnPaths,
+    Patch,
+    Paths,
+    WeightedPaths,
+    strips_passed,
+    weighted_paths,
+)
+from twindisc_cli.model.path_table import is_covered
 from twindisc_cli.model.points import Points, operating_points
 from twindisc_cli.model.settling import Passes
 from twindisc_cli.model.surface import Stops, recorded_sections, worn_surface
@@ -169,6 +179,15 @@ class ForwardModel:
             self._known_paths.update({asked: path} if enough == self.reach else {})
             return path
         return self._known_paths[asked]
+
+    @cached_property
+    def knows_crowns(self) -> bool:
+        """Whether wear under one load is tabulated for all crowns, so that none has to be integrated."""
+        if self.experiment.rig.is_line or self.experiment.measured.start is not None or self.loads_change:
+            return False
+        rigs = [self._crowned(float(crown)) for crown in (CROWNS[0], CROWNS[-1])]
+        ratios = [(rig.curvature_y / rig.curvature_x, rig) for rig in rigs]
+        return all(is_covered(ratio, self.reach / first_section(rig), 0.0) for ratio, rig in ratios)
 
     def rig_of(self, path: WearPath) -> Rig:
         """The rig with the crown of a path."""
