@@ -40,6 +40,8 @@ _Off = tuple[str, Floats]
 
 LITTLE = 3.0
 """Length of a change [standard deviations of the noise] up to which it may have another shape (correlation 0.9)."""
+QUANTITIES_OF_DISCS = {"transverse_radius": "crown_error", "youngs_modulus": None}
+"""What may be off of both discs, and the effect that stands in the place of its tolerance."""
 DECLARED = {"third_body_layer": "initial_slope"}
 """Quantities of the rig whose tolerance in a definition takes the place of that of an effect."""
 
@@ -583,20 +585,21 @@ class Problem:
         what changes little is then taken from the updated Hertz ellipse.
         """
         here, off = self.white(self.predict(theta[None]))[0], list[_Off]()
-        integrated = self.is_local or any(case.model.loads_change for case in self.cases)
-        for name in ("transverse_radius", "youngs_modulus"):
-            if name == "transverse_radius" and "crown_error" in self.terms:
+        rough = self._white_with_discs(theta, None, hertz=self.is_integrated)
+        for name, effect in QUANTITIES_OF_DISCS.items():
+            if effect in self.terms:
                 continue
-            change = self._change(theta, name, hertz=integrated)
-            if integrated and np.linalg.norm(change) > LITTLE:
-                change = self._change(theta, name, hertz=False)
+            change = self._white_with_discs(theta, name, hertz=self.is_integrated) - rough
+            if self.is_integrated and np.linalg.norm(change) > LITTLE:
+                plain, moved = (self._white_with_discs(theta, each, hertz=False) for each in (None, name))
+                change = moved - plain
             off.append((name, here + change))
         return off
 
-    def _change(self, theta: Floats, name: str, *, hertz: bool) -> Floats:
-        """White change (sample,) by one quantity of the discs that is off; hertz: with the updated ellipse."""
-        plain, moved = (self._with_discs(off, hertz=hertz) for off in (None, name))
-        return np.asarray(moved.white(moved.predict(theta[None]))[0] - plain.white(plain.predict(theta[None]))[0])
+    def _white_with_discs(self, theta: Floats, off: str | None, *, hertz: bool) -> Floats:
+        """White prediction (sample,) with one quantity of the discs off; hertz: with the updated ellipse."""
+        problem = self._with_discs(off, hertz=hertz)
+        return np.asarray(problem.white(problem.predict(theta[None]))[0])
 
     def _with_discs(self, off: str | None, *, hertz: bool) -> Problem:
         """The same problem with one quantity of the discs off by its tolerance; hertz: with the updated ellipse."""

@@ -42,7 +42,6 @@ from twindisc_cli.model.patch import (
     strips_passed,
     weighted_paths,
 )
-from twindisc_cli.model.path_table import is_covered
 from twindisc_cli.model.points import Points, operating_points
 from twindisc_cli.model.settling import Passes
 from twindisc_cli.model.surface import Stops, recorded_sections, worn_surface
@@ -57,6 +56,7 @@ from twindisc_cli.model.wear_path import (
     WearPath,
     carried_paths,
     first_section,
+    is_tabulated,
     local_paths,
     wear_path,
     weights_on,
@@ -172,10 +172,11 @@ class ForwardModel:
         """
         enough = self.reach if self.experiment.measured.profile is not None else max(self.reach, section)
         start = self.experiment.measured.start
-        asked = contact, wander, 1.0 if start else crown, enough
+        crown = crown if start is None else 1.0
+        asked = contact, wander, crown, enough
         if asked not in self._known_paths:
-            path = wear_path(self._crowned(asked[2]), contact=contact, section=enough, wander=wander, start=start)
-            path = replace(path, crown=asked[2])
+            path = wear_path(self.crowned(crown), contact=contact, section=enough, wander=wander, start=start)
+            path = replace(path, crown=crown)
             self._known_paths.update({asked: path} if enough == self.reach else {})
             return path
         return self._known_paths[asked]
@@ -183,17 +184,10 @@ class ForwardModel:
     @cached_property
     def knows_crowns(self) -> bool:
         """Whether wear under one load is tabulated for all crowns, so that none has to be integrated."""
-        if self.experiment.rig.is_line or self.experiment.measured.start is not None or self.loads_change:
-            return False
-        rigs = [self._crowned(float(crown)) for crown in (CROWNS[0], CROWNS[-1])]
-        ratios = [(rig.curvature_y / rig.curvature_x, rig) for rig in rigs]
-        return all(is_covered(ratio, self.reach / first_section(rig), 0.0) for ratio, rig in ratios)
+        rigs, start = (self.crowned(float(crown)) for crown in (CROWNS[0], CROWNS[-1])), self.experiment.measured.start
+        return not self.loads_change and all(is_tabulated(rig, self.reach, start=start) for rig in rigs)
 
-    def rig_of(self, path: WearPath) -> Rig:
-        """The rig with the crown of a path."""
-        return self._crowned(path.crown)
-
-    def _crowned(self, crown: float) -> Rig:
+    def crowned(self, crown: float) -> Rig:
         """The rig with transverse radii of so many times the declared ones."""
         rig = self.experiment.rig
         return rig if crown == 1.0 else rig.with_discs("transverse_radius", crown)
@@ -214,7 +208,7 @@ class ForwardModel:
         if None in known:
             first = [next(i for i, other in enumerate(histories) if history.is_as(other)) for history in histories]
             new = [histories[i] for i in sorted(set(first))]
-            found = carried_paths(self.rig_of(path), path.contact, new, wander=path.wander, start=path.start)
+            found = carried_paths(self.crowned(path.crown), path.contact, new, wander=path.wander, start=path.start)
             self._carried.extend((asked, history, carried) for history, carried in zip(new, found, strict=True))
             of = dict(zip(sorted(set(first)), found, strict=True))
             return [of[i] for i in first]
@@ -578,7 +572,7 @@ class _Chain:
         if self._one_load(state, section):
             course = self._course(state, section, path.profile_scale, of)
             factors = partial(self._factors, of=of)
-            return [*local_paths(self.model.rig_of(path), path, course, factors, by_place=by_place)]
+            return [*local_paths(self.model.crowned(path.crown), path, course, factors, by_place=by_place)]
         histories = self._loads(state, section)[of]
         if not self.is_local:
             return [*self.model.paths_through(path, histories)]
@@ -590,7 +584,7 @@ class _Chain:
 
         return [
             *carried_paths(
-                self.model.rig_of(path),
+                self.model.crowned(path.crown),
                 path.contact,
                 histories,
                 wander=path.wander,

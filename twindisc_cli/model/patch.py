@@ -10,6 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -205,20 +206,23 @@ def weighted_paths(
     """The paths needed for a declared contact and shares of half-space contact, wanders [m], crowns [1], (set, 1)."""
     share = np.ones_like(half_space) if declared == "half_space" else half_space
     blend: list[tuple[Contact, Floats]] = [("hertz", 1.0 - share), ("half_space", share)]
-    chosen = [
-        (path(contact, wide, ratio), part * of_wander * of_crown)
-        for ratio, of_crown in _crowns(crown)
-        for contact, part in blend
-        if np.any(part)
-        for wide, of_wander in _wanders(path(declared, 0.0, ratio).wander_unit, wander)
-    ]
+    chosen = list[tuple[WearPath, Floats]]()
+    for ratio, of_crown in _crowns(crown):
+        wanders = _wanders(partial(path, declared, 0.0, ratio), wander)
+        chosen += [
+            (path(contact, wide, ratio), part * of_wander * of_crown)
+            for contact, part in blend
+            if np.any(part)
+            for wide, of_wander in wanders
+        ]
     return WeightedPaths([p for p, _ in chosen], [w for _, w in chosen])
 
 
-def _wanders(unit: float, wander: Floats) -> list[tuple[float, Floats]]:
-    """Wanders [m] of paths, and their weights (set, 1)."""
+def _wanders(straight: Callable[[], WearPath], wander: Floats) -> list[tuple[float, Floats]]:
+    """Wanders [m] of paths, and their weights (set, 1); straight: gives the path without any, where one is needed."""
     if not np.any(wander):
         return [(0.0, np.ones_like(wander))]
+    unit = straight().wander_unit
     return _between(WANDERS, np.clip(wander / unit, 0.0, WANDERS[-1]), WANDERS * unit)
 
 

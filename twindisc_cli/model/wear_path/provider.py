@@ -21,14 +21,21 @@ def wear_path(
     return remembered(rig, contact, tier(rig, section), float(wander), start)
 
 
-@lru_cache(maxsize=256)
+def is_tabulated(rig: Rig, section: float, wander: float = 0.0, start: Start | None = None) -> bool:
+    """Whether the table holds the path to at least `section` [m2]; none of a line, none from recorded new discs."""
+    if rig.is_line or start is not None:
+        return False
+    scaled = tier(rig, section) / first_section(rig), wander / float(rig.patch.b)
+    return path_table.is_covered(rig.curvature_y / rig.curvature_x, *scaled)
+
+
+@lru_cache(maxsize=64)
 def remembered(rig: Rig, contact: Contact, section: float, wander: float, start: Start | None) -> WearPath:
     """The path to a `tier`, from where it comes."""
     if rig.is_line:
         if start is not None:
             raise OutOfRangeError("along a line contact the profile of the new discs is not followed")
         return worn_strip(rig, section, wander)
-    scaled = section / first_section(rig), wander / float(rig.patch.b)
-    if start is None and path_table.is_covered(rig.curvature_y / rig.curvature_x, *scaled):
+    if is_tabulated(rig, section, wander, start):
         return tabulated_path(rig, contact, section, wander)
     return integrated_path(rig, contact, section, wander, start)
