@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from rigs import SPEED, Floats, Instruments, Plant, history, rig
 
-from twindisc_cli.loop.diagnose import diagnose, few_profiles
-from twindisc_cli.loop.diagnosis import Diagnosis, FoundEffect
+from twindisc_cli.loop.diagnose import diagnose, few_profiles, predicted_badly
+from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis, FoundEffect, PredictedErrors
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import at
 from twindisc_cli.loop.problem import Problem, case_of
@@ -305,6 +305,22 @@ def test_another_history_that_is_predicted_worse_is_said() -> None:
     assert times > 1.05
     said = f"on this other history the traction is predicted worse than by the base model, {times:.2f} times its error"
     assert f"other: {said}" in found.notes
+
+
+@pytest.mark.parametrize(
+    ("as_predicted", "own_level", "said"),
+    [(3.0, 2.0, "missed by 2.0 times its noise"), (9.0, 1.2, ""), (1.4, 1.4, ""), (9.9, 9.9, "missed by 9.9 times")],
+)
+def test_another_history_that_is_missed_is_said(as_predicted: float, own_level: float, said: str) -> None:
+    """Not where only its level differs, and by more than noise alone makes."""
+
+    def error(after: float) -> ChannelError:
+        return ChannelError("1", 0.01, 0.0, np.nan, np.nan, 0.1, 0.01 * after)
+
+    missed = PredictedErrors("other", {"traction": error(as_predicted)}, {"traction": error(own_level)}, {})
+    notes = predicted_badly([missed])
+    assert len(notes) == bool(said)
+    assert all(f"other: on this other history the traction is {said}" in note for note in notes)
 
 
 # ------------------------------------------------------------------------------------------------ declared effects

@@ -90,7 +90,7 @@ def diagnose(
         curves=_curves(outcome),
         p_values={channel: rest.p_value for channel, rest in before.items()},
         held_out_steps={test.name: steps_withheld(test) for test in tests},
-        notes=[*_notes(outcome, effects, laws, weights, others), *_predicted_worse(predictions)],
+        notes=[*_notes(outcome, effects, laws, weights, others), *predicted_badly(predictions)],
         next_experiment=_next(outcome, weights, left),
         validation=predictions[-1] if unseen else None,
         step_scatter=scattered,
@@ -565,16 +565,26 @@ def _predicted_errors(first: PredictedTest, last: Sequence[PredictedTest], mixtu
     return errors
 
 
-def _predicted_worse(predictions: Sequence[PredictedErrors]) -> list[str]:
-    """Tests that were not fitted of which the base model predicts a channel better, and the answer not to the noise."""
+def predicted_badly(predictions: Sequence[PredictedErrors]) -> list[str]:
+    """Tests that were not fitted of which the answer misses a channel, or the base model predicts it better."""
     return [
-        f"{predicted.test}: on this other history the {channels()[channel].label} is predicted worse than by the base "
-        f"model, {error.held_out_after / error.held_out_before:.2f} times its error"
+        f"{predicted.test}: on this other history the {channels()[channel].label} is {how}"
         for predicted in predictions
         for channel, error in predicted.errors.items()
-        if error.held_out_after
-        > max((1.0 + ACCEPTANCE.growth) * error.held_out_before, ACCEPTANCE.predicted * error.noise)
+        if (how := _how_badly(error, predicted.at_own_level[channel]))
     ]
+
+
+def _how_badly(error: ChannelError, at_own_level: ChannelError) -> str:
+    """What is wrong with a prediction, if anything; at_own_level: the same with the level of the test known."""
+    before, after = error.held_out_before, error.held_out_after
+    if after > max((1.0 + ACCEPTANCE.growth) * before, ACCEPTANCE.predicted * error.noise):
+        return f"predicted worse than by the base model, {after / before:.2f} times its error"
+    missed = min(after, at_own_level.held_out_after) / error.noise
+    if missed > ACCEPTANCE.missed:
+        noise = "assumed noise" if error.assumed else "noise"
+        return f"missed by {missed:.1f} times its {noise}: what was found does not hold there, or more is missing"
+    return ""
 
 
 def _warned(outcome: Outcome, laws: Sequence[FoundLaw], case: Case) -> list[str]:
