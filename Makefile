@@ -1,6 +1,7 @@
 # make run     every command on every test definition, and the figures of the paper under results/figures
 # make figures the figures of the paper one by one, and what they need
 # make test    style, types, layers and the tests         make lint    without the tests
+# make test-long   draws of many seeds, real records in parts, clusters: ten minutes more
 # make dist    wheel and source distribution in build/dist, the same bytes each time         make test-minimum   these alone, with the oldest versions
 # make test-python   these alone, on Python 3.12 and 3.13, with the newest versions: PYTHONS="python3.12 /opt/python3.13/bin/python3"
 # make bench   measured numbers beside their targets         make score   the closed loop on synthetic tests
@@ -22,15 +23,19 @@ SOURCES := $(shell find twindisc_cli -name '*.py' -o -name '*.npz' -o -name '*.h
 # `make -j2 run` computes two results at a time.
 export OMP_NUM_THREADS = 1
 
-.PHONY: run figures test dist test-minimum test-python lint fuzz bench score records docs schema clean
+.PHONY: run figures test test-long dist test-minimum test-python lint fuzz bench score records docs schema clean
 
-$(RUNTIME): pyproject.toml constraints.txt
-	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+$(BIN)/python:
+	$(PYTHON) -m venv $(VENV)
+
+$(RUNTIME): pyproject.toml constraints.txt | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
 	touch $@
 
-$(DEVELOPMENT): $(RUNTIME)
+# It holds what runs the program, too: one call of pip, not two.
+$(DEVELOPMENT): pyproject.toml constraints.txt | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	test -e $(RUNTIME) || touch $(RUNTIME)
 	touch $@
 
 $(DOCUMENTATION): $(RUNTIME)
@@ -108,6 +113,9 @@ run: $(RESULTS) $(PAPER) $(FIGURES)
 
 test: lint
 	$(BIN)/python -m pytest -n 2 --dist worksteal
+
+test-long: $(DEVELOPMENT)
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m long
 
 # The same files give the same bytes: dated as SOURCE_DATE_EPOCH says, else as the last commit; packed in order, by nobody.
 dist: export SOURCE_DATE_EPOCH ?= $(shell git log -1 --format=%ct 2>/dev/null || echo 315532800)

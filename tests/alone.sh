@@ -10,4 +10,4 @@ find "$folder/twindisc_cli" -name '*.py' -delete
 "$folder/.venv/bin/python" -m pip install --quiet --disable-pip-version-check "$@" \
   "$(ls build/dist/*.whl)[test,cluster,rigs]"
 "$folder/.venv/bin/python" -m pip check
-cd "$folder" && .venv/bin/python -m pytest -n 2 --dist worksteal
+cd "$folder" && .venv/bin/python -m pytest -n 2 --dist worksteal -m ""

@@ -86,6 +86,7 @@ def results(folder: Path) -> int:
     return len(list(folder.glob("results/*/identify-mu.h5")))
 
 
+@pytest.mark.long
 def test_one_dies_one_joins_late_and_one_does_not_fit(folder: Path, machines: Machines) -> None:
     named(folder, *(f"t{i}" for i in range(6)))
     other = machines.folder / "other/twindisc_cli"
@@ -107,6 +108,7 @@ def test_one_dies_one_joins_late_and_one_does_not_fit(folder: Path, machines: Ma
     assert tree(folder / "results") == tree(folder / "here")
 
 
+@pytest.mark.long
 def test_when_the_scheduler_dies_the_rest_is_computed_by_the_next_call(folder: Path, machines: Machines) -> None:
     named(folder, *(f"t{i}" for i in range(8)))
     machines.worker("--no-nanny")

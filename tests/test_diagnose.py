@@ -194,6 +194,7 @@ def test_a_burst_is_nobodys_and_is_learnt_over_time() -> None:
     assert error.after < 0.4 * error.before
 
 
+@pytest.mark.long
 def test_empty_tests_with_correlated_noise_raise_no_alarm() -> None:
     plant, rods = PLANTS["nothing"], Instruments(channels=("traction", "temperature"), correlation=0.5)
     verdicts = [run(rods.record(plant, np.random.default_rng(seed))).verdict for seed in range(8)]

@@ -160,6 +160,7 @@ def test_more_parameters_than_the_data_need_are_paid_for() -> None:
 # ------------------------------------------------------------------------------------------------ coverage
 
 
+@pytest.mark.long
 def test_ninety_percent_intervals_cover() -> None:
     """120 draws of the noise on one test; the noise is estimated anew in each, the laws are not the program's code."""
     truth = {"mu": 0.6, "falling_friction.ratio": 0.5, "falling_friction.decay_s_m": 4.0}

@@ -149,6 +149,7 @@ def of_sweeps() -> GroupDiagnosis:
     return diagnose_group(sweeps(), quiet)
 
 
+@pytest.mark.long
 def test_sweeps_of_one_ball_follow_one_law() -> None:
     """Of the sweeps left out, the others predict all but a third of what a constant mu leaves."""
     found = of_sweeps()
@@ -158,6 +159,7 @@ def test_sweeps_of_one_ball_follow_one_law() -> None:
     assert error.left_out_at_own_level <= error.left_out
 
 
+@pytest.mark.long
 def test_the_level_of_the_sweeps_wanders() -> None:
     """The mean T/N above 10 % of creepage, which no law of this program made, says the same of every level."""
     levels = of_sweeps().levels["mu"]

@@ -89,6 +89,7 @@ def test_a_rich_trend_does_not_make_the_correlation_longer() -> None:
     assert max(cautious) < 1.6
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("channel", CHANNELS)
 @pytest.mark.parametrize("uneven", [False, True])
 @pytest.mark.parametrize("correlation", [0.3, 0.6])
@@ -101,6 +102,7 @@ def test_restricted_likelihood_is_unbiased(channel: str, uneven: bool, correlati
     assert found[:, 1].std() < 2.0 * standard_error(correlation)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("correlation", [0.0, 0.3, 0.6])
 def test_the_cautious_correlation_is_about_two_standard_errors_longer(correlation: float) -> None:
     longer, cautious = [], []

@@ -40,12 +40,14 @@ def halves() -> list[Back]:
     return come_back(of_halves("eurosprinter", seed) for seed in range(SPLITS))
 
 
+@pytest.mark.long
 @pytest.mark.xfail(reason="a half without its held-out samples names what the other does in 8 of 17", strict=True)
 def test_what_one_half_of_eurosprinter_names_is_in_the_set_of_the_other() -> None:
     """In four of five, over splits at random: no formula is exact there, and a name must come back."""
     assert np.mean([back.found for back in halves()]) >= 0.8
 
 
+@pytest.mark.long
 def test_names_of_eurosprinter_come_back_as_often_as_their_probability_says() -> None:
     assert halves()
     found, reported = (np.mean([getattr(back, of) for back in halves()]) for of in ("found", "probability"))
@@ -66,6 +68,7 @@ def test_the_error_of_a_range_of_creepages_that_nothing_saw_is_below_the_base_mo
 ABOVE = pytest.mark.xfail(reason="above 10 % the film says less than a constant friction: 0.019 for 0.017", strict=True)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("sweep", "block"),
     [
@@ -81,6 +84,7 @@ def test_the_error_at_an_end_of_a_sweep_that_nothing_saw_is_below_the_base_model
     assert found.loop < found.base
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("learnt", "most"),
     [(choice(0), 0.45), (range(5), 0.5), (range(15, 20), 0.5)],
@@ -103,6 +107,7 @@ def test_friction_settles_in_the_tribometer() -> None:
     assert raises_nothing(found)
 
 
+@pytest.mark.long
 def test_the_law_that_a_half_of_the_running_in_teaches_is_that_of_the_other_half() -> None:
     one, two = of_halves("mtm_running_in", SEED)
     assert one.named.keys() == two.named.keys() == {"mu over time"}

@@ -325,6 +325,7 @@ def test_time_and_creepage_are_one_on_a_ramp_and_two_on_another_history(rig):
     assert is_separable("creepage", up_and_down, elsewhere)
 
 
+@pytest.mark.long
 def test_a_test_is_written_the_same_for_the_same_seed_and_its_truth_elsewhere(tmp_path, monkeypatch):
     monkeypatch.setattr(Rig, "fine", lambda rig: rig)
     case = Case(3, ("thermocouple_lag",))

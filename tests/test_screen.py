@@ -61,6 +61,7 @@ def test_unpaid_p_values_would_not_be() -> None:
     assert np.mean(np.array(least) < 0.05) > 0.4
 
 
+@pytest.mark.long
 def test_correlated_noise_that_is_estimated_alarms_rarely() -> None:
     """The noise is estimated in every draw, nuisances and all; at the 5 % level no more than twice that."""
     alarms = []

@@ -19,6 +19,7 @@ from twindisc_cli.loop.diagnosis import Diagnosis
 Floats = NDArray[np.float64]
 LOAD, RADIUS, YOUNG, POISSON = 72.0, 0.03, 206e9, 0.3
 STEP_S = 300.0
+SEEDS = [1, *(pytest.param(seed, marks=pytest.mark.long) for seed in (2, 3))]
 DEFINITION = """schema = 1
 [test]
 name = "sensor"
@@ -92,7 +93,7 @@ def names(found: Diagnosis) -> set[str]:
     return {e.name for e in every} | {str(other.term) for e in every for other in e.alternatives}
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", SEEDS)
 def test_a_zero_of_the_torque_is_named_under_loads_that_change(tmp_path: Path, seed: int) -> None:
     rng = np.random.default_rng(seed)
     percent = levels(rng)
@@ -103,7 +104,7 @@ def test_a_zero_of_the_torque_is_named_under_loads_that_change(tmp_path: Path, s
     assert not found.laws
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", SEEDS)
 def test_a_gain_that_jumps_is_named(tmp_path: Path, seed: int) -> None:
     """Where the creepages go up and down; a coefficient of friction that jumps leaves partial slip as it was."""
     rng = np.random.default_rng(seed)
@@ -127,6 +128,7 @@ def test_noise_of_the_tachometers_is_no_finding(tmp_path: Path, seed: int) -> No
     assert names(found) == set()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("memory", [0.0, 50.0], ids=["1/f", "a slow part beside white"])
 def test_noise_that_wanders_is_no_finding(tmp_path: Path, memory: float) -> None:
     """In one of thirty draws of 1/f noise a law was given, in two of twenty of a slow part an effect."""

@@ -24,6 +24,7 @@ CURVES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", CURVES)
 def test_the_student_finds_the_law_of_a_creep_curve(name: str) -> None:
     best, average = student(V, UNTIMED, CURVES[name] + NOISE)

@@ -196,6 +196,7 @@ def measured_after(test: Experiment, k: float, *, noise: float, seed: int) -> Ex
     )
 
 
+@pytest.mark.long
 def test_a_known_k_is_found_again_with_an_honest_error(ambient):
     misses = []
     for seed in range(8):

@@ -112,7 +112,7 @@ def _shown_by_held_out(outcome: Outcome) -> tuple[str, ...]:
     shown = _channels_of_choice(outcome) if not answer.terms else set()
     left = {channel: unexplained_residual(whole, channel) for channel in unexplained - shown}
     shown |= {channel for channel, rest in left.items() if is_unexplained(rest, whole, base)}
-    seen = {channel for channel, rest in left.items() if not answer.terms or rest.p_value <= SEARCH.nothing_left}
+    seen = {channel for channel, rest in left.items() if rest.p_value <= SEARCH.nothing_left}
     shown |= _channels_of_more(judged, seen - shown) if seen - shown else set()
     return tuple(channel for channel in outcome.problem.channels if channel in unexplained & shown)
 
