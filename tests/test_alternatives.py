@@ -37,7 +37,7 @@ def line(quantity: str, covariate: str) -> Trial:
 
 
 def explanation(problem: Problem, evidence: float, residual: Floats) -> Explanation:
-    """An explanation that leaves this residual; the price of its choice gives it this evidence."""
+    """An explanation that leaves this residual; the cost of its choice gives it this evidence."""
     fitted = replace(at(problem, problem.start()), residual=residual)
     return Explanation(fitted, {"choice": fitted.evidence - evidence}, fitted.chi2)
 

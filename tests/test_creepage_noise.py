@@ -29,7 +29,7 @@ def scattered(seed: int, *, real: bool, noise: float = 0.002) -> tuple[np.ndarra
 def test_what_the_tachometers_err_by_is_taken_off(seed: int) -> None:
     found = steadied(*scattered(seed, real=False), TIME, STEP)
     assert found.std == pytest.approx(ERROR, rel=0.2)
-    assert found.told
+    assert found.is_noise
     assert np.abs(found.creepage - LEVELS[STEP]).max() < 3.5 * ERROR / np.sqrt(40)
 
 
@@ -45,7 +45,7 @@ def test_slip_that_the_traction_follows_stays(seed: int) -> None:
 def test_scatter_without_memory_that_the_traction_does_not_show_is_left_out(noise: float) -> None:
     """It would flatten the model's curve; but nobody says that it is the tachometers'."""
     found = steadied(*scattered(1, real=False, noise=noise), TIME, STEP)
-    assert not found.told
+    assert not found.is_noise
     assert found.note is not None
     assert "too little for the traction to separate" in found.note
     assert np.abs(found.creepage - LEVELS[STEP]).max() < 3.5 * ERROR / np.sqrt(40)

@@ -99,7 +99,7 @@ def problem_of(missed: float, change: Floats | float = 0.0) -> Problem:
 def averaged(
     problem: Problem, evidence: Mapping[str, float], erring: Collection[str] = ()
 ) -> tuple[Mixture, list[Explanation]]:
-    """The average over an effect each, "" for the base model, the first the answer; prices make their evidence.
+    """The average over an effect each, "" for the base model, the first the answer; costs make their evidence.
 
     erring: the effects that raise an error.
     """

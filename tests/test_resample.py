@@ -45,7 +45,7 @@ def test_what_all_draws_choose_is_not_certain() -> None:
     problem = problem_of(np.full_like(TIME, 0.0))
     certain = explanation(problem, "torque_offset")
     assert shares([certain]) == pytest.approx([0.95])
-    assert shares([certain, replace(certain, prices={"torque_offset": 1e3})]) == pytest.approx([0.95, 0.0])
+    assert shares([certain, replace(certain, costs={"torque_offset": 1e3})]) == pytest.approx([0.95, 0.0])
 
 
 def test_twins_share() -> None:

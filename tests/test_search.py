@@ -84,16 +84,16 @@ def told(found: Search) -> set[Term]:
 class Made(Explanation):
     """An explanation whose evidence is made up: of the tests that are fitted, and of one that is only predicted."""
 
-    said: float = 0.0
-    foretold: float = 0.0
+    gain: float = 0.0
+    gain_there: float = 0.0
 
     @property
     def here(self) -> float:
-        return self.said
+        return self.gain
 
     @property
     def there(self) -> float:
-        return self.foretold
+        return self.gain_there
 
 
 PAIR = Pair("mu", "time", np.arange(3.0), np.arange(2.0), np.eye(2), np.zeros(2), 0.3, 60)
@@ -102,10 +102,10 @@ LAW = formula("mu", "time", "bump", {"size": 0.1, "at_s": 400.0, "width_s": 90.0
 LINE = formula("mu", "time", "linear", {"size": 0.1, "begin_s": 0.0, "end_s": 1008.0}, (0.0, 1008.0), 1.0)
 
 
-def made(said: float, *terms: str, before: float | None = None, foretold: float = 0.0) -> Made:
+def made(gain: float, *terms: str, before: float | None = None, gain_there: float = 0.0) -> Made:
     problem = PLAIN.with_terms(*terms, trial={"mu_over_time": LAW})
     fitted = at(problem, problem.start())
-    return Made(fitted, {}, fitted.chi2 if before is None else before, said=said, foretold=foretold)
+    return Made(fitted, {}, fitted.chi2 if before is None else before, gain=gain, gain_there=gain_there)
 
 
 @pytest.mark.parametrize(("older", "loss"), [(False, 0.0), (True, 0.0), (True, 100.0)])
@@ -117,7 +117,7 @@ def test_a_law_that_was_there_before_gives_way_to_two_effects(
     Two effects that lose evidence once the nuisances are found where they are fitted do not stand for it.
     """
     monkeypatch.setattr(
-        "twindisc_cli.loop.search.refitted", lambda two: replace(two, prices={**two.prices, "nuisances": loss})
+        "twindisc_cli.loop.search.refitted", lambda two: replace(two, costs={**two.costs, "nuisances": loss})
     )
     ratio = TRACTIONS["falling_friction"] * TRACTIONS["film_breakdown"] / 0.6 - 0.09 * TIME / 1000.0
     problem = Problem([traction_case(ratio)], ("traction",))
@@ -148,7 +148,7 @@ def test_one_effect_beside_another_that_says_nothing_is_no_pair_in_the_place_of_
 
     def explained(*terms: str) -> Explanation:
         own = {name: law for name, law in trial.items() if name in terms}
-        return replace(base, fit=fit(problem.with_terms(*terms, trial=own)), prices=dict.fromkeys(terms, 0.0))
+        return replace(base, fit=fit(problem.with_terms(*terms, trial=own)), costs=dict.fromkeys(terms, 0.0))
 
     law, one, pair = (explained(*terms) for terms in (["mu_over_creepage"], ["falling_friction"],
                                                       ["falling_friction", "torque_offset"]))  # fmt: skip
@@ -213,11 +213,11 @@ def test_more_is_asked_of_a_law_and_an_effect_goes_first_where_they_are_alike() 
 
 def test_a_test_that_is_only_predicted_counts_for_a_term_up_to_what_those_fitted_say() -> None:
     base, sure, half = made(0.0), SEARCH.effect_evidence + 1.0, 0.5 * SEARCH.effect_evidence
-    assert chosen(base, [made(half - 0.2, "sensor_drift", foretold=500.0)]) is None
-    assert chosen(base, [made(half + 0.2, "sensor_drift", foretold=half - 0.4)]) is None
-    assert chosen(base, [made(half + 0.2, "sensor_drift", foretold=half)]) is not None
-    assert chosen(base, [made(sure, "sensor_drift", foretold=-3.0)]) is None
-    better = made(sure, "torque_offset", foretold=20.0)
+    assert chosen(base, [made(half - 0.2, "sensor_drift", gain_there=500.0)]) is None
+    assert chosen(base, [made(half + 0.2, "sensor_drift", gain_there=half - 0.4)]) is None
+    assert chosen(base, [made(half + 0.2, "sensor_drift", gain_there=half)]) is not None
+    assert chosen(base, [made(sure, "sensor_drift", gain_there=-3.0)]) is None
+    better = made(sure, "torque_offset", gain_there=20.0)
     assert chosen(base, [made(sure + 10.0, "sensor_drift"), better]) is better
 
 
@@ -231,9 +231,9 @@ def test_an_effect_of_several_sizes_promises_what_one_of_them_does_and_pays_for_
     noisy = ratio + SIGMA * np.random.default_rng(0).standard_normal(len(time))
     case = case_of(replace(plain, measured=Measured(traction=traction_samples(course, time, noisy))))
     promise = {proposal.name: proposal.promise for proposal in effects(fit(Problem([case], ("traction",))))}
-    price = 0.5 * np.log(len(time))
+    cost = 0.5 * np.log(len(time))
     assert promise["third_body_layer"] > 10.0
-    assert promise["two_slope_factors"] > promise["third_body_layer"] - price - 0.5
+    assert promise["two_slope_factors"] > promise["third_body_layer"] - cost - 0.5
 
 
 def test_a_slope_that_has_fallen_to_a_fifth_is_fitted_where_half_of_it_shows_nothing() -> None:

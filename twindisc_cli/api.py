@@ -378,8 +378,8 @@ def close_loop(
         quick=quick,
         progress=progress,
     )
-    said = [note for _, notes in (*own, *others, *([other] if other else [])) for note in notes]
-    return replace(found, notes=[*said, *found.notes])
+    notes = [note for _, notes in (*own, *others, *([other] if other else [])) for note in notes]
+    return replace(found, notes=[*notes, *found.notes])
 
 
 def _floats(values: ArrayLike) -> Floats:

@@ -27,7 +27,7 @@ from twindisc_cli.time_axes import TIME_AXES
 COMMANDS = ("identify-mu", "simulate-wear", "fit-k", "thermal", "close-loop")
 UNSAID = ("test", "measured", "reported", "loop")
 """Tables of a definition that no legend names: what a test is called, and where its data lie."""
-MOST_SAID = 3
+MOST_LISTED = 3
 """Keys that a legend names of a test."""
 
 
@@ -141,11 +141,11 @@ def differing(tests: Sequence[Shown]) -> dict[str, list[str]]:
 def labels(tests: Sequence[Shown]) -> list[str]:
     """What a legend calls each test: its name, and the keys in which it differs from the others."""
     differ = list(differing(tests).items())
-    said = [
-        ", ".join(f"{key.rpartition('.')[2]} {values[i]}" for key, values in differ[:MOST_SAID])
+    texts = [
+        ", ".join(f"{key.rpartition('.')[2]} {values[i]}" for key, values in differ[:MOST_LISTED])
         for i in range(len(tests))
     ]
-    return [f"{test.name}: {what}" if what else test.name for test, what in zip(tests, said, strict=True)]
+    return [f"{test.name}: {what}" if what else test.name for test, what in zip(tests, texts, strict=True)]
 
 
 def _flat(table: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, str]]:
@@ -180,9 +180,9 @@ def quantities(tests: Sequence[Shown], over: str) -> list[Quantity]:
     return results
 
 
-def table(quantity: Quantity, tests: Sequence[Shown], said: Sequence[str]) -> Table:
+def table(quantity: Quantity, tests: Sequence[Shown], texts: Sequence[str]) -> Table:
     """The table behind a figure: a row for each point of each test."""
-    label = {test.name: text for test, text in zip(tests, said, strict=True)}
+    label = {test.name: text for test, text in zip(tests, texts, strict=True)}
     series = quantity.series
     names = np.array([s.test for s in series for _ in s.x], dtype=object)
     columns: dict[str, Any] = {

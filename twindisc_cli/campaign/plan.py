@@ -244,7 +244,7 @@ def _set(holder: Any, parts: Sequence[str | int], value: Value) -> None:
     else:
         fits = isinstance(holder, dict)
     if not fits:
-        raise LookupError("items there" if part == "*" else f"{_told(part)} there")
+        raise LookupError("items there" if part == "*" else f"{_in_words(part)} there")
     for place in places:
         if not rest:
             holder[place] = value
@@ -254,7 +254,7 @@ def _set(holder: Any, parts: Sequence[str | int], value: Value) -> None:
         _set(holder[place], rest, value)
 
 
-def _told(part: str | int) -> str:
+def _in_words(part: str | int) -> str:
     return part if isinstance(part, str) else f"item {part + 1}"
 
 

@@ -121,10 +121,10 @@ def load_all(paths: Sequence[Path]) -> list[Test]:
 
 def run_effects(name: str | None, as_json: bool) -> int:
     """Tell the catalogue of effects, or one of them. The exit code."""
-    return _told(_module("effects").run(name), as_json)
+    return _reported(_module("effects").run(name), as_json)
 
 
-def _told(result: Result, as_json: bool) -> int:
+def _reported(result: Result, as_json: bool) -> int:
     if as_json:
         tell_json(result.json)
     else:
@@ -138,7 +138,7 @@ def test_effect(path: Path, as_json: bool) -> int:
 
     with progress_bar() as progress:
         result = run(path, progress)
-    return _told(result, as_json)
+    return _reported(result, as_json)
 
 
 def write_effect(path: Path, name: str | None, output: Path | None) -> int:
@@ -210,7 +210,7 @@ def _deliver(
         return stored.exit_code
     if not output.quiet and (another := made_by_another(recorded(path))):
         terminal.say([f"{path}: {another}"], error=True)
-    say_more = _told_more(output)
+    say_more = _reporter(output)
     say_more(lambda: f"twindisc {__version__}: {path} {why(path, command, origin) or 'is made again: --force'}")
     result, files = _made(tests, origin, output, folder, compute)
     say_more(lambda: "computed")
@@ -231,7 +231,7 @@ def _foretell(path: Path, reason: str, output: Output) -> int:
     return 0
 
 
-def _told_more(output: Output) -> Callable[[Callable[[], str]], None]:
+def _reporter(output: Output) -> Callable[[Callable[[], str]], None]:
     """say(what): with --verbose a line on stderr, with the seconds since the start."""
     began = time.perf_counter()
 

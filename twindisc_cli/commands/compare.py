@@ -36,8 +36,8 @@ def run(paths: Sequence[Path], xlsx: bool, output: Output) -> int:
     files = _files(tests, compared, xlsx, output)
     folder = output.folder / FOLDER
     write_all({folder / name: data for name, data in files.items()})
-    said = outcome(tests, compared)
-    tell(_summary(said), plain(said), [folder / name for name in files], output, "written")
+    answer = outcome(tests, compared)
+    tell(_summary(answer), plain(answer), [folder / name for name in files], output, "written")
     return 0
 
 
@@ -45,13 +45,13 @@ def _files(tests: Sequence[Shown], quantities: Sequence[Quantity], xlsx: bool, o
     from twindisc_cli.figures.comparison import overlaid
     from twindisc_cli.figures.style import house_style
 
-    said, names = labels(tests), [test.name for test in tests]
+    texts, names = labels(tests), [test.name for test in tests]
     provenance = ", ".join(sorted({test.provenance for test in tests} - {""}))
     files: dict[str, bytes] = {}
-    tables = {quantity.name: table(quantity, tests, said) for quantity in quantities}
+    tables = {quantity.name: table(quantity, tests, texts) for quantity in quantities}
     with house_style(output.style):
         for quantity in quantities:
-            figure = overlaid(quantity, names, said, provenance)
+            figure = overlaid(quantity, names, texts, provenance)
             files |= {f"{quantity.name}.{form}": drawn_as(figure, form, output.dpi) for form in output.formats}
             files[f"{quantity.name}.csv"] = csv_text(tables[quantity.name]).encode()
             if parquet := parquet_bytes(tables[quantity.name]):
@@ -61,12 +61,13 @@ def _files(tests: Sequence[Shown], quantities: Sequence[Quantity], xlsx: bool, o
     return files
 
 
-def _summary(said: dict[str, Any]) -> tuple[str, ...]:
-    differs = said["differs"]
-    lines = [f"{len(said['tests'])} tests: {', '.join(said['tests'])}"]
+def _summary(answer: dict[str, Any]) -> tuple[str, ...]:
+    differs = answer["differs"]
+    lines = [f"{len(answer['tests'])} tests: {', '.join(answer['tests'])}"]
     lines += [f"differs: {key}: {', '.join(values)}" for key, values in differs.items()]
     lines += [] if differs else ["the definitions do not differ but in name and data"]
     lines += [
-        f"{q['name'].replace('_', ' ')}: {len(q['tests'])} of {len(said['tests'])} tests" for q in said["quantities"]
+        f"{q['name'].replace('_', ' ')}: {len(q['tests'])} of {len(answer['tests'])} tests"
+        for q in answer["quantities"]
     ]
     return tuple(lines)

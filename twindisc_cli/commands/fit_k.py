@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 APART = 1.5
 """The volumes of profile and mass contradict each other beyond this factor and three standard errors."""
-MOST_TOLD = 4
+MOST_REPORTED = 4
 IMPOSSIBLE = 3.0
 """A stated K this many times off what W H / E allows is called impossible."""
 
@@ -99,7 +99,7 @@ def _varied_line(varied: list[Variation]) -> tuple[str, ...]:
     """What moves K most."""
     if not varied:
         return ()
-    most = sorted(varied, key=lambda variation: -abs(variation.change))[:MOST_TOLD]
+    most = sorted(varied, key=lambda variation: -abs(variation.change))[:MOST_REPORTED]
     return (f"what moves K most: {listed([f'{v.what} {100.0 * v.change:+.0f} %' for v in most])}",)
 
 

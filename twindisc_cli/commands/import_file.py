@@ -77,8 +77,8 @@ def run(files: Sequence[Path], folder: Path, *, force: bool) -> Imported:
     A .toml among the files says of the others how they are read, as [measured] of a definition does, and of the rig
     what no file says.
     """
-    said = _said(files)
-    given = _given(files, said.get("measured", {}))
+    stated = _stated(files)
+    given = _given(files, stated.get("measured", {}))
     named = [file for file in files if file in given]
     path = folder / f"{_name(named[0])}.toml"
     if path.exists() and not force:
@@ -88,7 +88,7 @@ def run(files: Sequence[Path], folder: Path, *, force: bool) -> Imported:
     given = {file: replace(content, sheet=looks[file].sheet) for file, content in given.items()}
     if not any(result.kind in ("log", "traction") for result in looks.values()):
         return _alone(looks, given, folder, force=force)
-    draft = _draft(looks, given, said)
+    draft = _draft(looks, given, stated)
     text = "\n".join(draft.lines) + "\n"
     given.clear()  # large files are not kept while they are read again
     test = load_text(text, Path(path.name), as_recorded=True)
@@ -97,7 +97,7 @@ def run(files: Sequence[Path], folder: Path, *, force: bool) -> Imported:
         text = text.replace(_quoted(file), _quoted(Path(os.path.relpath(file, folder))))
     tables = {folder / name: content.encode() for name, content in _tables(test.experiment)}
     _write({path: text.encode(), **tables}, named)
-    return _told(test, draft, path, list(tables))
+    return _imported(test, draft, path, list(tables))
 
 
 def _with_iterations(draft: _Draft, text: str, test: Test) -> str:
@@ -121,14 +121,14 @@ def _write(contents: Mapping[Path, bytes], files: Sequence[Path]) -> None:
     write_all(contents)
 
 
-def _said(files: Sequence[Path]) -> Mapping[str, Mapping[str, Any]]:
+def _stated(files: Sequence[Path]) -> Mapping[str, Mapping[str, Any]]:
     """The tables of all .toml among the files, one over the other."""
-    said: dict[str, dict[str, Any]] = {}
+    stated: dict[str, dict[str, Any]] = {}
     for file in files:
         for name, table in (_block(file) if file.suffix == ".toml" else {}).items():
             if isinstance(table, dict):
-                said[name] = {**said.get(name, {}), **table}
-    return said
+                stated[name] = {**stated.get(name, {}), **table}
+    return stated
 
 
 def _given(files: Sequence[Path], measured: Mapping[str, Any]) -> dict[Path, Content]:
@@ -208,7 +208,7 @@ def _name(file: Path) -> str:
     return re.sub(r"[^A-Za-z0-9._-]+", "_", file.stem).lstrip("._-") or "test"
 
 
-def _told(test: Test, draft: _Draft, path: Path, tables: Sequence[Path]) -> Imported:
+def _imported(test: Test, draft: _Draft, path: Path, tables: Sequence[Path]) -> Imported:
     lines = [line for count in test.rows for line in count.lines]
     lines += [f"guess: {what} (key {key})" for key, what in draft.guesses.items()]
     return Imported(
@@ -222,21 +222,23 @@ def _told(test: Test, draft: _Draft, path: Path, tables: Sequence[Path]) -> Impo
     )
 
 
-def _draft(looks: Mapping[Path, Guess], given: Mapping[Path, Content], said: Mapping[str, Mapping[str, Any]]) -> _Draft:
+def _draft(
+    looks: Mapping[Path, Guess], given: Mapping[Path, Content], stated: Mapping[str, Mapping[str, Any]]
+) -> _Draft:
     """The definition of the files."""
     kinds = _kinds(looks)
-    (first, *_), draft = kinds["traction"], _Draft(said)
+    (first, *_), draft = kinds["traction"], _Draft(stated)
     draft.lines += ["schema = 1"]
-    draft.lines += [] if "history" in said else ['history = "measured"']
+    draft.lines += [] if "history" in stated else ['history = "measured"']
     draft.lines += ["", "[test]"]
     draft.key("test", "name", f'"{_name(next(iter(looks)))}"')
     draft.rest("test", "name")
     _rig(draft, first, looks, given)
     _material(draft, "mass" in kinds)
-    if "temperature" in kinds or "thermal" in said:
+    if "temperature" in kinds or "thermal" in stated:
         _thermal(draft, kinds.get("temperature", [first])[0], looks, given)
     _measured(draft, looks, given, kinds)
-    more = {name: table for name, table in said.items() if name not in _OWN}
+    more = {name: table for name, table in stated.items() if name not in _OWN}
     draft.lines += ["", tomli_w.dumps(more).rstrip()] if more else []
     return draft
 
@@ -363,9 +365,9 @@ def _column(draft: _Draft, file: Path, name: str, by_unit: bool, column: Named, 
 
 def _balance(draft: _Draft, file: Path, looks: Mapping[Path, Guess], given: Mapping[Path, Content]) -> None:
     """The balance as exact as its last digit, where the table does not say and digits are those of a balance."""
-    columns, said = looks[file].columns, draft.given.get("measured", {})
+    columns, stated = looks[file].columns, draft.given.get("measured", {})
     digit = last_digit(given[file], str(file), columns) * 1e6
-    if "balance_mg" in said:
+    if "balance_mg" in stated:
         draft.key("measured", "balance_mg", "")
     elif "uncertainty" not in columns and digit >= _FINEST_MG:
         draft.key(
@@ -384,8 +386,8 @@ def _toml(value: Any) -> str:
 
 def _file_table(file: Path, content: Content) -> str:
     """A file as a definition names it, with what was said of how it is read."""
-    said = {"sheet": content.sheet, "skip": content.skip, "ignore": content.ignore or None}
-    message = [f"{key} = {_text(value)}" for key, value in said.items() if value is not None]
+    stated = {"sheet": content.sheet, "skip": content.skip, "ignore": content.ignore or None}
+    message = [f"{key} = {_text(value)}" for key, value in stated.items() if value is not None]
     return f"{{ file = {_quoted(file)}, {', '.join(message)} }}" if message else _quoted(file)
 
 

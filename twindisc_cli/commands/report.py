@@ -28,8 +28,8 @@ def run(test: Path, output: Output) -> int:
             folder / "report.html": render(name, description, provenance, parts).encode(),
         }
     write_all(files)
-    said = {"test": name, "commands": [part.command for part in parts], "files": [str(path) for path in files]}
-    tell([f"{name}: {', '.join(part.command for part in parts)}"], said, list(files), output, "written")
+    answer = {"test": name, "commands": [part.command for part in parts], "files": [str(path) for path in files]}
+    tell([f"{name}: {', '.join(part.command for part in parts)}"], answer, list(files), output, "written")
     return 0
 
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from twindisc_cli.campaign.groups import points_of
 from twindisc_cli.campaign.outcome import RATE, Outcome
-from twindisc_cli.figures.mass import ENERGY, around, regime_lines, regimes_said
+from twindisc_cli.figures.mass import ENERGY, around, regime_lines, regimes_text
 from twindisc_cli.figures.style import (
     BLACK,
     BLUE,
@@ -125,7 +125,7 @@ def wear(table: Table, k: Sequence[Regime], rate: Sequence[Regime], *, title: st
             low = np.maximum(y - np.nan_to_num(std), 0.3 * y)
             logarithmic(axes.yaxis, *around(np.concatenate([low[shown], (y + np.nan_to_num(std))[shown]])))
         bars = "; bars: ± σ" if np.any(std > 0.0) else ""
-        name_axes(axes, ENERGY, label, regimes_said(result, points=int(np.sum(shown))) + bars)
+        name_axes(axes, ENERGY, label, regimes_text(result, points=int(np.sum(shown))) + bars)
         legend(axes, 3)
     return figure
 

@@ -22,12 +22,12 @@ from twindisc_cli.figures.style import (
     PURPLE,
     RED,
     SMALL,
+    caption,
     dress,
     family,
     legend,
     logarithmic,
     name_axes,
-    said,
     sheet,
 )
 from twindisc_cli.loop.channels import channels
@@ -80,7 +80,7 @@ def figure(
     rows += [("law", number, PANEL) for number in range(0, len(laws), COLUMNS)]
     heights = [height for _, _, height in rows]
     drawn = sheet(height=0.45 + sum(heights) + 0.16 * (1 + len(verdict) // 120), title=title, provenance=provenance)
-    said(drawn, verdict)
+    caption(drawn, verdict)
     grid = drawn.add_gridspec(len(rows), COLUMNS, height_ratios=heights)
     panels = {place: drawn.add_subplot(where) for place, where in _places(rows, grid, len(laws))}
     dress([axes for (kind, _, _), axes in panels.items() if kind != "steps"])

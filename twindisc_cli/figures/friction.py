@@ -14,6 +14,7 @@ from twindisc_cli.figures.style import (
     GREY,
     RED,
     SMALL,
+    caption,
     family,
     from_zero,
     legend,
@@ -21,7 +22,6 @@ from twindisc_cli.figures.style import (
     measured_points,
     name_axes,
     page,
-    said,
 )
 from twindisc_cli.figures.time_axis import time_axis
 
@@ -72,7 +72,7 @@ def identified(steps: StepFriction, test: Experiment, *, sentence: str) -> Figur
     figure, (left, right) = page(
         1, 2, height=3.6, title=f"{test.name}: friction identified", provenance=test.measured.provenance
     )
-    said(figure, sentence)
+    caption(figure, sentence)
     _traction(left, steps, test)
     known, beyond = np.isfinite(steps.mu), np.isinf(steps.mu)
     order = np.arange(1, len(steps.mu) + 1)

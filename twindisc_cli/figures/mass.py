@@ -56,7 +56,7 @@ def wear_rate(axes: Axes, fit: MassFit, regimes: Sequence[Regime]) -> None:
     if np.any(shown):
         logarithmic(axes.xaxis, *around(rates.index[shown] * 1e-6))
         logarithmic(axes.yaxis, *around(rates.rate[shown] * 1e3))
-    name_axes(axes, ENERGY, "wear rate [µg/m/mm²]", regimes_said(regimes, points=int(np.sum(shown))))
+    name_axes(axes, ENERGY, "wear rate [µg/m/mm²]", regimes_text(regimes, points=int(np.sum(shown))))
     legend(axes, 3)
 
 
@@ -65,7 +65,7 @@ def around(values: Floats) -> tuple[float, float]:
     return float(np.min(values)) / 1.15, float(np.max(values)) * 1.15
 
 
-def regimes_said(regimes: Sequence[Regime], *, points: int) -> str:
+def regimes_text(regimes: Sequence[Regime], *, points: int) -> str:
     """How many regimes the points show, or that they are too few to show any."""
     if points < 2 * FEWEST:
         return f"{points} points, too few to show a break"

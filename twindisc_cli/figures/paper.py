@@ -22,12 +22,12 @@ from twindisc_cli.figures.style import (
     ORANGE,
     RED,
     SMALL,
+    caption,
     family,
     legend,
     measured_points,
     name_axes,
     page,
-    said,
 )
 from twindisc_cli.identify.chart import Chart
 from twindisc_cli.identify.paper import Paper, PaperTest, Worn
@@ -89,7 +89,7 @@ def _is_rebuilt(paper: Paper) -> bool:
 def _rebuilt(figure: Figure, paper: Paper, sentence: str) -> None:
     """Where the data are rebuilt from the text: how they differ from the paper's, below the panels."""
     if _is_rebuilt(paper):
-        said(figure, sentence)
+        caption(figure, sentence)
 
 
 def _points(axes: Axes, paper: Paper, *, bars: bool = True) -> None:
@@ -138,7 +138,7 @@ def _contact(paper: Paper, field: Field, figure_number: int, theory: str) -> Fig
     own = "The paper used CONTACT; this is an own solution on 120 by 120 elements. " if figure_number == 4 else ""
     ratio = field.force_x / paper.air.experiment.rig.normal_load
     sticks = f"sticks over {field.stick_fraction * 100.0:.0f} % of the patch"
-    said(figure, f"{own}T/N = {ratio:.3f}, {sticks}. Rolling is towards positive x.")
+    caption(figure, f"{own}T/N = {ratio:.3f}, {sticks}. Rolling is towards positive x.")
     return figure
 
 
@@ -167,7 +167,9 @@ def _one_mu(paper: Paper, one: Chart) -> Figure:
     axes.set_ylim(0.0, 0.7)
     name_axes(axes, CREEPAGE, "apparent friction $\\mu_a$ [1]")
     legend(axes, 3)
-    said(figure, "As in the paper, one constant μ comes close and does not pass through the points of small creepage.")
+    caption(
+        figure, "As in the paper, one constant μ comes close and does not pass through the points of small creepage."
+    )
     return figure
 
 
@@ -259,9 +261,9 @@ def _bisection(paper: Paper) -> Figure:
     for axes in (result, left):
         axes.set_xticks(order)
         legend(axes, 2)
-    said(figure, f"The paper shows a flow chart; here it runs. Worn volume and dissipated energy allow K = "
-                 f"{number(paper.fit.allowed)} (W H / E of the rebuilt profile): the printed 9.89e-4 is "
-                 f"{9.89e-4 / paper.fit.allowed:.1f} times that. Us and Um are taken as depths.")  # fmt: skip
+    caption(figure, f"The paper shows a flow chart; here it runs. Worn volume and dissipated energy allow K = "
+                    f"{number(paper.fit.allowed)} (W H / E of the rebuilt profile): the printed 9.89e-4 is "
+                    f"{9.89e-4 / paper.fit.allowed:.1f} times that. Us and Um are taken as depths.")  # fmt: skip
     return figure
 
 
@@ -280,8 +282,8 @@ def _depth(paper: Paper) -> Figure:
     name_axes(axes, TIME, "greatest depth [µm]")
     legend(axes, 3)
     air, cold = (test.before.track.depth * 1e6 for test in (paper.air, paper.nitrogen))
-    said(figure, f"K = {number(paper.fit.bisection.wear_coefficient)} makes {air:.2f} µm in air, to within the 1 % of "
-                 f"the bisection, and predicts {cold:.2f} µm in nitrogen (stated: 4.4 µm).")  # fmt: skip
+    caption(figure, f"K = {number(paper.fit.bisection.wear_coefficient)} makes {air:.2f} µm in air, to within the 1 % "
+                    f"of the bisection, and predicts {cold:.2f} µm in nitrogen (stated: 4.4 µm).")  # fmt: skip
     return figure
 
 
@@ -297,8 +299,8 @@ def _warming(paper: Paper) -> Figure:
     legend(axes, 2)
     thermal = paper.air.experiment.thermal
     chosen = f"{thermal.convection:.3g} W/K and a heat capacity of {thermal.heat_capacity:.3g} J/K" if thermal else ""
-    said(figure, f"h S = {chosen} are not in the paper: h S is chosen so that the warming is about 10 K, and the two "
-                 "curves say nothing more about its size. The fall follows that of μ.")  # fmt: skip
+    caption(figure, f"h S = {chosen} are not in the paper: h S is chosen so that the warming is about 10 K, and the "
+                    "two curves say nothing more about its size. The fall follows that of μ.")  # fmt: skip
     return figure
 
 
@@ -311,9 +313,9 @@ def _predicted(paper: Paper) -> Figure:
     _across(axes, paper)
     axes.set_ylim(-1.15e6 * max(test.recorded.depth, track.depth), 0.5)
     legend(axes, 2)
-    said(figure, f"Depth {track.depth * 1e6:.2f} µm against {test.recorded.depth * 1e6:.2f} µm; width "
-                 f"{track.width * 1e3:.2f} mm against {test.recorded.width * 1e3:.2f} mm at 5 % of the depth: too "
-                 "narrow, as in the paper.")  # fmt: skip
+    caption(figure, f"Depth {track.depth * 1e6:.2f} µm against {test.recorded.depth * 1e6:.2f} µm; width "
+                    f"{track.width * 1e3:.2f} mm against {test.recorded.width * 1e3:.2f} mm at 5 % of the depth: too "
+                    "narrow, as in the paper.")  # fmt: skip
     return figure
 
 
@@ -334,7 +336,7 @@ def before_and_after(paper: Paper, *, what: str) -> Figure:
         _table(axes, test, label)
     added = f"Added: {what}, by the closed loop on the test in air. K is fitted there; in nitrogen all is predicted."
     reading = "The recorded profiles are parabolas of the stated depth and of widths read as 1.8 and 1.51 mm, on which "
-    said(figure, f"{added} {reading}the revised model rests." if _is_rebuilt(paper) else added)
+    caption(figure, f"{added} {reading}the revised model rests." if _is_rebuilt(paper) else added)
     return figure
 
 

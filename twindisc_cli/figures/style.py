@@ -145,7 +145,7 @@ def sheet(*, height: float, title: str, provenance: str) -> Figure:
     return figure
 
 
-def said(figure: Figure, sentence: str) -> None:
+def caption(figure: Figure, sentence: str) -> None:
     """A sentence below the panels, in lines that fit the page."""
     lines = wrap(sentence, LINE)
     figure.text(0.5, _foot(figure), "\n".join(lines), fontsize=SMALL, ha="center", va="bottom")

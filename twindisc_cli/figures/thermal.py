@@ -10,12 +10,12 @@ from twindisc_cli.figures.style import (
     GREEN,
     ORANGE,
     RED,
+    caption,
     from_zero,
     legend,
     measured_points,
     name_axes,
     page,
-    said,
 )
 from twindisc_cli.figures.time_axis import time_axis
 from twindisc_cli.identify.jump import Jump
@@ -41,7 +41,7 @@ def temperatures(
     samples = test.measured.temperature
     provenance = test.measured.provenance if samples is not None or test.measured.traction is not None else ""
     figure, (first, second, third) = page(3, 1, height=6.6, title=f"{test.name}: temperature", provenance=provenance)
-    said(figure, sentence)
+    caption(figure, sentence)
     clock = time_axis(test)
     along = clock.drawn(time)
     first.plot(along, disc, color=BLUE, label="disc, Eq. 18 exactly")

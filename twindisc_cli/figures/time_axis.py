@@ -49,7 +49,7 @@ class TimeAxis:
         grown = history.revolutions if self.over == "cycles" else kilometres
         return np.asarray(np.interp(seconds, np.append(0.0, history.end_time), np.append(0.0, np.cumsum(grown))))
 
-    def said(self, time: float) -> str:
+    def text(self, time: float) -> str:
         """A time [s] with its unit, for a legend."""
         value = float(self.drawn(time))
         if self.over in ("s", "cycles"):

@@ -55,7 +55,7 @@ def worn(
     order = np.unique(np.linspace(0, len(history.time) - 1, _PROFILES).round().astype(int))
     for i, colour in zip(order, family(len(order)), strict=True):
         profiles.plot(
-            history.y * 1e3, history.height[i] * 1e6, color=colour, linewidth=1.0, label=clock.said(history.time[i])
+            history.y * 1e3, history.height[i] * 1e6, color=colour, linewidth=1.0, label=clock.text(history.time[i])
         )
     if measured is not None:
         profiles.plot(

@@ -50,14 +50,14 @@ HELD = 0.01  # white length that a weight of one costs in a sum of sizes: one wi
 class Proposal:
     """A term that may be added: its name, how it acts, inner start values of its own parameters, what it promises.
 
-    promise: logarithm of the evidence to first order, its price paid; price: what the choice of a law's form costs.
+    promise: logarithm of the evidence to first order, less its cost; cost: what the choice of a law's form costs.
     """
 
     name: str
     effect: Effect
     starts: Sequence[Floats]
     promise: float
-    price: float = 0.0
+    cost: float = 0.0
     pair: Pair | None = None
 
     @property
@@ -111,21 +111,21 @@ def effects(fitted: Fit, names: Sequence[str] | None = None) -> list[Proposal]:
 def _effect(fitted: Fit, name: str, sets: Floats, moved: Floats, test: str = "") -> Proposal:
     """An effect from what its parameters (set, parameter) do to white samples (set, sample), in one test or in all.
 
-    It promises what the best start takes, averaged over what only shapes it, less the price of its sizes. It starts
+    It promises what the best start takes, averaged over what only shapes it, less the cost of its sizes. It starts
     where it promises most, and where it does what is least like that, of what promises half as much.
     """
     off = _off(name)
     sized = ~np.isnan(off)
     begin, moved = (_shares if np.sum(sized) == 1 else _sums)(fitted, off, sets, moved)
-    score, length = _said(fitted, moved), _length(moved)
+    score, length = _scores(fitted, moved), _length(moved)
     first = first_of_most(score)
     similarity = np.where(score >= 0.5 * score[first], np.abs(moved @ moved[first]) / np.sqrt(length), np.inf)
     starts = [begin[i] for i in dict.fromkeys((first, first_of_most(-similarity)))]
     shaped = float(np.log(np.mean(np.exp(0.5 * (score - score[first])))))
     paid = 0.5 * np.log(len(fitted.residual)) * np.sum(sized)
-    price = fitted.problem.price_of_one if test else 0.0
-    promise = 0.5 * float(score[first]) + shaped - paid - price
-    return Proposal(in_test(name, test), replace(catalogue()[name], test=test), starts, promise, price)
+    cost = fitted.problem.cost_of_one if test else 0.0
+    promise = 0.5 * float(score[first]) + shaped - paid - cost
+    return Proposal(in_test(name, test), replace(catalogue()[name], test=test), starts, promise, cost)
 
 
 def _shares(fitted: Fit, off: Floats, sets: Floats, moved: Floats) -> tuple[Floats, Floats]:
@@ -179,10 +179,10 @@ def laws(fitted: Fit, known: Sequence[Response] | None = None, there: LinearPred
 
 def _forms(fitted: Fit, pair: Pair) -> list[Proposal]:
     """The forms of a law over a pair, by falling promise."""
-    own = fitted.problem.price_of_one if pair.test else 0.0
+    own = fitted.problem.cost_of_one if pair.test else 0.0
     return [
-        Proposal(pair.name, trial, _starts_of(pair.name, trial, pair), promise - own, price + own, pair)
-        for promise, trial, price in pair.proposals(len(fitted.residual))
+        Proposal(pair.name, trial, _starts_of(pair.name, trial, pair), promise - own, cost + own, pair)
+        for promise, trial, cost in pair.proposals(len(fitted.residual))
     ]
 
 
@@ -280,7 +280,7 @@ def _responses_of(fitted: Fit, target: tuple[Floats, Floats], name: str) -> tupl
     sets = _grid(fitted, name)
     theta = np.concatenate([np.tile(fitted.theta, (len(sets), 1)), sets], axis=1)
     rows = _moved(problem, theta, target)
-    most = np.argsort(-_said(fitted, _beyond(rows, target)), kind="stable")[:MOST_FOLLOWED]
+    most = np.argsort(-_scores(fitted, _beyond(rows, target)), kind="stable")[:MOST_FOLLOWED]
     theta[:, : len(fitted.theta)] += rows @ np.linalg.pinv(fitted.jacobian).T
     rows[most] = _moved(problem, theta[most], target)
     return sets, rows
@@ -293,7 +293,7 @@ def _moved(problem: Problem, theta: Floats, target: tuple[Floats, Floats]) -> Fl
     return np.nan_to_num(rows - target[0])
 
 
-def _said(fitted: Fit, moved: Floats) -> Floats:
+def _scores(fitted: Fit, moved: Floats) -> Floats:
     """By how much chi2 falls with the best share of each response (set, sample) to first order (set,)."""
     return np.asarray(np.maximum(moved @ fitted.residual, 0.0) ** 2 / _length(moved))
 

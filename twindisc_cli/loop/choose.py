@@ -20,7 +20,7 @@ def chosen(before: Explanation, tried: Sequence[Explanation]) -> Explanation | N
     A law of the rig comes before one of a sensor that says the same. A parameter that ran into a bound carries no
     explanation.
     """
-    enough = [e for e in tried if _says_enough(e, before) and not e.fit.at_bound]
+    enough = [e for e in tried if _is_enough(e, before) and not e.fit.at_bound]
     return preferred(enough) if enough else None
 
 
@@ -40,7 +40,7 @@ def _recorded(explanation: Explanation) -> int:
     return sum(law.stage == "sensor" for law in explanation.laws.values())
 
 
-def _says_enough(explanation: Explanation, before: Explanation) -> bool:
+def _is_enough(explanation: Explanation, before: Explanation) -> bool:
     """Whether one more term says enough: more is asked of a law, and where much was explained before by formulas.
 
     What a sample says alone, which whitening may spread over its neighbours, does not count. A law may say less where
@@ -51,14 +51,14 @@ def _says_enough(explanation: Explanation, before: Explanation) -> bool:
     here, more = explanation.here - before.here, explanation.evidence - before.evidence
     if min(here, more) < 0.5 * _by_one_sample(before.fit.problem, taken):
         return False
-    said = min(2.0 * here, more) / before.temperature_for(explanation)
+    gain = min(2.0 * here, more) / before.temperature_for(explanation)
     new = [explanation.effect(name) for name in explanation.terms if name not in before.terms]
     if not any(isinstance(effect, Trial) for effect in new):
-        return said > SEARCH.effect_evidence
-    if said > SEARCH.law_evidence:
+        return gain > SEARCH.effect_evidence
+    if gain > SEARCH.law_evidence:
         return True
     left = unexplained_residual(before.fit, new[0].channel)
-    return said > SEARCH.seen_law_evidence and left.significant(ACCEPTANCE.unexplained_alone)
+    return gain > SEARCH.seen_law_evidence and left.significant(ACCEPTANCE.unexplained_alone)
 
 
 def _by_one_sample(problem: Problem, taken: Floats) -> float:

@@ -97,8 +97,8 @@ class Curve:
 
 def creepage_error(curves: Sequence[Curve]) -> int:
     """The number in ERRORS of the standard deviation that the creepage has in all curves of a rig; 0 for none."""
-    message = [curve.likelihoods for curve in curves if len(curve.ratio) >= FEWEST]
-    gain = np.sum([t - t[0] for t in message], axis=0) if message else np.zeros(1)
+    informative = [curve.likelihoods for curve in curves if len(curve.ratio) >= FEWEST]
+    gain = np.sum([t - t[0] for t in informative], axis=0) if informative else np.zeros(1)
     best = first_of_most(gain)
     return best if gain[best] > GROWS else 0
 

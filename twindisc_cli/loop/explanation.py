@@ -31,7 +31,7 @@ class Explanation:
     """
 
     fit: Fit
-    prices: Mapping[str, float]
+    costs: Mapping[str, float]
     before: float
     elsewhere: Elsewhere | None = field(default=None, repr=False)
     missed: Mapping[str, float] = field(default_factory=dict, repr=False)
@@ -60,7 +60,7 @@ class Explanation:
     @property
     def here(self) -> float:
         """The same of the tests that are fitted alone."""
-        return self.fit.evidence - sum(self.prices.values())
+        return self.fit.evidence - sum(self.costs.values())
 
     @property
     def there(self) -> float:
@@ -160,7 +160,7 @@ def evidence_of(explanation: Explanation) -> float:
 def by_falling(explanations: Sequence[Explanation], score: Callable[[Explanation], float]) -> list[Explanation]:
     """Explanations by falling score [nats]; those within the numerical error of the evidence of the best left tie.
 
-    Of a tie the shortest description comes first (fewest parameters, lowest price of its forms), then the name.
+    Of a tie the shortest description comes first (fewest parameters, lowest cost of its forms), then the name.
     """
     rest, ordered = sorted(explanations, key=score, reverse=True), list[Explanation]()
     while rest:
@@ -177,8 +177,8 @@ def by_falling_share(explanations: Sequence[Explanation], shares: Sequence[float
 
 
 def _description(explanation: Explanation) -> tuple[int, float, list[str]]:
-    """Number of parameters, price of the forms, and names of an explanation."""
-    return len(explanation.fit.theta), round(sum(explanation.prices.values()), 6), sorted(explanation.terms)
+    """Number of parameters, cost of the forms, and names of an explanation."""
+    return len(explanation.fit.theta), round(sum(explanation.costs.values()), 6), sorted(explanation.terms)
 
 
 def ranked(explanations: Sequence[Explanation]) -> list[Explanation]:
@@ -199,8 +199,8 @@ def without(explanation: Explanation, name: str) -> Explanation:
     """The explanation with one term left out, the others fitted again."""
     rest = [term for term in explanation.terms if term != name]
     problem = explanation.fit.problem.with_terms(*rest)
-    prices = {term: explanation.prices[term] for term in rest}
-    return replace(explanation, fit=fit(problem, carried(problem, explanation.fit)), prices=prices)
+    costs = {term: explanation.costs[term] for term in rest}
+    return replace(explanation, fit=fit(problem, carried(problem, explanation.fit)), costs=costs)
 
 
 def refitted(explanation: Explanation) -> Explanation:

@@ -176,8 +176,8 @@ def with_one_more(explanation: Explanation, proposal: Proposal, best: float = 0.
     fits = [fit(first, start) for start in starts]
     most = max(f.evidence for f in fits)
     near = _apart([f for f in fits if most - f.evidence < SEARCH.equivalent])
-    prices = {**explanation.prices, proposal.name: proposal.price}
-    more = [replace(explanation, fit=f, prices=prices) for f in near]
+    costs = {**explanation.costs, proposal.name: proposal.cost}
+    more = [replace(explanation, fit=f, costs=costs) for f in near]
     if law is not None and (law.jumps.size or law.is_curve):
         least = explanation.here + SEARCH.least_share * best
         more = [_finished(e, law, proposal) if e.here > least else e for e in more]
@@ -307,13 +307,13 @@ def _edges_elsewhere(explanation: Explanation, name: str, other: Elsewhere, pair
             continue
         there = other.to_first_order(fitted)
         misses = _missed_at(there.problem, there.theta, name, key, places)
-        said = np.array([replace(there, miss=miss).density for miss in misses])
-        likely = int(np.sum(said > said.max() - SEARCH.evidence_error))
-        if likely < len(said):
-            trial = trial.fixed_at({key: middle_of_least(places, -2.0 * said)})
-            price = explanation.prices[name] + float(np.log(len(said) / likely))
+        densities = np.array([replace(there, miss=miss).density for miss in misses])
+        likely = int(np.sum(densities > densities.max() - SEARCH.evidence_error))
+        if likely < len(densities):
+            trial = trial.fixed_at({key: middle_of_least(places, -2.0 * densities)})
+            cost = explanation.costs[name] + float(np.log(len(densities) / likely))
             again = fit(_with_trial(fitted, name, trial), fitted.theta)
-            explanation = replace(explanation, fit=again, prices={**explanation.prices, name: price})
+            explanation = replace(explanation, fit=again, costs={**explanation.costs, name: cost})
     return explanation
 
 

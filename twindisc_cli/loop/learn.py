@@ -136,7 +136,7 @@ class Pair:
         return QUANTITIES[self.quantity].stage == "sensor" and self.covariate not in ("time", "y_over_edge")
 
     def proposals(self, samples: int) -> list[tuple[float, Trial, float]]:
-        """The best formulas and the best curve: promised evidence after its price, the law on trial, and the price."""
+        """The best formulas and the best curve: promised evidence less its cost, the law on trial, and the cost."""
         results = []
         choice = float(np.log(SEARCH.curve_families)) + SEARCH.odd_signal_cost * self.odd
         for shape, starts, columns in self.members:
@@ -146,13 +146,13 @@ class Pair:
             size = float(np.clip(along[best] / max(length[best], 1e-300), -self.most, self.most))
             start = {QUANTITIES[self.quantity].size_key: size, **self._keyed(starts[best])}
             trial = replace(formula(self.quantity, self.covariate, shape, start, self.span, self.most), test=self.test)
-            price = choice + 0.5 * float(np.log(samples)) * CHOSEN.get(shape, 0)
-            paid = price + 0.5 * np.log(samples) * len(trial.params)
-            results.append((0.5 * float(gain[best]) - paid, trial, price))
+            cost = choice + 0.5 * float(np.log(samples)) * CHOSEN.get(shape, 0)
+            paid = cost + 0.5 * np.log(samples) * len(trial.params)
+            results.append((0.5 * float(gain[best]) - paid, trial, cost))
         if self.most_knots < FEWEST_KNOTS or QUANTITIES[self.quantity].shapes:
             return sorted(results, key=lambda f: falling(f[0]))
-        price = choice + float(np.log(len(self._curves[1])))
-        results.append((float(self._curves[0].max()) - price, self.curve(*self.smoothness), price))
+        cost = choice + float(np.log(len(self._curves[1])))
+        results.append((float(self._curves[0].max()) - cost, self.curve(*self.smoothness), cost))
         return sorted(results, key=lambda f: falling(f[0]))
 
     @property

@@ -58,7 +58,7 @@ class Learnt:
         return [case for fitted in self.fits for case in fitted.problem.cases]
 
     @property
-    def says_something(self) -> bool:
+    def is_informative(self) -> bool:
         """Whether a term acts in more than one test."""
         return bool(self.fits[0].terms) if self.is_shared else any(len(acts) > 1 for acts in self.acts.values())
 
@@ -68,7 +68,7 @@ def group_errors(learnt: Learnt) -> dict[str, GroupError]:
     cases = learnt.cases
     names = list(dict.fromkeys(c for case in cases for c in case.noise))
     constant = [_residuals(plain_fit(_problem(case))) for case in cases]
-    drawn, known = _left_out(learnt) if learnt.says_something else ([], [])
+    drawn, known = _left_out(learnt) if learnt.is_informative else ([], [])
     results = {}
     for channel in names:
         of = channels()[channel]

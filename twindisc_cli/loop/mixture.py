@@ -183,6 +183,6 @@ def _by_evidence(every: Sequence[Explanation]) -> Floats:
     evidence = np.array([m.evidence for m in every])
     best = every[first_of_most(evidence)]
     excess = min(m.fit.excess for m in every)
-    price = np.array([np.log(len(every)) - m.plausibility if m.terms else 0.0 for m in every])
-    relative = np.exp((evidence - best.evidence) / (best.tempering * excess) - price)
+    cost = np.array([np.log(len(every)) - m.plausibility if m.terms else 0.0 for m in every])
+    relative = np.exp((evidence - best.evidence) / (best.tempering * excess) - cost)
     return np.asarray(relative / relative.sum())

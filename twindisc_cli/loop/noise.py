@@ -48,7 +48,7 @@ LONGER = 2.5  # standard errors of a correlation
 LONGEST_OUTLIER = 3  # samples in a row: a longer run is a change, not an outlier
 FAR = 5.0  # standard deviations: one in two million of normal noise
 PASSES = 3  # of outliers and trend in turn
-MOST_STRAYS = 0.05  # of the samples: more are no outliers
+MOST_OUTLIERS = 0.05  # of the samples: more are no outliers
 GROWS = 8.0
 """Gain in log likelihood [nats] from which a noise is taken to grow: one record of even noise in 16,000 shows it."""
 GROWTHS = np.linspace(-3.0, 3.0, 61)
@@ -59,7 +59,7 @@ MEMORIES = (4.0, 16.0, 64.0, 256.0)  # of such a part, in median distances
 LIKELIER = 3.0
 """Nats of evidence by which noise with a slow part is likelier, where it is taken: odds of twenty to one (Jeffreys)."""
 _PAST = np.unique([*range(1, 17), *np.round(2.0 ** np.arange(4.0, 20.0, 0.25)).astype(int)])
-"""Which of the samples before it a sample is foretold from: the nearest, and those by quarters of octaves."""
+"""Which of the samples before it a sample is predicted from: the nearest, and those by quarters of octaves."""
 _SAME = 6
 """Decimals of a distance, in median distances, that are told apart."""
 _ALIKE = 2.0 / 3.0
@@ -314,11 +314,11 @@ def estimate(
         paid = np.sqrt(kept.sum() / max(kept.sum() - trend.shape[1], 1))
         kept = np.abs(left) <= FAR * max(paid * scatter(left[kept]), 1e-300)
     record = _Record(values, position, series, correlated)
-    tried = [(t[order], _without_strays(record, t[order], kept)) for t in trends]
+    tried = [(t[order], _without_outliers(record, t[order], kept)) for t in trends]
     trend, kept = min(tried, key=lambda t: _criterion(record, *t))
     left = detrended(values, trend, kept)
-    calm = kept & _calm(left, trend, kept)
-    (std, correlation), cautious = _reml(record.only(calm), trend[calm])
+    homogeneous = kept & _homogeneous(left, trend, kept)
+    (std, correlation), cautious = _reml(record.only(homogeneous), trend[homogeneous])
     if std <= STILL * size:
         return assumed
     alone = kept | in_a_run(~kept)
@@ -326,7 +326,7 @@ def estimate(
     if not wanders:
         return found
     level = trends[0][order]
-    still = calm & _calm(detrended(values, level, calm), level, calm)
+    still = homogeneous & _homogeneous(detrended(values, level, homogeneous), level, homogeneous)
     return _wandering(found, record.only(still), [level[still], trend[still]])
 
 
@@ -466,18 +466,18 @@ def detrended(values: Floats, trend: Floats, kept: Mask) -> Floats:
     return np.asarray(values - trend @ np.linalg.lstsq(trend[kept], values[kept], rcond=None)[0])
 
 
-def _without_strays(record: _Record, trend: Floats, kept: Mask) -> Mask:
+def _without_outliers(record: _Record, trend: Floats, kept: Mask) -> Mask:
     """The samples that are kept without those that outlier from a trend (sample, column); many are no outliers."""
     near = kept
     for _ in range(PASSES):
         left = detrended(record.values, trend, near)
-        calm = near & _calm(left, trend, near)
-        (_, correlation), _ = _reml(record.only(calm), trend[calm])
+        homogeneous = near & _homogeneous(left, trend, near)
+        (_, correlation), _ = _reml(record.only(homogeneous), trend[homogeneous])
         outlier = _outlier(left, near, record.position, record.series, correlation)
         if not outlier.any():
             break
         near = near & ~outlier
-    return near if near.sum() >= (1.0 - MOST_STRAYS) * kept.sum() else kept
+    return near if near.sum() >= (1.0 - MOST_OUTLIERS) * kept.sum() else kept
 
 
 def _outlier(left: Floats, kept: Mask, position: Floats, series: Ints, correlation: float) -> Mask:
@@ -503,7 +503,7 @@ def in_a_run(far: Mask) -> Mask:
     return np.asarray(far & (np.bincount(runs)[runs] > LONGEST_OUTLIER))
 
 
-def _calm(left: Floats, trend: Floats, kept: Mask) -> Mask:
+def _homogeneous(left: Floats, trend: Floats, kept: Mask) -> Mask:
     """Samples of the groups whose trend fits as well as that of most groups: a jump inside a group is no noise."""
     group = np.argmax(trend != 0.0, axis=1)
     numbers = np.unique(group)

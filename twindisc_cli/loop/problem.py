@@ -454,7 +454,7 @@ class Problem:
         return moved if len(moved) > 1 else []
 
     @property
-    def price_of_one(self) -> float:
+    def cost_of_one(self) -> float:
         """What the choice of a test costs a term that acts in it alone [nats]."""
         return float(np.log(max(len(self.own_terms), 1)))
 

@@ -80,10 +80,10 @@ def search(
         better, *apart = catalogued(better, best, tried)
         better = refitted(better)
         if enough(better, base):
-            best, rivals = better, {"": judged_alike(better, ranked(tried))}
+            best, rivals = better, {"": judged_equally(better, ranked(tried))}
         else:
             best, rivals = without_older_laws(*swap_and_drop(better, best, tried, rivals), best)
-        others = judged_alike(best, apart)
+        others = judged_equally(best, apart)
     best, rivals = without_two_terms(best, rivals)
     return Search(base, best, rivals, others)
 
@@ -129,8 +129,8 @@ def _two_effects(
     for half in _halves(better, before, tried, channel):
         for e in most_promising(half, _second(half, names, alone, least)):
             if not e.fit.at_bound and not _courses_over_time(*(e.effect(name) for name in e.terms[-2:])):
-                said = (e.evidence - half.evidence) / half.temperature_for(e)
-                (both if said > 0.5 * SEARCH.effect_evidence else loose).append(e)
+                gain = (e.evidence - half.evidence) / half.temperature_for(e)
+                (both if gain > 0.5 * SEARCH.effect_evidence else loose).append(e)
     return ranked(both), ranked(loose)
 
 
@@ -220,7 +220,7 @@ def swap_and_drop(
     stood in the place of a term of `before`; what was within reach there is tried again.
     """
     newest = [name for name in explanation.terms if name not in before.terms]
-    known = {newest[0]: judged_alike(explanation, [before, *ranked(tried)])} if len(newest) == 1 else {}
+    known = {newest[0]: judged_equally(explanation, [before, *ranked(tried)])} if len(newest) == 1 else {}
     beside = {before.labels: tried} if tried else {}
     for _ in range(SEARCH.most_terms):
         rivals = dict[str, Sequence[Explanation]](known)
@@ -230,7 +230,7 @@ def swap_and_drop(
                 continue
             shorter = without(explanation, name)
             if shorter.labels in beside:
-                others = judged_alike(explanation, ranked(beside[shorter.labels]))
+                others = judged_equally(explanation, ranked(beside[shorter.labels]))
             else:
                 seen = responses(explanation.fit) if seen is None else seen
                 near = _near(before, (older or {}).get(name, ()))
@@ -261,7 +261,7 @@ def _stands_for(other: Explanation, explanation: Explanation, shorter: Explanati
     return float(own @ its) > RESAMPLING.stands_for * float(own @ own)
 
 
-def judged_alike(explanation: Explanation, others: Sequence[Explanation]) -> list[Explanation]:
+def judged_equally(explanation: Explanation, others: Sequence[Explanation]) -> list[Explanation]:
     """The best others, and effects within reach, fitted with the nuisances of an explanation, by falling evidence."""
     nuisance = explanation.fit.problem.nuisance
     results = [explanation]

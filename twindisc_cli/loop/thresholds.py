@@ -46,15 +46,15 @@ class Search:
                             by less than a tenth of it.
     equivalent              tempered difference of evidence up to which two explanations cannot be separated: 3 nats
                             are odds of twenty to one (H. Jeffreys, Theory of Probability, 1961).
-    sensor_law_cost         price [nats, tempered] of a law of what a sensor records beside one of the rig: where both
-                            say the same (friction that settles, a zero that settles) the rig's is given and the
-                            sensor's is said.
+    sensor_law_cost         evidence [nats, tempered] that a law of what a sensor records needs beside one of the rig:
+                            where both say the same (friction that settles, a zero that settles) the rig's is given and
+                            the sensor's is named beside it.
     tempering               by how much differences are tempered, per square root of what was explained [1]: the
                             formulas' own error grows with the effect (seeds: 20 units of chi2 left by the true law
                             at 190,000).
     curve_families          families of curves that a law is chosen from: the choice costs its logarithm.
-    odd_signal_cost         price [nats] of a recorded signal that changes with creepage or temperature, and not with
-                            time as sensors do: a law of the contact is meant in most cases.
+    odd_signal_cost         evidence [nats] that a law of a recorded signal needs more where it changes with creepage or
+                            temperature, and not with time as sensors do: a law of the contact is meant in most cases.
     forms_fitted            forms of each law that are fitted: its best and its second best.
     fitted_each_round       effects, and laws, that are fitted in every round, by what they promise.
     least_share             share of the best found so far that a term must promise to be fitted at all, and that a

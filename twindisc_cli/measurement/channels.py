@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from twindisc_cli.measurement.content import Content
-from twindisc_cli.measurement.found_steps import Seen, begun_at_zero, find_steps, steps_of_curve, told
+from twindisc_cli.measurement.found_steps import Seen, begun_at_zero, find_steps, history_text, steps_of_curve
 from twindisc_cli.measurement.header import Column, Naming, declared
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
@@ -82,7 +82,7 @@ def _found_history(table: Table, rig: Rig) -> History:
         seen = Seen(columns["time"], columns["creepage"], unknown, np.full(len(table), rig.normal_load), label)
         found_steps = find_steps(seen, rig)
         history = begun_at_zero(found_steps)
-    table.notes.append(f"the history found in it:\n{told(history, rig)}")
+    table.notes.append(f"the history found in it:\n{history_text(history, rig)}")
     return history
 
 

@@ -45,7 +45,7 @@ class Steadied:
 
     creepage: Floats
     std: float = 0.0
-    told: bool = False
+    is_noise: bool = False
 
     @property
     def note(self) -> str | None:
@@ -54,7 +54,7 @@ class Steadied:
             return None
         why = (
             "the traction does not follow: error of the tachometers"
-            if self.told
+            if self.is_noise
             else "without memory, too little for the traction to separate slip from error of the tachometers"
         )
         size = f"the creepage scatters by {100.0 * self.std:.2g} % within the steps"
@@ -86,7 +86,7 @@ def steadied(creepage: Floats, ratio: Floats, time: Floats, step: Ints) -> Stead
     part = float(expected @ rest) / weight if weight > 0.0 else 0.0
     error = float(np.sqrt(np.sum((rest - part * expected) ** 2) / free / weight)) if weight > 0.0 else np.inf
     if error < KNOWN and part + 2.0 * error < NOISE:
-        return Steadied(steady, std, told=True)
+        return Steadied(steady, std, is_noise=True)
     slips = part - 2.0 * error > NOISE or alike > MEMORY * np.sqrt(pairs)
     return Steadied(creepage) if slips else Steadied(steady, std)
 

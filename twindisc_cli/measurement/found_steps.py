@@ -247,7 +247,7 @@ def _levels(creepage: Floats) -> Iterator[float]:
             yield 0.0
 
 
-def told(history: History, rig: Rig) -> str:
+def history_text(history: History, rig: Rig) -> str:
     """The history as the table of a definition."""
     counts = np.bincount(history.step)
     driven = history.revolutions[history.driven]

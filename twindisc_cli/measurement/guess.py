@@ -336,17 +336,17 @@ def _columns(cells: Sequence[Cell], declared: Naming, of_vendor: Naming) -> tupl
     by_unit: set[str] = set()
     rest = []
     for cell in (cell for cell in cells if not {plain(cell.name), plain(cell.text), f"#{cell.place}"} & taken):
-        key = _KEYS.get(plain(cell.text)) or (_KEYS.get(plain(cell.text.split(" ")[0])) if cell.said else None)
+        key = _KEYS.get(plain(cell.text)) or (_KEYS.get(plain(cell.text.split(" ")[0])) if cell.unit_to_give else None)
         if key and len(cell.text) == 1 and cell.unit and not _QUANTITY[key].knows(cell.unit):
             key = None  # T [°C] is no time
         if key and key not in results:
-            results[key] = Named(cell.name, cell.said)
+            results[key] = Named(cell.name, cell.unit_to_give)
         else:
             rest.append(cell)
     for cell in rest:
         key = _begun(plain(cell.text))
         if key and key not in results and (not cell.unit or _QUANTITY[key].knows(cell.unit)):
-            results[key] = Named(cell.name, cell.said)
+            results[key] = Named(cell.name, cell.unit_to_give)
     names = {named.column for named in results.values()}
     for cell in rest:
         if cell.name in names or (_OTHER_PLACES.search(cell.text) and cell.unit and TEMPERATURE.knows(cell.unit)):
@@ -355,7 +355,7 @@ def _columns(cells: Sequence[Cell], declared: Naming, of_vendor: Naming) -> tupl
         kinds = (k for k in kinds if k != "mass loss" or looks_like(cell.text, None) == "mass loss")
         key = next((k for k in kinds if k not in results), None)
         if key and not (key == "traction force" and {"torque", "traction ratio"} & set(results)):
-            results[key] = Named(cell.name, cell.said)
+            results[key] = Named(cell.name, cell.unit_to_give)
             by_unit.add(key)
     for key, named in declared.items():
         if named.column is None and key in results:

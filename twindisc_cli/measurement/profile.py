@@ -338,14 +338,14 @@ def _record(
     else:
         for one, trace in zip(result, traces, strict=True):
             _check_depth(table, trace, one.height, rig)
-        table.notes.append(_told(result))
+        table.notes.append(_note(result))
     curves = [(p.y, p.height) for p in result] or [(y[trace], height[trace]) for trace in traces]
     if len(curves) == 1 and not result:
         return y[rows], height[rows], []
     return (*_mean_of(table, curves), result)
 
 
-def _told(places: Sequence[Placed]) -> str:
+def _note(places: Sequence[Placed]) -> str:
     """What was taken off a record."""
     shifts = [
         ("slope", [p.slope * 1e3 for p in places], [p.slope_std * 1e3 for p in places], "um/mm"),

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from twindisc_cli.measurement.channels import FEWEST, check_kelvin, tolerance
 from twindisc_cli.measurement.content import Content
-from twindisc_cli.measurement.found_steps import MOST_AVERAGES, Seen, find_steps, told
+from twindisc_cli.measurement.found_steps import MOST_AVERAGES, Seen, find_steps, history_text
 from twindisc_cli.measurement.header import Column, Naming
 from twindisc_cli.measurement.log import (
     CLOCK,
@@ -131,7 +131,7 @@ def _placed(log: Log, rig: Rig, history: History | None, mean: _Averages) -> _Pl
     """The averages of a log on the history, which is found where it is None."""
     if history is None:
         result = find_steps(Seen(mean.time, mean.creepage, mean.speed, mean.load, mean.label), rig)
-        log.table.notes.append(f"the history found in it:\n{told(result.history, rig)}")
+        log.table.notes.append(f"the history found in it:\n{history_text(result.history, rig)}")
         return _Placed(result.history, result.step, mean.time - result.begin, result.step >= 0)
     step = _align(mean, history, rig)
     kept = _settled(mean.creepage, step, history)
@@ -308,13 +308,13 @@ def _check_rig(log: Log, rig: Rig, history: History, mean: _Averages, step: Ints
             (f" in step {k + 1}", step == k, history.load_factor[first[k]], history.speed_factor[first[k]])
             for k in np.unique(step)
         ]
-    for told_step, mine, load_factor, speed_factor in where:
+    for where_in_it, mine, load_factor, speed_factor in where:
         load, wanted = float(np.median(mean.load[mine])), rig.normal_load * load_factor
         if abs(load / wanted - 1.0) > _WRONG_LOAD:
-            table.note(f"the load{told_step} is {load:.4g} N, the definition says {wanted:g} N", "normal load")
+            table.note(f"the load{where_in_it} is {load:.4g} N, the definition says {wanted:g} N", "normal load")
         speed, wanted = float(np.median(np.abs(mean.speed[mine]))), rig.rolling_speed * speed_factor
         if abs(speed / wanted - 1.0) > _WRONG_SPEED:
-            what = f"the mean speed{told_step} is {speed:.4g} m/s, the definition says {wanted:.4g} m/s"
+            what = f"the mean speed{where_in_it} is {speed:.4g} m/s, the definition says {wanted:.4g} m/s"
             table.note(f"{what}; check the unit", "speed 1")
     slip = float(np.median(mean.creepage))
     if slip < 0.0 <= planned.min():
@@ -387,8 +387,8 @@ def _check_steps(log: Log, time: Floats, step: Ints, kept: Bools, history: Histo
         if len(mine) == 0:
             log.table.note(f"no stretch of the log runs at the {creepage * 100:g} % of step {index + 1}", "speed 1")
         elif np.ptp(mine) > _LONGEST * planned:
-            told_span = f"step {index + 1} lasts {np.ptp(mine):.4g} s here, {planned:.4g} s in the history"
-            log.table.note(told_span, "time")
+            note = f"step {index + 1} lasts {np.ptp(mine):.4g} s here, {planned:.4g} s in the history"
+            log.table.note(note, "time")
 
 
 def _history_time(time: Floats, step: Ints, history: History) -> Floats:

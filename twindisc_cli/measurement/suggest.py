@@ -72,7 +72,7 @@ class Cell:
     name: str
     text: str
     unit: str | None
-    said: str | None = None
+    unit_to_give: str | None = None
     written: str = ""
     place: int = 0
 
@@ -136,9 +136,9 @@ def line(key: str, cell: Cell, others: str = "") -> str:
     """A line of [measured] that names a column; a unit that is not known is a proposal to be checked."""
     quantity = next((quantity for quantity, keys in _UNITS if key in keys and key not in _ROLLERS), None)
     known = cell.unit and (quantity is None or quantity.knows(cell.unit))
-    unit = cell.said or (None if known else _DEFAULT[key])
+    unit = cell.unit_to_give or (None if known else _DEFAULT[key])
     named = json.dumps(cell.name, ensure_ascii=False)
     message = f", unit = {json.dumps(unit, ensure_ascii=False)}" if unit else ""
-    remarks = [*(["check the unit"] if unit and not cell.said else []), *([f"or {others}"] if others else [])]
+    remarks = [*(["check the unit"] if unit and not cell.unit_to_give else []), *([f"or {others}"] if others else [])]
     remark = f"  # {'; '.join(remarks)}" if remarks else ""
     return f"columns.{key.replace(' ', '_')} = {{ column = {named}{message} }}{remark}"

@@ -257,8 +257,8 @@ def _fill(table: Table, rows: Rows, places: Mapping[str, Place], sheet: Sheet, *
     table.flag(unclosed & ~apart, "", lambda _: "a quote is opened here and not closed; a cell ends with its line")
     long = sheet.delimiter == "," and np.mean(rows.counts > width) > 0.5
     comma = " (a decimal comma? put ; between the columns)" if long else ""
-    told_ragged = ragged & ~unclosed & ~apart
-    table.flag(told_ragged, "", lambda row: f"{rows.counts[row]} cells where the header has {width}{comma}")
+    reported = ragged & ~unclosed & ~apart
+    table.flag(reported, "", lambda row: f"{rows.counts[row]} cells where the header has {width}{comma}")
     for place, name in enumerate(places):
         message = lambda row, place=place: _not_a_number(rows.text[row, place])  # noqa: E731
         table.flag(bad[:, place] & ~(ragged | apart | empty), name, message)

@@ -40,7 +40,7 @@ SAME = "in other words"
 """Why a law is not given that is an effect, or another law, by another name."""
 WORN = ("profile", "mass")
 """Channels for which an added term acts on the wear, and so on what K means."""
-TOLD = 0.05
+REPORTED = 0.05
 """Share of its misfit from which on a term is told to leave some."""
 
 
@@ -96,7 +96,7 @@ def answers(diagnosis: Diagnosis) -> list[tuple[str, list[str]]]:
     ]
     if diagnosis.next_experiment is not None:
         rows.append(("What should be measured next?", [f"{sentence(next_step(diagnosis))}."]))
-    return [(question, said) for question, said in rows if said]
+    return [(question, lines) for question, lines in rows if lines]
 
 
 def _how_sure(term: FoundTerm) -> str:
@@ -159,7 +159,7 @@ def sureness(term: FoundTerm) -> str:
 
 def taken(term: FoundTerm) -> str:
     """How much of the misfit it takes away, where that is not all of it."""
-    return f"takes away {percent(1.0 - term.remains)} of the misfit" if term.remains > TOLD else ""
+    return f"takes away {percent(1.0 - term.remains)} of the misfit" if term.remains > REPORTED else ""
 
 
 def law_text(result: FoundLaw) -> str:
@@ -203,14 +203,14 @@ def sentences(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.verdict == "unexplained":
         return _what_is_unexplained(diagnosis)
     groups = together(diagnosis)
-    said = [_what_was_found(diagnosis, groups), *difference(diagnosis)]
-    said += [f"Learnt from the data: {law_text(law)}; {transfer_text(law.law)}." for law in diagnosis.laws]
+    lines = [_what_was_found(diagnosis, groups), *difference(diagnosis)]
+    lines += [f"Learnt from the data: {law_text(law)}; {transfer_text(law.law)}." for law in diagnosis.laws]
     doubtful = [channel_name(c) for c, terms in groups.items() if any(rivals(term) for term in terms)]
     if doubtful:
-        said.append(f"These data cannot separate the ones named for the {listed(doubtful)} from each other.")
-    said += [f"{sentence(name_of(t))} {taken(t)}." for terms in groups.values() for t in terms if taken(t)]
-    said += [_fall(c, diagnosis.errors[c]) for c in groups if c in diagnosis.errors]
-    return said + [f"Part of the disagreement stays unexplained: {rest}." for rest in open_questions(diagnosis)]
+        lines.append(f"These data cannot separate the ones named for the {listed(doubtful)} from each other.")
+    lines += [f"{sentence(name_of(t))} {taken(t)}." for terms in groups.values() for t in terms if taken(t)]
+    lines += [_fall(c, diagnosis.errors[c]) for c in groups if c in diagnosis.errors]
+    return lines + [f"Part of the disagreement stays unexplained: {rest}." for rest in open_questions(diagnosis)]
 
 
 def difference(diagnosis: Diagnosis) -> list[str]:
@@ -249,15 +249,15 @@ def _refused(diagnosis: Diagnosis) -> list[str]:
 
 def scatter(diagnosis: Diagnosis) -> list[str]:
     """The steps that differ beyond the noise, and what was recorded that differs with them."""
-    said = []
+    lines = []
     for each in diagnosis.step_scatter:
         varied = [f"{name} ({percent(share)})" for name, share in each.varied_with.items()]
         with_what = f"; squared rank correlation with what was recorded: {listed(varied)}" if varied else ""
-        said.append(
+        lines.append(
             f"The {each.steps} steps of {each.test} differ in the {channel_name(each.channel)} by {number(each.size)} "
             f"standard deviations of the noise beyond what the model explains{with_what}."
         )
-    return said
+    return lines
 
 
 def _nothing_missing(diagnosis: Diagnosis) -> list[str]:
