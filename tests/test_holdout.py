@@ -303,7 +303,29 @@ def test_what_only_held_out_samples_show_is_searched_with_them() -> None:
     assert [e.name for e in found.effects] or [law.law.quantity for law in found.laws]
     assert not found.blind
     assert {term.strength for term in (*found.effects, *found.laws)} <= {"probable", "possible"}
-    assert any("all were searched" in note for note in found.notes)
+    assert any("all samples were searched" in note for note in found.notes)
     error = found.errors["traction"]
     assert error.after < 0.5 * error.before
     assert np.isnan(error.held_out_after)
+
+
+def test_what_only_held_out_samples_show_beside_an_effect_is_searched_with_them() -> None:
+    """A zero of the torque beside falling friction, which shows in the steps held out, under an eighth of the load."""
+    light = np.isin(COURSE.step, held_out_steps(COURSE))
+    course = replace(COURSE, load_factor=np.where(light, 0.25, 2.0))
+    test = Instruments(channels=("traction",), each=4).record(
+        replace(FALLING, history=course), np.random.default_rng(6)
+    )
+    traction = test.measured.traction
+    assert traction is not None
+    zero = 0.01 / course.load_factor[running(course, spread(course, 4))]
+    test = replace(test, measured=replace(test.measured, traction=replace(traction, ratio=traction.ratio + zero)))
+    removed = replace(without(test, withheld(test)), hold_out_steps=())
+    blind = diagnose([removed], validate=None, progress=ignored, quick=True)
+    assert [e.name for e in blind.effects] == ["falling_friction"]
+    found = diagnose([test], validate=None, progress=ignored)
+    assert {e.name for e in found.effects} == {"falling_friction", "torque_offset"}
+    assert not found.blind
+    assert not found.unexplained
+    offset = next(e for e in found.effects if e.name == "torque_offset").parameters["offset"]
+    assert abs(offset.value - 0.01) < 3.0 * offset.std

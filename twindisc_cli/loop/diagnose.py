@@ -134,7 +134,8 @@ def _left(outcome: Outcome, before: Mapping[str, Residual]) -> list[Unexplained]
         rest = unexplained_residual(fitted, channel) if fitted.terms else before[channel]
         if is_unexplained(rest, fitted, base):
             left += _listed(rest)
-    return left
+    known = {each.channel for each in left}
+    return left + [each for rest in outcome.left_on_all if rest.channel not in known for each in _listed(rest)]
 
 
 def _listed(rest: Residual) -> list[Unexplained]:
@@ -390,8 +391,8 @@ def _refused(outcome: Outcome) -> list[str]:
     if outcome.whole:
         names = " and the ".join(channels()[channel].label for channel in outcome.whole)
         notes.append(
-            f"without the samples held out nothing is given for the {names}, and with them something is missing: all "
-            "were searched, and none is left to judge what is given"
+            f"what is found without the samples held out leaves something of the {names} with them: all samples were "
+            "searched, and none is left to judge what is given"
         )
     elif not outcome.blind:
         notes.append(

@@ -21,7 +21,7 @@ from twindisc_cli.loop.mixture import Mixture, mixture_of
 from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case, Problem, problem_of
 from twindisc_cli.loop.resample import shares
-from twindisc_cli.loop.screen import is_unexplained, unexplained_residual
+from twindisc_cli.loop.screen import Residual, is_unexplained, unexplained_residual
 from twindisc_cli.loop.search import Search, search
 from twindisc_cli.loop.term_intervals import fixes_a_size
 from twindisc_cli.loop.terms import EffectTerm, Term
@@ -41,7 +41,8 @@ class Outcome:
     Search and compared have seen no sample that is held out. mixture: what predicts. compared: the answer among all
     explanations. refused: what is not given, and why. on_all: what a choice among the explanations fitted to all
     samples would be, None where not asked. sure: the answer on all samples under the noise as estimated. whole:
-    channels of which all samples were searched after all, since nothing was given without those held out.
+    channels of which all samples were searched after all, since they show more than was found without some;
+    left_on_all: what the answer leaves of all samples, significant, where these were searched in vain.
     """
 
     search: Search
@@ -52,6 +53,7 @@ class Outcome:
     on_all: frozenset[Term] | None
     sure: Fit
     whole: tuple[str, ...] = ()
+    left_on_all: tuple[Residual, ...] = ()
 
     @property
     def problem(self) -> Problem:
@@ -83,38 +85,78 @@ def explain(tests: Sequence[Experiment], *, validate: Case | None, quick: bool, 
     """Search the tests without the samples held out, and judge the answer, and then its rivals, on these.
 
     Search, choice, noise and fit see none of the samples held out. The parameters of the answer are then estimated on
-    all samples. Channels in which nothing is given, and all samples show something, are searched as a whole after that.
+    all samples. Channels of which all samples show more than what is given are searched as a whole after that.
     """
     masks = [withheld(test) for test in tests]
-    outcome = _explained(tests, masks, validate, quick=quick, progress=progress)
-    whole = _shown_by_held_out(outcome)
-    if not whole:
-        return outcome
-    masks = [{c: np.zeros_like(mask) if c in whole else mask for c, mask in test.items()} for test in masks]
-    again = _explained(
-        tests, masks, validate, whole, quick=quick, progress=lambda what, share: progress(what, max(share, SEARCHED))
-    )
-    return replace(again, whole=whole)
+    first = _explained(tests, masks, validate, quick=quick, progress=progress)
+    left, missing = _left_by_effects(first), _missing(first)
+    for among in filter(None, (left.keys() | missing, missing)):
+        whole = tuple(channel for channel in first.problem.channels if channel in among)
+        again = _explained(
+            tests,
+            [{c: np.zeros_like(mask) if c in whole else mask for c, mask in test.items()} for test in masks],
+            validate,
+            whole,
+            quick=quick,
+            progress=lambda what, share: progress(what, max(share, SEARCHED)),
+        )
+        if all(_explains_all(again, first, channel) for channel in left.keys() & among):
+            return replace(again, whole=whole)
+    return replace(first, left_on_all=tuple(left.values()))
 
 
-def _shown_by_held_out(outcome: Outcome) -> tuple[str, ...]:
+def _left_by_effects(outcome: Outcome) -> dict[str, Residual]:
+    """What effects of the catalogue leave of all samples, where it is significant, by channel.
+
+    A law need not reach beyond the samples it was learnt on.
+    """
+    return _significant(outcome, _left_on_all(outcome, _held_out(outcome) & _by_effects(outcome.answer)))
+
+
+def _missing(outcome: Outcome) -> set[str]:
     """Channels with samples held out in which nothing is given, and all samples show something.
 
-    What the answer leaves of them is significant, or all samples let a term be chosen, or one more where generic
-    functions see anything.
+    What is left of them is significant, or all samples let a term be chosen, or one more where generic functions see
+    anything.
     """
-    answer, judged = outcome.answer, outcome.judged
-    held_out = {channel for test in judged.masks for channel, mask in test.items() if mask.any()}
-    unexplained = held_out - answer.explained
-    if not unexplained:
-        return ()
-    whole, base = judged.estimated, judged.base_estimated
-    shown = _channels_of_choice(outcome) if not answer.terms else set()
-    left = {channel: unexplained_residual(whole, channel) for channel in unexplained - shown}
-    shown |= {channel for channel, rest in left.items() if is_unexplained(rest, whole, base)}
-    seen = {channel for channel, rest in left.items() if rest.p_value <= SEARCH.nothing_left}
-    shown |= _channels_of_more(judged, seen - shown) if seen - shown else set()
-    return tuple(channel for channel in outcome.problem.channels if channel in unexplained & shown)
+    answer = outcome.answer
+    unexplained = _held_out(outcome) - answer.explained
+    shown = _channels_of_choice(outcome) & unexplained if not answer.terms else set()
+    left = _left_on_all(outcome, unexplained - shown)
+    shown |= _significant(outcome, left).keys()
+    seen = {channel for channel, rest in left.items() if rest.p_value <= SEARCH.nothing_left} - shown
+    return shown | (_channels_of_more(outcome.judged, seen) & unexplained if seen else set())
+
+
+def _held_out(outcome: Outcome) -> set[str]:
+    """Channels with samples held out."""
+    return {channel for test in outcome.judged.masks for channel, mask in test.items() if mask.any()}
+
+
+def _by_effects(answer: Explanation) -> set[str]:
+    """Channels in which effects of the catalogue show first, and no law."""
+    return answer.explained - {answer.fit.problem.shown_in(law) for law in answer.laws.values()}
+
+
+def _left_on_all(outcome: Outcome, among: Container[str]) -> dict[str, Residual]:
+    """What the answer leaves of all samples, by channel."""
+    whole = outcome.judged.estimated
+    return {c: unexplained_residual(whole, c) for c in outcome.problem.channels if c in among}
+
+
+def _significant(outcome: Outcome, left: Mapping[str, Residual]) -> dict[str, Residual]:
+    """That of it which is more than noise and the formulas' own error."""
+    judged = outcome.judged
+    return {c: rest for c, rest in left.items() if is_unexplained(rest, judged.estimated, judged.base_estimated)}
+
+
+def _explains_all(again: Outcome, first: Outcome, channel: str) -> bool:
+    """Whether effects found with all samples of a channel leave nothing of it, and err no more on those seen before."""
+    seen = replace(again.judged, masks=first.judged.masks)
+    before = first.judged.error(channel, "unseen_after", held_out=False)
+    after = seen.error(channel, "after", held_out=False)
+    complete = channel in _by_effects(again.answer) and not _significant(again, _left_on_all(again, [channel]))
+    return complete and after <= (1.0 + ACCEPTANCE.growth) * before
 
 
 def _channels_of_choice(outcome: Outcome) -> set[str]:
