@@ -1,7 +1,7 @@
 # make run     every command on every test definition, and the figures of the paper under results/figures
 # make figures the figures of the paper one by one, and what they need
 # make test    style, types, layers and the tests         make lint    without the tests
-# make test-long   draws of many seeds, real records in parts, clusters: ten minutes more
+# make test-long   draws of many seeds, real records in parts, campaigns that are stopped, the pages of the documentation: ten minutes more
 # make dist    wheel and source distribution in build/dist, the same bytes each time         make test-minimum   these alone, with the oldest versions
 # make test-python   these alone, on Python 3.12 and 3.13, with the newest versions: PYTHONS="python3.12 /opt/python3.13/bin/python3"
 # make bench   measured numbers beside their targets         make score   the closed loop on synthetic tests
@@ -25,16 +25,15 @@ export OMP_NUM_THREADS = 1
 
 .PHONY: run figures test test-long dist test-minimum test-python lint fuzz bench score records docs schema clean
 
-$(BIN)/python:
-	$(PYTHON) -m venv $(VENV)
-
-$(RUNTIME): pyproject.toml constraints.txt | $(BIN)/python
+$(RUNTIME): pyproject.toml constraints.txt
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
 	touch $@
 
-# It holds what runs the program, too: one call of pip, not two.
-$(DEVELOPMENT): pyproject.toml constraints.txt | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+# It holds what runs the program, too: one call of pip, not two. What no test imports is not compiled.
+$(DEVELOPMENT): pyproject.toml constraints.txt
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt -e '.[dev]'
 	test -e $(RUNTIME) || touch $(RUNTIME)
 	touch $@
 

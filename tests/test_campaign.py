@@ -248,6 +248,7 @@ def written(folder: Path, count: int) -> None:
         time.sleep(0.01)
 
 
+@pytest.mark.long
 def test_what_was_stopped_goes_on_where_it_was(folder: Path) -> None:
     """Killed, then interrupted, the third call ends as an undisturbed one, and nothing there is computed again."""
     named(folder, *(f"t{i}" for i in range(8)))

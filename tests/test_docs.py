@@ -28,6 +28,7 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "pages"
 
 
+@pytest.mark.long
 def test_all_pages_are_made_and_no_picture_or_page_is_missing(pages: Path) -> None:
     for path in pages.rglob("*.md"):
         text = re.sub(r"^```.*?^```", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
@@ -39,6 +40,7 @@ def test_all_pages_are_made_and_no_picture_or_page_is_missing(pages: Path) -> No
     assert "$ twindisc close-loop my_test.toml" in (pages / "tutorial.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.long
 def test_the_tutorial_finds_what_its_log_was_made_with(pages: Path) -> None:
     text = (pages / "tutorial.md").read_text(encoding="utf-8")
     ratio, decay = re.search(r"falling_friction \(ratio = ([\d.]+) ± .*?decay_s_m = ([\d.]+) ±", text).groups()  # type: ignore[union-attr]

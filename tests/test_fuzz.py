@@ -4,7 +4,7 @@ import fuzz
 import pytest
 
 PART = {"definitions": 400, "tables": 400, "imports": 150, "campaigns": 150, "results": 300, "physics": 25, "loops": 2}
-PART |= {"kills": 3, "impossible": 25, "combined": 10, "odd": 40}
+PART |= {"kills": 3, "impossible": 25, "combined": 25, "odd": 40}
 
 
 @pytest.mark.parametrize("kind", PART)

@@ -97,6 +97,7 @@ def test_what_five_sweeps_of_a_lubricated_ball_teach_predicts_the_others(learnt:
     assert found.error <= most * found.constant
 
 
+@pytest.mark.long
 def test_friction_settles_in_the_tribometer() -> None:
     """Friction of the MTM grows over two hours: one law over time, to twice the noise; no error rises."""
     found = explained("mtm_running_in")
