@@ -21,7 +21,7 @@ from twindisc_cli.loop.mixture import Mixture, mixture_of
 from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case, Problem, problem_of
 from twindisc_cli.loop.resample import shares
-from twindisc_cli.loop.screen import Residual, is_unexplained, unexplained_residual
+from twindisc_cli.loop.screen import Residual, is_unexplained, left_over_explained, unexplained_residual
 from twindisc_cli.loop.search import Search, search
 from twindisc_cli.loop.term_intervals import fixes_a_size
 from twindisc_cli.loop.terms import EffectTerm, Term
@@ -90,7 +90,8 @@ def explain(tests: Sequence[Experiment], *, validate: Case | None, quick: bool, 
     masks = [withheld(test) for test in tests]
     first = _explained(tests, masks, validate, quick=quick, progress=progress)
     left, missing = _left_by_effects(first), _missing(first)
-    for among in filter(None, (left.keys() | missing, missing)):
+    more = {channel for channel, rest in left.items() if _is_another_effect(first, rest)}
+    for among in filter(None, (more | missing, missing)):
         whole = tuple(channel for channel in first.problem.channels if channel in among)
         again = _explained(
             tests,
@@ -100,8 +101,8 @@ def explain(tests: Sequence[Experiment], *, validate: Case | None, quick: bool, 
             quick=quick,
             progress=lambda what, share: progress(what, max(share, SEARCHED)),
         )
-        if all(_explains_all(again, first, channel) for channel in left.keys() & among):
-            return replace(again, whole=whole)
+        if all(_explains_all(again, first, channel) for channel in more & among):
+            return replace(again, whole=whole, left_on_all=tuple(rest for c, rest in left.items() if c not in among))
     return replace(first, left_on_all=tuple(left.values()))
 
 
@@ -111,6 +112,12 @@ def _left_by_effects(outcome: Outcome) -> dict[str, Residual]:
     A law need not reach beyond the samples it was learnt on.
     """
     return _significant(outcome, _left_on_all(outcome, _held_out(outcome) & _by_effects(outcome.answer)))
+
+
+def _is_another_effect(outcome: Outcome, left: Residual) -> bool:
+    """Whether what is left of all samples is too large for the own error of the formulas found."""
+    judged = outcome.judged
+    return left_over_explained(left, judged.estimated, judged.base_estimated) > ACCEPTANCE.another_effect
 
 
 def _missing(outcome: Outcome) -> set[str]:

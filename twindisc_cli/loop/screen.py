@@ -124,10 +124,15 @@ def is_unexplained(rest: Residual, fitted: Fit, base: Fit) -> bool:
     """Whether what a fit leaves of a channel is more than noise, and than the own error of the formulas in it."""
     if not fitted.terms:
         return rest.significant(ACCEPTANCE.unexplained_alone)
-    explained = np.sqrt(max(base.power(rest.channel) - fitted.power(rest.channel), 0.0))
     mean = fitted.power(rest.channel) / max(fitted.problem.count(rest.channel), 1)
-    large = rest.length > ACCEPTANCE.formula_error * explained or mean > ACCEPTANCE.mean_square_left
+    large = left_over_explained(rest, fitted, base) > ACCEPTANCE.formula_error or mean > ACCEPTANCE.mean_square_left
     return bool(large and rest.significant(ACCEPTANCE.unexplained_beside))
+
+
+def left_over_explained(rest: Residual, fitted: Fit, base: Fit) -> float:
+    """Length of what a fit leaves of a channel, over that of what its terms explain there [1]."""
+    explained = np.sqrt(max(base.power(rest.channel) - fitted.power(rest.channel), 0.0))
+    return float(rest.length / explained) if explained > 0.0 else np.inf
 
 
 def _reached(fitted: Fit) -> Floats:
