@@ -25,20 +25,22 @@ export OMP_NUM_THREADS = 1
 
 .PHONY: run figures test test-long dist test-minimum test-python lint fuzz bench score records docs schema clean
 
+# The environment, made where it is not there, and pip in it: what to install follows.
+install = { test -x $(BIN)/python || $(PYTHON) -m venv $(VENV); } && \
+  $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
+
 $(RUNTIME): pyproject.toml constraints.txt
-	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	$(install) -e .
 	touch $@
 
 # It holds what runs the program, too: one call of pip, not two. What no test imports is not compiled.
 $(DEVELOPMENT): pyproject.toml constraints.txt
-	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt -e '.[dev]'
+	$(install) --no-compile -e '.[dev]'
 	test -e $(RUNTIME) || touch $(RUNTIME)
 	touch $@
 
 $(DOCUMENTATION): $(RUNTIME)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
+	$(install) -e '.[docs]'
 	touch $@
 
 # Every command on every definition in configs/ that has what it needs. A definition is named as its file, so that

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from twindisc_cli.model.experiment import (
@@ -35,6 +36,11 @@ LOAD = 72.0
 SPEED = 9.42
 HARDNESS = 700.0 * VICKERS
 ROOM = 293.15
+
+
+def one_of(values: Sequence[Any]) -> list[Any]:
+    """Parameters of a test, of which all but the first are left to `make test-long`."""
+    return [values[0], *(pytest.param(value, marks=pytest.mark.long) for value in values[1:])]
 
 
 def rig(*, load: float = LOAD, speed: float = SPEED, radius: float = RADIUS, crown: float = RADIUS) -> Rig:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from rigs import autoregressive, flickering
+from rigs import autoregressive, flickering, one_of
 from score.contact import creepage_coefficients, hertz_ellipse
 from score.traction import saturation
 
@@ -19,7 +19,7 @@ from twindisc_cli.loop.diagnosis import Diagnosis
 Floats = NDArray[np.float64]
 LOAD, RADIUS, YOUNG, POISSON = 72.0, 0.03, 206e9, 0.3
 STEP_S = 300.0
-SEEDS = [1, *(pytest.param(seed, marks=pytest.mark.long) for seed in (2, 3))]
+SEEDS = one_of([1, 2, 3])
 DEFINITION = """schema = 1
 [test]
 name = "sensor"

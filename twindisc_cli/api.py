@@ -378,8 +378,8 @@ def close_loop(
         quick=quick,
         progress=progress,
     )
-    notes = [note for _, notes in (*own, *others, *([other] if other else [])) for note in notes]
-    return replace(found, notes=[*notes, *found.notes])
+    used = [note for _, notes in (*own, *others, *([other] if other else [])) for note in notes]
+    return replace(found, notes=[*used, *found.notes])
 
 
 def _floats(values: ArrayLike) -> Floats:

@@ -104,8 +104,8 @@ def cases_of(tests: Sequence[Experiment]) -> list[Case]:
     for name, channel in channels().items():
         own = [i for i, test in enumerate(tests) if name in measured_channels(test)]
         measured = [tests[i] for i in own]
-        message = channel.together(measured) if channel.together else [channel.noise(test) for test in measured]
-        for i, result in zip(own, message, strict=True):
+        noises = channel.together(measured) if channel.together else [channel.noise(test) for test in measured]
+        for i, result in zip(own, noises, strict=True):
             noise[i][name] = result
     cases = [Case(ForwardModel(test), result) for test, result in zip(tests, noise, strict=True)]
     for case in cases:
