@@ -922,7 +922,7 @@ def test_files_are_written_whole_and_the_same_each_time(
     faked: None, test: Test, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
-    assert called(str(test.path), "-o", str(out), "--json") == 0
+    assert called(str(test.path), "-o", str(out), "--json", "--dpi", "40") == 0
     folder = out / "small"
     files = {path.name: path.read_bytes() for path in folder.iterdir()}
     pages = {f"close-loop-{channel}.png" for channel in ("traction", "profile", "temperature")}
@@ -930,7 +930,7 @@ def test_files_are_written_whole_and_the_same_each_time(
     told_json = json.loads(capsys.readouterr().out)
     assert told_json["revised"] == str(folder / "revised.toml")
     assert load(folder / "revised.toml").experiment.measured.profile is not None
-    assert called(str(test.path), "-o", str(out), "--force") == 0
+    assert called(str(test.path), "-o", str(out), "--force", "--dpi", "40") == 0
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == files
 
 
