@@ -10,10 +10,19 @@ import pytest
 import rigs
 from numpy.typing import NDArray
 
+from twindisc_cli.model import forward
 from twindisc_cli.model.experiment import Contact, Options, ProfileSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
-from twindisc_cli.model.integration import Weights
-from twindisc_cli.model.wear_path import CarriedPath, LoadHistory, carried_paths, first_section, wear_path
+from twindisc_cli.model.integration import Setup, Weights
+from twindisc_cli.model.wear_path import (
+    CarriedPath,
+    LoadHistory,
+    carried_paths,
+    first_section,
+    nearby,
+    paths_near,
+    wear_path,
+)
 
 Floats = NDArray[np.float64]
 K, MU = 6e-5, 0.5
@@ -79,16 +88,26 @@ def test_a_profile_moves_no_more_than_what_wears() -> None:
 
 
 @pytest.mark.parametrize("ratios", [(1.0, 2.0, 0.5), (1.0, 3.0, 0.5), (2.0, 0.5, 1.0)])
-def test_derivatives_by_the_track_are_those_of_larger_steps(ratios: tuple[float, ...]) -> None:
-    """Steps in K of a ten-thousandth and of a hundredth of that, after K has been integrated alone; and of a tenth."""
+def test_derivatives_by_the_track_are_those_of_integrations(
+    ratios: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Steps in K of a ten-thousandth and of a hundredth of that, after K has been integrated alone.
+
+    What the patch does to the traction is a thousandth of T/N for twice the wear: single strips that come into contact
+    are a tenth of that, and count in no derivative of an integration.
+    """
     of = model(np.array([0.004, 0.006, 0.004]), np.array(ratios), "half_space")
     predicted(of)
     shares = np.array([0.0, 1e-4, 1e-6])
-    ratio = predicted(of, K * (1.0 + shares)).state.traction_ratio[:, -1]
-    less, more = predicted(of, K * np.array([0.9, 1.1])).state.traction_ratio[:, -1]
-    slopes = (ratio[1:] - ratio[0]) / shares[1:]
-    assert slopes[1] == pytest.approx(slopes[0], rel=0.01)
-    assert slopes[0] == pytest.approx((more - less) / 0.2, rel=0.3)
+
+    def slopes() -> Floats:
+        ratio = predicted(of, K * (1.0 + shares)).state.traction_ratio[:, -1]
+        return np.asarray((ratio[1:] - ratio[0]) / shares[1:])
+
+    near = slopes()
+    assert near[1] == pytest.approx(near[0], rel=0.01)
+    monkeypatch.setattr(forward, "paths_near", lambda setup, asked: carried_paths(setup.rig, setup.contact, asked))
+    assert near[0] == pytest.approx(slopes()[0], rel=0.3)
 
 
 @both
@@ -168,6 +187,46 @@ def test_histories_integrated_together_are_what_they_are_alone(contact: Contact)
                 for of in (path, alone)
             )
             assert here == pytest.approx(there, rel=1e-3), name  # a third of what the strips err by
+
+
+@pytest.mark.parametrize(("contact", "pieces"), [("hertz", 6), ("half_space", 3)])
+def test_paths_near_each_other_are_those_of_their_own_integrations(contact: Contact, pieces: int) -> None:
+    """Profile, contact and creep stiffness along histories whose pieces are up to a fifth longer or shorter."""
+    rig, random = rigs.rig(), np.random.default_rng(pieces)
+    loads = np.array([1.0, 2.0, 0.5, 1.5, 0.7, 2.5])[:pieces]
+    for share in np.exp(random.uniform(-0.2, 0.2, (3, pieces))):
+        section = np.cumsum(3.0 * first_section(rig) * share)
+        history = LoadHistory(section, loads)
+        (near,), (own,) = paths_near(Setup(rig, contact), [history]), carried_paths(rig, contact, [history])
+        at, load = 0.97 * section[None], loads[None]
+        for name, within in (("stiffness", 1e-2), ("area", 2e-2)):
+            here, there = (
+                of.read(lambda path, s, name=name: path.at(getattr(path, name), s), at, load) for of in (near, own)
+            )
+            assert here == pytest.approx(there, rel=within), name
+        for (here, there), within in (
+            ([path.read(lambda p, s: p.at(p.p0, s), at, load).max() for path in (near, own)], own.pressure_error),
+            ([path.levels[0].depth[-1].max() for path in (near, own)], own.error),
+        ):
+            assert here == pytest.approx(there, rel=within)
+        worn = np.diff(near.levels[0].depth, axis=0)
+        assert worn.min() >= 0.0
+        y = near.y
+        assert worn.sum(axis=1) * (y[1] - y[0]) == pytest.approx(np.diff(near.levels[0].section), rel=1e-9)
+
+
+def test_the_place_that_serves_a_history_depends_on_that_history_alone() -> None:
+    """The same path, to the last digit, whatever was asked for before it."""
+    rig, loads = rigs.rig(), np.array([1.0, 2.0, 0.5])
+    section = np.array([0.2, 0.6, 1.5]) * 6.0 * first_section(rig)
+    setup, asked = Setup(rig, "hertz"), [LoadHistory(section * share, loads) for share in (1.0, 1.09, 0.9)]
+    orders = []
+    for order in ([0, 1, 2], [2, 1, 0]):
+        nearby._around.cache_clear()
+        found = {number: paths_near(setup, [asked[number]])[0] for number in order}
+        orders.append([found[number].levels[1].depth for number in range(3)])
+    for one, other in zip(*orders, strict=True):
+        assert np.array_equal(one, other)
 
 
 def test_local_wear_of_histories_integrated_together_is_what_it_is_alone() -> None:

@@ -16,7 +16,6 @@ energy, temperature and wear stand still. Everything is vectorised over paramete
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -31,7 +30,7 @@ from twindisc_cli.laws.law import Law
 from twindisc_cli.model import worn
 from twindisc_cli.model.base import MODEL_KEYS, BaseParameters, column
 from twindisc_cli.model.experiment import Contact, Experiment, Floats, Ints, Rig
-from twindisc_cli.model.integration import Weights
+from twindisc_cli.model.integration import Setup, Weights
 from twindisc_cli.model.patch import (
     CROWNS,
     AnyPath,
@@ -49,7 +48,6 @@ from twindisc_cli.model.traction_law import slip_of_pressure, traction_law
 from twindisc_cli.model.wear_path import (
     CREEPAGES,
     SHARES,
-    CarriedPath,
     Course,
     LoadHistory,
     Scaled,
@@ -58,6 +56,7 @@ from twindisc_cli.model.wear_path import (
     first_section,
     is_tabulated,
     local_paths,
+    paths_near,
     wear_path,
     weights_on,
 )
@@ -84,7 +83,6 @@ MOST_WARMING = 10.0
 """Largest of these logarithms: 11,000 K."""
 MOST_MARCHES, MARCHED = 4, 1e-3
 """How often a history of loads is integrated, and the relative change of the sections at which that ends."""
-REMEMBERED = 32  # paths through histories of loads
 _STANDING = 1e-9
 """A speed [m/s] at which nothing rolls."""
 _SMALLEST_CAPACITY = 1e-30
@@ -196,32 +194,6 @@ class ForwardModel:
     def _known_paths(self) -> dict[tuple[Contact, float, float, float], WearPath]:
         """Paths that have been asked for, by contact, wander, crown and reach [m2], that go no further than `reach`."""
         return {}
-
-    def paths_through(self, path: WearPath, histories: Sequence[LoadHistory]) -> list[CarriedPath]:
-        """The paths through histories of loads, with contact, wander and crown of a path of one load.
-
-        Fits ask for the same parameters again: their histories are integrated once. New ones are integrated with those
-        that are known: what strips and nodes err by falls out of a derivative only where both are found on the same.
-        """
-        asked = path.contact, path.wander, path.crown
-        known = [self._remembered(asked, history) for history in histories]
-        if None in known:
-            first = [next(i for i, other in enumerate(histories) if history.is_as(other)) for history in histories]
-            new = [histories[i] for i in sorted(set(first))]
-            found = carried_paths(self.crowned(path.crown), path.contact, new, wander=path.wander, start=path.start)
-            self._carried.extend((asked, history, carried) for history, carried in zip(new, found, strict=True))
-            of = dict(zip(sorted(set(first)), found, strict=True))
-            return [of[i] for i in first]
-        return [carried for carried in known if carried is not None]
-
-    def _remembered(self, asked: tuple[Contact, float, float], history: LoadHistory) -> CarriedPath | None:
-        same = (carried for key, known, carried in self._carried if key == asked and known.is_as(history))
-        return next(same, None)
-
-    @cached_property
-    def _carried(self) -> deque[tuple[tuple[Contact, float, float], LoadHistory, CarriedPath]]:
-        """The last paths through histories of loads, by contact, wander, crown and history."""
-        return deque(maxlen=REMEMBERED)
 
     @cached_property
     def stops(self) -> Stops | None:
@@ -575,7 +547,8 @@ class _Chain:
             return [*local_paths(self.model.crowned(path.crown), path, course, factors, by_place=by_place)]
         histories = self._loads(state, section)[of]
         if not self.is_local:
-            return [*self.model.paths_through(path, histories)]
+            setup = Setup(self.model.crowned(path.crown), path.contact, path.wander, path.start)
+            return [*paths_near(setup, histories)]
         course = self._course(state, section, _as_it_is, of)
 
         def weights(cases: list[int], nodes: Floats, y: Floats) -> Weights:

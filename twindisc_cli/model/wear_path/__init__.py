@@ -21,10 +21,11 @@ where K differs from strip to strip, from an integration of its own (`local`). `
 from twindisc_cli.model.wear_path.carried import CarriedPath, LoadHistory, carried_paths
 from twindisc_cli.model.wear_path.grid import first_section
 from twindisc_cli.model.wear_path.local import Course, Factors, local_paths, weights_on
+from twindisc_cli.model.wear_path.nearby import paths_near
 from twindisc_cli.model.wear_path.path import CREEPAGES, SHARES, Scaled, Scaling, WearPath
 from twindisc_cli.model.wear_path.provider import is_tabulated, wear_path
 
 __all__ = [
     "CREEPAGES", "SHARES", "CarriedPath", "Course", "Factors", "LoadHistory", "Scaled", "Scaling", "WearPath",
-    "carried_paths", "first_section", "is_tabulated", "local_paths", "wear_path", "weights_on",
+    "carried_paths", "first_section", "is_tabulated", "local_paths", "paths_near", "wear_path", "weights_on",
 ]  # fmt: skip

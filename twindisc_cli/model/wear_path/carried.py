@@ -37,8 +37,6 @@ GROWTH = 0.09
 """Growth of what was worn since the load changed, in a step."""
 SMALLEST = 1e-9
 """A section over the history's that is as good as none."""
-SAME = 1e-9
-"""Relative difference of sections and loads below which histories are one: of rounding, no derivative sees it."""
 NEAR = 1e-2
 """Relative difference of the sections of histories that are integrated together."""
 APART = 3
@@ -62,27 +60,22 @@ class LoadHistory:
         worn = np.diff(self.section, prepend=0.0) > 0.0
         return bool(worn.any() and np.ptp(np.log(self.ratio[worn])) > PIECE)
 
-    def is_as(self, other: LoadHistory) -> bool:
-        """Whether another history is this one, but for rounding."""
-        return all(
-            len(here) == len(there) and np.allclose(here, there, rtol=SAME, atol=0.0)
-            for here, there in ((self.section, other.section), (self.ratio, other.ratio))
-        )
-
     def pieces(self) -> tuple[Floats, Floats]:
-        """Sections at which pieces of one load end [m2], and that load over the rig's [1], each (piece,)."""
+        """Sections at which pieces of one load end [m2], and that load over the rig's [1], each (piece,).
+
+        The load is the mean over the points of a piece, however much is worn at each: it hangs on no parameter of wear.
+        """
         worn = np.diff(self.section, prepend=0.0)
         ends: list[float] = []
         loads: list[float] = []
-        weight = 0.0
-        for end, size, log in zip(
-            self.section[worn > 0.0], worn[worn > 0.0], np.log(self.ratio[worn > 0.0]), strict=True
-        ):
+        points = 0
+        for end, log in zip(self.section[worn > 0.0], np.log(self.ratio[worn > 0.0]), strict=True):
             if ends and abs(log - loads[-1]) <= PIECE:
-                loads[-1] += size / (weight + size) * (log - loads[-1])
-                ends[-1], weight = end, weight + size
+                points += 1
+                loads[-1] += (log - loads[-1]) / points
+                ends[-1] = end
             else:
-                ends, loads, weight = [*ends, end], [*loads, log], size
+                ends, loads, points = [*ends, end], [*loads, log], 1
         return np.array(ends), np.exp(_rounded(np.array(loads)))
 
 
@@ -175,15 +168,30 @@ def carried_paths(
     weights: where K differs from strip to strip, those of the integration of some of the histories, by their numbers,
     from its nodes (case, node) [m2] and strips [m]; by_place: on each side of the track in its own way.
     """
-    setup, pieces = Setup(rig, contact, wander, start), [history.pieces() for history in histories]
+    setup = Setup(rig, contact, wander, start)
+
+    def through(near: list[int], ends: Floats, ratios: Floats) -> list[CarriedPath]:
+        own = None if weights is None else partial(weights, near)
+        return carried_through(setup, ends, ratios, own, by_place=by_place)
+
+    return in_groups(histories, through)
+
+
+def in_groups(
+    histories: Sequence[LoadHistory], through: Callable[[list[int], Floats, Floats], list[CarriedPath]]
+) -> list[CarriedPath]:
+    """The paths through histories, of those together that go under the same loads nearly as far.
+
+    through: the paths of some of them, by their numbers, the sections at which their pieces end (case, piece) [m2] and
+    the loads over the rig's there (piece,)
+    """
+    pieces = [history.pieces() for history in histories]
     paths: dict[int, CarriedPath] = {}
     for number, first in enumerate(pieces):
         if number in paths:
             continue
         near = [i for i, of in enumerate(pieces) if i not in paths and _are_near(of, first)]
-        ends = np.array([pieces[i][0] for i in near])
-        own = None if weights is None else partial(weights, near)
-        paths.update(zip(near, _through(setup, ends, first[1], own, by_place=by_place), strict=True))
+        paths.update(zip(near, through(near, np.array([pieces[i][0] for i in near]), first[1]), strict=True))
     return [paths[i] for i in range(len(pieces))]
 
 
@@ -193,13 +201,13 @@ def _are_near(one: tuple[Floats, Floats], other: tuple[Floats, Floats]) -> bool:
     return np.array_equal(loads, other_loads) and np.allclose(ends, other_ends, rtol=NEAR, atol=0.0)
 
 
-def _through(
+def carried_through(
     setup: Setup,
     ends: Floats,
     ratios: Floats,
-    weights: Callable[[Floats, Floats], Weights] | None,
+    weights: Callable[[Floats, Floats], Weights] | None = None,
     *,
-    by_place: bool,
+    by_place: bool = False,
 ) -> list[CarriedPath]:
     """Paths through pieces of histories that end at sections (case, piece) [m2], under the same loads (piece,)."""
     rig = setup.rig
@@ -211,11 +219,12 @@ def _through(
     kept = np.flatnonzero(np.diff(nodes[0], append=np.inf) > 0.0)
     gap = 0.5 * rig.curvature_y * y**2 + result.depth[0] - rise
     levels, strips, paths = np.unique(ratios), scale[:, None] * y, list[list[WearPath]]()
+    depth = result.depth[:, kept]
     for level in levels:
         pressed = _pressed_under(
             setup, y, gap, float(level), result.contact, nodes=nodes, loads=load, kept=kept, scale=scale
         )
-        under_load = WearIntegration(result.depth[:, kept], pressed, result.carried)
+        under_load = WearIntegration(depth, pressed, result.carried)
         paths.append(paths_of(setup, under_load, y=strips, nodes=nodes[:, kept], errors=(ERROR, PRESSURE_ERROR)))
     return [CarriedPath(levels, of, float(end)) for of, end in zip(zip(*paths, strict=True), ends[:, -1], strict=True)]
 

@@ -1,0 +1,91 @@
+"""Wear paths through histories of loads near each other: linear between a few that are integrated.
+
+    path(s) = path(s0) + sum_k w_k (path(s0 (1 + d_k)) - path(s0)),   s = s0 (1 + sum_k w_k d_k)
+
+    s     section worn in each piece of the history, under one load [m2], (piece,)
+    d_k   how much longer the pieces of a probe are, (piece,): all of them, or one
+
+A fit asks for one history after another in which the pieces are a little longer or shorter. What is worn and the
+contact change evenly with them. s0 is a place of a lattice over the whole section and the shares of the pieces: it
+depends on the history alone, not on what was asked for before. Histories of one Jacobian share the place of the first,
+so that no derivative sees where one place takes over from another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from twindisc_cli.model.experiment import Floats
+from twindisc_cli.model.integration import Setup
+from twindisc_cli.model.wear_path.carried import CarriedPath, LoadHistory, carried_through, in_groups
+from twindisc_cli.model.wear_path.path import OF_NODES, WearPath
+
+SPACING = 0.1
+"""Distance of the places of the lattice, of the logarithm of the whole section and of the pieces over the largest."""
+PROBE = 0.05
+"""How much longer one piece is in a probe; all of them are as much as leads to the next place."""
+REMEMBERED = 24  # places that have been asked for
+
+
+def paths_near(setup: Setup, histories: Sequence[LoadHistory]) -> list[CarriedPath]:
+    """The paths through histories of loads where one K holds for all strips."""
+
+    def through(near: list[int], ends: Floats, ratios: Floats) -> list[CarriedPath]:
+        sizes = np.diff(ends, prepend=0.0, axis=1)
+        whole = float(np.floor(np.log(ends[0, -1]) / SPACING))
+        shape = np.round(np.log(sizes[0] / sizes[0].max()) / SPACING)
+        return _around(setup, tuple(ratios.tolist()), whole, tuple(shape.tolist())).through(sizes)
+
+    return in_groups(histories, through)
+
+
+@dataclass(frozen=True)
+class _Around:
+    """Paths around a place: that of its own pieces, and those that probe how they change.
+
+    sizes: worn section in each piece of the first [m2], (piece,); probes: how much longer the pieces of the others are,
+    relative (probe, piece), one all over and one for each but the last.
+    """
+
+    sizes: Floats
+    probes: Floats
+    paths: list[CarriedPath]
+
+    def through(self, sizes: Floats) -> list[CarriedPath]:
+        """The paths of pieces in which these sections are worn [m2], (case, piece)."""
+        probed = np.linalg.solve(self.probes.T, (sizes / self.sizes - 1.0).T).T
+        weights = np.column_stack([1.0 - probed.sum(axis=1), probed])
+        return [self._weighted(own) for own in weights]
+
+    def _weighted(self, weights: Floats) -> CarriedPath:
+        levels = zip(*(path.levels for path in self.paths), strict=True)
+        end = float(weights @ [path.end for path in self.paths])
+        return replace(self.paths[0], levels=tuple(_sum(of, weights) for of in levels), end=end)
+
+
+def _sum(paths: Sequence[WearPath], weights: Floats) -> WearPath:
+    """The weighted sum of paths with as many nodes and strips; each step takes off what is worn in it, all of it."""
+    values: dict[str, Any] = {
+        name: sum(weight * getattr(path, name) for weight, path in zip(weights, paths, strict=True))
+        for name in ("section", "y", *OF_NODES)
+    }
+    path = replace(paths[0], **values)
+    steps = np.maximum(np.diff(path.depth, axis=0), 0.0)
+    steps *= (np.diff(path.section) / (steps.sum(axis=1) * (path.y[1] - path.y[0])))[:, None]
+    return replace(path, depth=np.concatenate([path.depth[:1], path.depth[0] + np.cumsum(steps, axis=0)]))
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _around(setup: Setup, ratios: tuple[float, ...], whole: float, shape: tuple[float, ...]) -> _Around:
+    """The paths around a place of the lattice, under loads over the rig's (piece,)."""
+    shares = np.exp(SPACING * np.array(shape))
+    sizes = np.exp(SPACING * whole) * shares / shares.sum()
+    probes = PROBE * np.eye(len(sizes))
+    probes[-1] = np.expm1(SPACING)
+    longer = np.concatenate([sizes[None], sizes * (1.0 + probes)])
+    return _Around(sizes, probes, carried_through(setup, np.cumsum(longer, axis=1), np.array(ratios)))
