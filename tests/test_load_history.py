@@ -215,6 +215,17 @@ def test_paths_near_each_other_are_those_of_their_own_integrations(contact: Cont
         assert worn.sum(axis=1) * (y[1] - y[0]) == pytest.approx(np.diff(near.levels[0].section), rel=1e-9)
 
 
+def test_a_piece_that_wears_many_times_nothing_is_a_piece_that_wears_nothing() -> None:
+    """A step of free rolling between two others, a millionth or a hundred millionths of a creepage beside it."""
+    rig, loads = rigs.rig(), np.array([1.0, 2.0, 0.5])
+    sizes = np.array([[2.0, share, 3.0] for share in (1e-9, 1e-7)]) * first_section(rig)
+    asked = [LoadHistory(np.cumsum(own), loads) for own in sizes]
+    one, other = paths_near(Setup(rig, "hertz"), asked)
+    assert other.levels[0].depth == pytest.approx(one.levels[0].depth, rel=1e-6)
+    (own,) = carried_paths(rig, "hertz", asked[:1])
+    assert one.levels[0].depth[-1].max() == pytest.approx(own.levels[0].depth[-1].max(), rel=own.error)
+
+
 def test_the_place_that_serves_a_history_depends_on_that_history_alone() -> None:
     """The same path, to the last digit, whatever was asked for before it."""
     rig, loads = rigs.rig(), np.array([1.0, 2.0, 0.5])

@@ -14,8 +14,9 @@ profile, since what is dissipated there is a small part of any test that wears. 
 `partial_slip`.
 
 A path comes from the table (`tabulated`) where that reaches, else from an integration (`integrated`), and of straight
-discs from a closed form (`line`); where the load changes, from an integration through its history (`carried`), and
-where K differs from strip to strip, from an integration of its own (`local`). `provider` chooses among the first three.
+discs from a closed form (`line`); where the load changes, from integrations through histories (`carried`) between which
+those of one K are linear (`nearby`), and where K differs from strip to strip, from an integration of its own (`local`).
+`provider` chooses among the first three.
 """
 
 from twindisc_cli.model.wear_path.carried import CarriedPath, LoadHistory, carried_paths

@@ -29,6 +29,8 @@ SPACING = 0.1
 """Distance of the places of the lattice, of the logarithm of the whole section and of the pieces over the largest."""
 PROBE = 0.05
 """How much longer one piece is in a probe; all of them are as much as leads to the next place."""
+LEAST = 1e-3
+"""Section worn in a piece, over the largest, that any counts for: what rolls freely may wear many times nothing."""
 REMEMBERED = 24  # places that have been asked for
 
 
@@ -37,6 +39,7 @@ def paths_near(setup: Setup, histories: Sequence[LoadHistory]) -> list[CarriedPa
 
     def through(near: list[int], ends: Floats, ratios: Floats) -> list[CarriedPath]:
         sizes = np.diff(ends, prepend=0.0, axis=1)
+        sizes = np.maximum(sizes, LEAST * sizes.max(axis=1, keepdims=True))
         whole = float(np.floor(np.log(ends[0, -1]) / SPACING))
         shape = np.round(np.log(sizes[0] / sizes[0].max()) / SPACING)
         return _around(setup, tuple(ratios.tolist()), whole, tuple(shape.tolist())).through(sizes)
