@@ -32,7 +32,7 @@ SETTLED = 1e-2
 """Change of the line load, over its largest, at which a step of the half-space integration ends; the next sets it
 right."""
 FEWEST = 2
-"""Strips on either side of the middle one that a circle is fitted to, at least; a pressure hangs on more than these."""
+"""Strips on either side of the middle one that a circle is fitted to, at least; a pressure depends on more than these."""
 FINE = np.linspace(0.0, 1.0, 9)
 MIRRORED = 1e-12
 """Difference of both sides of a gap, over its range, that is none."""
@@ -314,7 +314,7 @@ def _pressed(contact: StripContact, normal_load: Floats, mirrored: bool) -> Pres
 
 
 def _peak_pressure(contact: StripContact) -> Floats:
-    """Largest pressure [Pa], (...), that hangs on no single strip.
+    """Largest pressure [Pa], (...), that depends on no single strip.
 
     At the edges of a patch line load and half-length are not resolved: the last strip's pressure depends on where the
     edge lies in it. What counts are the strips further from any edge than half of the largest half-length along rolling

@@ -63,5 +63,5 @@ def _evened(weight: Floats, line_load: Floats, alone: Floats, reach: Floats) -> 
     diagonal[..., 1:] += between[..., :-1]
     _, _, result, failed = dptsv(diagonal.ravel(), -between.ravel()[:-1], (weight * alone).ravel())
     if failed:
-        raise NoConvergenceError("the strips of a patch in partial slip do not hang together")
+        raise NoConvergenceError("the strips of a patch in partial slip are not connected")
     return np.asarray(result).reshape(alone.shape)

@@ -63,7 +63,7 @@ class LoadHistory:
     def pieces(self) -> tuple[Floats, Floats]:
         """Sections at which pieces of one load end [m2], and that load over the rig's [1], each (piece,).
 
-        The load is the mean over the points of a piece, however much is worn at each: it hangs on no parameter of wear.
+        The load is the mean over the points of a piece, however much is worn at each: it depends on no parameter of wear.
         """
         worn = np.diff(self.section, prepend=0.0)
         ends: list[float] = []

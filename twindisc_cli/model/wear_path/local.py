@@ -55,7 +55,7 @@ class Course:
 
 
 def local_paths(rig: Rig, path: WearPath, course: Course, factors: Factors, *, by_place: bool) -> list[WearPath]:
-    """The path of each case (case,) on which every strip wears by its own K, which may hang on its place.
+    """The path of each case (case,) on which every strip wears by its own K, which may depend on its place.
 
     Where K is the same in all strips, it is the path itself; along a line its wear index and passes are.
     The sections are those before anything is known of the own paths, on which more may be worn.

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 # The strip functions are tabulated over ln t. Between nodes they are linear: error below 2e-7 of an O(1) function. What
-# strips far thinner than long are loaded by hangs on small differences, which a step of 0.005 leaves unsettled.
+# strips far thinner than long are loaded by depends on small differences, which a step of 0.005 leaves unsettled.
 _LOG_FIRST, _LOG_LAST, _LOG_STEP = -14.0, 18.0, 0.001
 
 
