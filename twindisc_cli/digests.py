@@ -2,7 +2,7 @@
 
 Reading gigabytes takes seconds. The digest of a large file is kept in the user's cache folder beside what the system
 says of the file: its place, its length, and when its content and its entry were last changed. While all of that is the
-same the file is not read. A file that changed just now is: the clock of the disk might not tell its next change.
+same the file is not read. A file that changed just now is: the clock of the disk might not show its next change.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Files of a user's own that declare an effect or a channel: found in folders, imported, every mistake told.
+"""Files of a user's own that declare an effect or a channel: found in folders, imported, every mistake reported.
 
 Such a file is a program. A folder that only a definition names is not run: it is trusted where the command line names
 it, or says that what definitions name is to be run.

@@ -45,7 +45,7 @@ def each(
 ) -> Generator[tuple[Item, Outcome | Lost]]:
     """work(item) of every item with its item, in the order in which they finish, on the cluster of a scheduler.
 
-    limit [s] for one item. say: told about every worker that is refused.
+    limit [s] for one item. say: called for every worker that is refused.
     """
     with _connected(address) as client:
         crew = _Crew(client, address, say)

@@ -1,4 +1,4 @@
-"""How the outcome of a command is told, and what is known of it without reading the tests; it imports nothing heavy."""
+"""How the outcome of a command is reported, and what of it is known without the tests; it imports nothing heavy."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ DPI = 150  # a figure of two columns fills a screen
 
 @dataclass(frozen=True)
 class Output:
-    """Where results go, what figures are drawn as, and how the outcome is told.
+    """Where results go, what figures are drawn as, and how the outcome is reported.
 
     formats: of the figure, none where it is not wanted; dpi of its pixels; over, what time is drawn over, "" as usual;
     panels, whether each panel is a file of its own too; style, a style sheet of matplotlib. dry_run: only say what

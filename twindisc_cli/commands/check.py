@@ -45,7 +45,7 @@ COLDER = 2.0  # [K]; thermocouples err by 1.5 (class 1) to 2.5 (class 2), IEC 60
 
 @dataclass(frozen=True)
 class Finding:
-    """A value held against the range that the physics allows, in the unit given; ok tells whether it lies inside."""
+    """A value held against the range that the physics allows, in the unit given; ok: whether it lies inside."""
 
     rule: str
     subject: str

@@ -257,7 +257,7 @@ def _law(result: FoundLaw) -> dict[str, Any]:
 
 
 def _alternative(alternative: Alternative) -> dict[str, Any]:
-    """What cannot be told from a law or nothing: an effect, or a quantity and a covariate, with its probability."""
+    """What cannot be separated from a law or nothing: an effect, or a quantity and a covariate; its probability."""
     term = alternative.term
     law = {} if isinstance(term, EffectTerm) else {"quantity": term.quantity, "covariate": term.covariate}
     what = {"effect": term.name} if isinstance(term, EffectTerm) else law

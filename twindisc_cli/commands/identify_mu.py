@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SOFT = 0.9
-"""Share of the theory's slope below which it is told."""
+"""Share of the theory's slope below which it is reported."""
 
 
 def run(test: Test) -> Result:

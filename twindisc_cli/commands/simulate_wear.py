@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 POWER_PER_LENGTH = "dissipated power per length P_l of Eq. 15, mean over the iteration"
 WORTH_TELLING = 0.01
-"""Share of the creepage that the radii may be off before it is told."""
+"""Share of the creepage that the radii may be off before it is reported."""
 
 RESOLVED = 1.6
 """Width of a track over that of the new patch up to which `contact` on the written profile gives p0 within 2 %."""

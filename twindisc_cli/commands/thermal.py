@@ -26,7 +26,7 @@ from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 APART = 1.5
-"""Causes that leave this much more than the best of them, or than the noise, are told from it."""
+"""Causes that leave this much more than the best of them, or than the noise, are separated from it."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ GAP = 0.03
 """Pause drawn between tests that follow each other, over the length of all of them."""
 BINS = 12  # of a mean over a covariate: each holds enough samples, a bend stays visible
 LABELS = ("disc", "iteration")
-"""What tells records apart, and is no axis."""
+"""What distinguishes records, and is no axis."""
 
 
 @dataclass(frozen=True)

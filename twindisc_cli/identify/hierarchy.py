@@ -30,7 +30,7 @@ from twindisc_cli.model.experiment import Floats, Ints
 
 OUTLYING = 0.05
 """A test is an outlier where the others let one of them lie that far out with this probability at most."""
-FEWEST_FOR_OUTLIERS = 4  # with three members the odd one cannot be told from the other two
+FEWEST_FOR_OUTLIERS = 4  # with three members the odd one cannot be distinguished from the other two
 _ITERATIONS = 500  # of the variance, at the most
 CORRELATIONS = np.array([0.0, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99])
 """Correlations of neighbouring levels that are tried: from none to a memory of a hundred places."""
@@ -76,7 +76,7 @@ class Wander:
     """Levels y with standard errors s at places of order or time, each (test,), that scatter and are correlated.
 
     mean m; between tau; correlation rho of levels one place apart; p_order: probability of so much correlation if the
-    order meant nothing, NaN where too few levels tell.
+    order meant nothing, NaN of too few levels.
     """
 
     place: Floats

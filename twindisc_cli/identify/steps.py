@@ -91,7 +91,7 @@ def softness(test: Experiment, friction: StepFriction) -> Floats:
     """The slope that steps below full sliding ask for, over the theory's, if mu is as in full sliding; (such a step,).
 
     Empty where no step slides all over or declared effects act. Below 1 the contact is softer than smooth discs, as
-    rough or covered ones are, or friction is lower there: T/N alone does not tell which.
+    rough or covered ones are, or friction is lower there: T/N alone does not show which.
     """
     if not test.is_plain or not np.any(known := np.isfinite(friction.mu) & (friction.mu > 0.0)):
         return np.empty(0)

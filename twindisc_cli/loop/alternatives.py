@@ -68,7 +68,7 @@ class Compared:
 
 @dataclass(frozen=True)
 class Weighed:
-    """How probable a term of the answer is, NaN where nothing was resampled, and what cannot be told from it.
+    """How probable a term of the answer is, NaN where nothing was resampled, and what cannot be separated from it.
 
     probability: of an effect in any form, as a law of its own stage over its own covariate, too. alternatives: terms
     with their probability. chances: the probability of each term that stands in its place, itself among them. same:
@@ -119,9 +119,8 @@ def by_probability(chances: Mapping[Term, float]) -> list[tuple[Term, float]]:
 
 def _effects_first(chances: Mapping[Term, float]) -> list[tuple[Term, float]]:
     """Terms by falling probability, effects of the catalogue before laws that are hardly more probable."""
-    odds = {
-        term: share * (RESAMPLING.alike if isinstance(term, EffectTerm) else 1.0) for term, share in chances.items()
-    }
+    before = RESAMPLING.law_before_effect
+    odds = {term: share * (before if isinstance(term, EffectTerm) else 1.0) for term, share in chances.items()}
     return [(term, chances[term]) for term, _ in by_probability(odds)]
 
 

@@ -25,7 +25,7 @@ def chosen(before: Explanation, tried: Sequence[Explanation]) -> Explanation | N
 
 
 def preferred(explanations: Sequence[Explanation]) -> Explanation:
-    """Of the explanations that cannot be told from the best, one of few laws, of the rig rather than of a sensor."""
+    """Of the explanations not separated from the best, one of few laws, of the rig rather than of a sensor."""
     best = max(explanations, key=evidence_of)
     close = [e for e in explanations if (best.evidence - e.evidence) / best.temperature < SEARCH.equivalent]
     fewest = min(len(e.laws) for e in close)

@@ -7,7 +7,7 @@
     s_v   standard deviation of the creepage; 0 unless the samples show it
     s_T   standard deviation of T/N
 
-e is Student-t of four degrees of freedom, so that a spike tells little of s_v; trend and s_T are fitted by weighted
+e is Student-t of four degrees of freedom, so that a spike says little of s_v; trend and s_T are fitted by weighted
 least squares, repeated, and s_v is taken from the restricted likelihood, which pays for a trend that runs through the
 few samples of a steep part. s_v belongs to the rig: the logarithms of several curves are added.
 

@@ -98,7 +98,7 @@ def _mean_distances(
 
 
 def up_and_down(history: History, why: str) -> NextExperiment:
-    """The history that tells time from creepage, where no two models stand against each other."""
+    """The history that separates time from creepage, where no two models stand against each other."""
     steps = dict(_histories(history))["creepages up and down again"]
     return NextExperiment(why, steps, (), np.nan, np.nan, None)
 

@@ -147,7 +147,7 @@ def _listed(rest: Residual) -> list[Unexplained]:
 
 
 def _found(outcome: Outcome, weights: Mapping[str, Weighed]) -> tuple[list[FoundEffect], list[FoundLaw]]:
-    """Effects and laws of the answer, each with what cannot be told from it."""
+    """Effects and laws of the answer, each with what cannot be separated from it."""
     effects, laws = [], []
     for name in outcome.answer.terms:
         effect = outcome.answer.effect(name)
@@ -359,7 +359,7 @@ def _place(
 
 
 def _why_not(outcome: Outcome, member: Explanation, term: Term, weight: Weighed) -> str:
-    """Why an explanation is not the answer; empty where the data cannot tell it from that."""
+    """Why an explanation is not the answer; empty where the data cannot separate it from that."""
     if member.labels in outcome.refused:
         return outcome.refused[member.labels].why
     if member.fit.at_bound:
@@ -516,7 +516,7 @@ def _notes_on(case: Case) -> Iterator[str]:
 
 
 def _next(outcome: Outcome, weights: Mapping[str, Weighed], left: Sequence[Unexplained]) -> NextExperiment | None:
-    """Separate the explanations that cannot be told apart; else tell apart what the unexplained residual depends on."""
+    """Separate the explanations that the data do not; else what the unexplained residual depends on."""
     labels = {alternative.term for weight in weights.values() for alternative in weight.alternatives}
     rivals = [member for member in outcome.members if member.labels & labels]
     if rivals:

@@ -46,7 +46,7 @@ class BaseEstimate(Estimate):
 
 @dataclass(frozen=True)
 class _Found:
-    """A term that was added: parameters by key, what these data cannot tell from it, and how sure it is.
+    """A term that was added: parameters by key, what these data cannot separate from it, and how sure it is.
 
     probability: share of resamples of the data in which it is chosen, weighed by evidence, less what is left for none
     of the explanations; NaN where it was not computed. remains: what is left of the misfit it takes away, 0 to 1. test:
@@ -134,7 +134,7 @@ class CandidateResult:
 
     replaces: the name of the term in whose place it stands; gain: fall of
     chi2 over no term in this place; evidence relative to the answer's; probability as in the answer; refused: why it is
-    not the answer, empty for the answer itself and for what cannot be told from it.
+    not the answer, empty for the answer itself and for what cannot be separated from it.
     """
 
     channel: str

@@ -121,7 +121,7 @@ def sound(name: str, effect: Effect) -> Iterator[Check]:
 
 
 def found_again(name: str, effect: Effect) -> Iterator[Check]:
-    """The loop names it on a synthetic test, alone or among what it cannot be told from."""
+    """The loop names it on a synthetic test, alone or among what it cannot be separated from."""
     diagnosis = diagnose([_synthetic(name, effect)], validate=None, progress=lambda _what, _part: None, quick=True)
     sets = {
         result.name: (result.name, *(str(alternative.term) for alternative in result.alternatives))

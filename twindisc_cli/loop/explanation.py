@@ -1,7 +1,7 @@
 """A complete answer, as the search compares it with others: the fit of all its terms, and what their forms cost.
 
 Evidence is compared after cooling, since no formula is exact and what is wrong with it grows with the size of what is
-explained: D = (E_best - E) / (1 + c sqrt(fall of chi2)). Explanations with D below the threshold cannot be told apart.
+explained: D = (E_best - E) / (1 + c sqrt(fall of chi2)). Explanations with D below the threshold cannot be separated.
 """
 
 from __future__ import annotations
@@ -171,7 +171,7 @@ def by_falling(explanations: Sequence[Explanation], score: Callable[[Explanation
 
 
 def by_falling_share(explanations: Sequence[Explanation], shares: Sequence[float] | Floats) -> list[Explanation]:
-    """Explanations by falling share; those of which only rounding tells the shares apart stay in their order."""
+    """Explanations by falling share; those whose shares differ by rounding only stay in their order."""
     ordered = sorted(zip(explanations, shares, strict=True), key=lambda pair: falling(pair[1]))
     return [explanation for explanation, _ in ordered]
 

@@ -155,7 +155,7 @@ def _at_other_stages(
 
 
 def _within_reach(explanations: Sequence[Explanation]) -> list[Explanation]:
-    """Those that cannot be told from the best of them, here: another test may speak against all."""
+    """Those that cannot be separated from the best of them, here: another test may speak against all."""
     best = max((e.here for e in explanations), default=0.0)
     return [e for e in explanations if (best - e.here) / e.temperature < SEARCH.equivalent]
 
@@ -262,7 +262,7 @@ def _edged(explanation: Explanation, name: str, law: Trial, pair: Pair | None) -
 def refine_edges(fitted: Fit, name: str, trial: Trial, pair: Pair | None) -> Fit:
     """A fit with the edges of a step or a window, which have no slope, where they explain most: two finer scans.
 
-    The first reaches over all places at which no sample tells them apart.
+    The first reaches over all places between which no sample distinguishes.
     """
     assert pair is not None
     width = float(np.median(np.diff(pair.edges)))
@@ -294,7 +294,7 @@ def _with_trial(fitted: Fit, name: str, trial: Trial) -> Problem:
 def _edges_elsewhere(explanation: Explanation, name: str, other: Elsewhere, pair: Pair | None) -> Explanation:
     """The same with the edges of a step or a window where the test that is only predicted has them.
 
-    Among the places that no sample of the tests that are fitted tells apart: which of these it is, is paid for.
+    Among the places between which no sample that is fitted distinguishes: which of these it is, is paid for.
     """
     assert pair is not None
     trial = explanation.laws[name]

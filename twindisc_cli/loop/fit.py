@@ -3,11 +3,11 @@
     evidence = -chi2 / 2 - u'u / 2 - log|1 + J_u'J_u| / 2 - (k / 2) log n - sum of log min(1 + l, n) / 2
 
     J     Jacobian of the white residual over the inner parameters, (sample, parameter)
-    u     parameters of curves, normal of unit variance; J_u their columns without what the others can imitate (Laplace)
+    u     parameters of curves, normal of unit variance; J_u their columns without what the others can absorb (Laplace)
     k     parameters of laws, and sizes of effects, n the samples: what a prior as wide as one sample's worth costs
           (Schwarz)
     l     eigenvalues of J_s'J_s in units of their prior, J_s the columns of what only shapes an effect that shows,
-          without what the others can imitate: what the data do not fix costs nothing (Laplace), and nothing costs more
+          without what the others can absorb: what the data do not fix costs nothing (Laplace), and nothing costs more
           than a size
 
 Sources: D. J. C. MacKay, Neural Computation 4 (1992) 415-447; G. Schwarz, Annals of Statistics 6 (1978) 461-464.
@@ -124,7 +124,7 @@ class Fit:
         return bool(shown @ shown > own.sum() * np.log(len(self.residual)))
 
     def _alone(self, some: Mask, others: Mask) -> Floats:
-        """Columns of the Jacobian (sample, some) without what other parameters can imitate."""
+        """Columns of the Jacobian (sample, some) without what other parameters can absorb."""
         if not some.any():
             return self.jacobian[:, some]
         columns, rest = self.jacobian[:, some], span_of(self.jacobian[:, others])

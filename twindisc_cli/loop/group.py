@@ -156,7 +156,7 @@ def _alone(problem: Problem, number: int) -> Explanation:
 
 
 def _next(best: _Structure) -> NextExperiment | None:
-    """The history that tells the closest rivals apart best over all tests."""
+    """The history that separates the closest rivals best over all tests."""
     if best.rivals is None:
         return None
     names, pairs = best.rivals

@@ -1,6 +1,6 @@
 """Which samples are withheld to judge what is found without them: whole steps, last iterations, bands of a profile.
 
-Chosen before anything is fitted and never at random, since neighbouring samples tell about each other: of the steps in
+Chosen before anything is fitted and never at random, since neighbouring samples predict each other: of the steps in
 order of their creepage a block at each end and one in the middle, the last iteration, and every fifth band across the
 track. An end is what a model must extrapolate to.
 """

@@ -8,7 +8,7 @@ Base parameters: a mixture of normals of their inner numbers, one for every expl
     share_i   how often explanation i is chosen in the resamples, among those with the answer's laws of the parameter: a
               law over creepage takes its mu where the creepage is least, another elsewhere
     C_i       covariance of its fit, under the longest correlation that the noise may have, widened by what it leaves
-    D         what the tolerances of the inputs do to the samples, as far as base parameters can imitate it
+    D         what the tolerances of the inputs do to the samples, as far as base parameters can absorb it
 
 so that an interval holds what the data say, whichever explanation is true, and what the rig's tolerances leave open.
 """

@@ -92,7 +92,7 @@ class Judged:
         return float(np.sqrt(np.mean(np.square(stds))))
 
     def _open(self, number: int, channel: str) -> Mask:
-        """Samples of a test held out where a law jumps between two that are fitted: in which of them, nothing tells."""
+        """Samples of a test held out where a law jumps between two that are fitted: in which, no sample shows."""
         held_out = self.masks[number][channel]
         laws = self.explanation.laws.values()
         places = np.concatenate([law.jumps for law in laws if law.covariate == "time"] or [np.empty(0)])

@@ -3,7 +3,7 @@
     change(x) = sum_j f_j [x in bin j],   A = G'G,  g = G'r
     log Z     = f's prior N(0, s^2 k) integrated: g'L (1 + L'A L)^-1 L'g / 2 - log|1 + L'A L| / 2,   s^2 k = L L'
 
-    r   white residual of the present fit, G its response to the bins, both without what the fitted parameters imitate
+    r   white residual of the present fit, G its response to the bins, both without what the fitted parameters absorb
 
 The families (a line, exponentials, powers, steps, windows, humps, waves, smooth curves) are averaged inside, then over
 each other, so that a flexible family pays for its flexibility. To first order the forward model is asked once a bin.
@@ -57,7 +57,7 @@ class Pair:
     edges (bin + 1,) and places (bin,) in the covariate's unit; A (bin, bin), g (bin,); typical: size of a change;
     samples: of the channel that the quantity shows in. test: the only one in which the law would act. change: of the
     quantity, to which the samples respond so. slopes: their responses (sample, bin), of which A is what base parameters
-    do not imitate. responding: the places to which samples that are fitted respond, where A is not theirs alone.
+    do not absorb. responding: the places to which samples that are fitted respond, where A is not theirs alone.
     """
 
     quantity: str

@@ -11,7 +11,7 @@ What predicts other tests is fitted to all samples, those held out as well; the 
 
 Beyond the covariates of the samples that were fitted, lines and powers over these, which grow without bound, have no
 weight beside other explanations; a curve stays what it was at the last of them. Nor has a jump between the two samples
-between which it stands: nothing tells where.
+between which it stands: no sample shows where.
 
 An average predicts the ends of a curve better than any rule that picks one of several explanations of equal fit.
 Source: K. P. Burnham, D. R. Anderson, Sociological Methods & Research 33 (2004) 261-304, with c in their QAIC.
@@ -69,7 +69,7 @@ class Mixture:
         """Weights at the samples of a channel of a test (member, sample); its covariates are those of a prediction.
 
         Beyond the covariates it was learnt on, what grows there without bound gives way to what does not; and a jump to
-        what has none where no sample tells where it is.
+        what has none where no sample shows where it is.
         """
         over = channels()[channel].covariates(model, prediction)
         count = len(next(iter(over.values())))

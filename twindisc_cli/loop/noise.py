@@ -61,7 +61,7 @@ LIKELIER = 3.0
 _PAST = np.unique([*range(1, 17), *np.round(2.0 ** np.arange(4.0, 20.0, 0.25)).astype(int)])
 """Which of the samples before it a sample is predicted from: the nearest, and those by quarters of octaves."""
 _SAME = 6
-"""Decimals of a distance, in median distances, that are told apart."""
+"""Decimals of a distance, in median distances, that count as different."""
 _ALIKE = 2.0 / 3.0
 """Squares of differences of neighbours that count as one on their own: each shares a sample with the next."""
 
@@ -357,7 +357,7 @@ class _Record:
 def _wandering(noise: Noise, record: _Record, trends: Sequence[Floats]) -> Noise:
     """The noise with a slow part where that is likelier; the trends are a level in each step, and the best of all.
 
-    What a trend takes out and what a memory does are told apart by trying every noise with both.
+    What a trend takes out and what a memory does are separated by trying every noise with both.
     """
     span = max(float(np.ptp(record.position)), 2.0)
     octaves = tuple(float(memory) for memory in 2.0 ** np.arange(np.ceil(np.log2(span)) + 1.0))

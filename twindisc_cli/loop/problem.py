@@ -69,7 +69,7 @@ class Case:
 
     @cached_property
     def guesses(self) -> dict[str, float]:
-        """Base parameters from the measurements alone, by key; NaN where nothing tells."""
+        """Base parameters from the measurements alone, by key; NaN where nothing shows them."""
         guesses: dict[str, float] = {}
         for base in base_parameters():
             if not np.isfinite(guesses.get(base.key, np.nan)):
@@ -191,7 +191,7 @@ class Parameter:
 class Nuisances:
     """What tolerances of the inputs could change: one column each (sample, nuisance), in white numbers.
 
-    names: the inputs (nuisance,); columns: what base parameters cannot imitate; absorbed: what they can, and by which
+    names: the inputs (nuisance,); columns: what base parameters cannot absorb; absorbed: what they can, and by which
     the tolerances move them.
     """
 
@@ -465,7 +465,7 @@ class Problem:
     def with_nuisance(self, theta: Floats, slopes: Floats) -> Problem:
         """The same problem with the nuisances as they are at theta (parameter,).
 
-        What the base parameters can imitate, whose slopes are (sample, base), is taken out of them: it costs nothing
+        What the base parameters can absorb, whose slopes are (sample, base), is taken out of them: it costs nothing
         there, and a nuisance, which is only known for small changes, must not stand in for a large one.
         """
         span = span_of(slopes)

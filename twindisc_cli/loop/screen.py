@@ -3,7 +3,7 @@
     q_g = |P_g r|^2 / k_g-scaled,   p = share of simulated noise whose best score beats the best of the data
 
     r    white residual after the fit, P_g projection on the generic functions of a group that the fitted
-         parameters cannot imitate (Frisch-Waugh), k_g their number
+         parameters cannot absorb (Frisch-Waugh), k_g their number
 
 Only projections of noise are drawn, so thousands of draws cost milliseconds. The smallest of all p-values is compared
 with the smallest of each draw, which pays for the size of the search (P. H. Westfall, S. S. Young, 1993). How much a
@@ -147,7 +147,7 @@ def _reached(fitted: Fit) -> Floats:
 
 @dataclass(frozen=True)
 class _Basis:
-    """White columns of a group without what the fitted parameters can imitate: columns = span coordinates.
+    """White columns of a group without what the fitted parameters can absorb: columns = span coordinates.
 
     span (sample, direction) is orthonormal, coordinates are (direction, column).
     """

@@ -97,7 +97,7 @@ def _nothing_left(explanation: Explanation, missing: Sequence[str]) -> bool:
 
 
 def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explanation]) -> list[Explanation]:
-    """Two effects of the catalogue in the place of a law that was added, where they cannot be told from it.
+    """Two effects of the catalogue in the place of a law that was added, where they cannot be separated from it.
 
     First the explanation to go on with, then the others within reach. The second effect is one of a channel of which
     the law takes a good part, by what it promises beside the first as fitted. Two courses over time of one quantity do
@@ -249,7 +249,7 @@ def swap_and_drop(
 
 
 def _near(answer: Explanation, rivals: Sequence[Explanation]) -> set[str]:
-    """Names of the terms with which rivals cannot be told from an answer."""
+    """Names of the terms with which rivals cannot be separated from an answer."""
     near = (e for e in rivals if (answer.evidence - e.evidence) / answer.temperature < SEARCH.equivalent)
     return {name for e in near for name in e.terms}
 

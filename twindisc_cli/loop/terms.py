@@ -54,7 +54,7 @@ def term_of(name: str, effect: Effect) -> Term:
 
 @dataclass(frozen=True)
 class Alternative:
-    """A term that these data cannot tell from another, with its probability; NaN where it was not computed."""
+    """A term that these data cannot separate from another, with its probability; NaN where it was not computed."""
 
     term: Term
     probability: float

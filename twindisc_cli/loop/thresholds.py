@@ -170,11 +170,11 @@ class Resampling:
     resembles               share from which on a learnt law is said to resemble an effect.
     stands_for              share of a term's response that something must have to stand for it: the true ones of the
                             seeds had 0.38 and more, what stood for nothing 0.2 and less.
-    least_probability       share of the resamples below which a term, with what cannot be told from it, is not given
-                            as found: four in five choose against it.
+    least_probability       share of the resamples below which a term, with all not separated from it, is not given as
+                            found: four in five choose against it.
     share_error             difference of shares of the resamples that is up to chance: two standard errors of a
                             hundred.
-    alike                   how many times as probable as an effect of the catalogue a law must be to stand before it in
+    law_before_effect       how many times as probable as an effect of the catalogue a law must be to stand before it in
                             the set of an effect: by less, shares of a hundred resamples near a tenth differ by chance.
     none_of_these           probability that what was found follows something that is not among the explanations: of
                             303 of the seeds 13, 909, 2024, 4242 and 31415, 103 had a share above 0.97, of which 93 %
@@ -197,7 +197,7 @@ class Resampling:
     stands_for: float = 0.25
     least_probability: float = 0.2
     share_error: float = 0.1
-    alike: float = 1.5
+    law_before_effect: float = 1.5
     none_of_these: float = 0.05
     rival_share: float = 0.05
     set_share: float = 0.8

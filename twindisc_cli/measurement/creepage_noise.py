@@ -1,4 +1,4 @@
-"""What tachometers add to the creepage of a log, told by whether the traction follows it.
+"""What tachometers add to the creepage of a log, known by whether the traction follows it.
 
     l = sum(b dv dT) / sum(b^2 dv^2),   s_l = s_T / sqrt(sum(b^2 dv^2))
 
@@ -27,7 +27,7 @@ from twindisc_cli.measurement.sheet import Floats, Ints
 FEWEST = 6
 """Samples that a step has at least to say anything."""
 KNOWN = 0.2
-"""Standard error of l above which the traction does not tell."""
+"""Standard error of l above which the traction decides nothing."""
 NOISE = 0.4
 """What l is below by two standard errors where the creepage's scatter is noise, and above where it is slip."""
 DRIFTS = 4.0
@@ -40,7 +40,7 @@ MEMORY = 4.0
 class Steadied:
     """Creepages (sample,) without the noise of their measurement.
 
-    std: standard deviation of that noise, 0 where none was taken off; told: whether the traction shows that it is one.
+    std: standard deviation of that noise, 0 where none was taken off; is_noise: whether the traction shows that it is.
     """
 
     creepage: Floats

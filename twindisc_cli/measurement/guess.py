@@ -123,7 +123,7 @@ _MISTAKABLE: Mapping[Kind, tuple[str, ...]] = {
 class Guess:
     """What a file is, and its columns by what they are: as they are named in it, with a unit where it must be said.
 
-    by_unit: those that only their unit tells; has_turning: whether the discs' speeds are given as rotation; sheet: the
+    by_unit: those known by their unit only; has_turning: whether the discs' speeds are given as rotation; sheet: the
     part of the file, where it has several; unused: what is not read, and looks as if it should be.
     """
 
@@ -136,7 +136,7 @@ class Guess:
 
 
 def guess(content: Content, file: str, declared: Naming | None = None) -> Guess:
-    """Look for a header that tells what the file is; MeasurementError where there is none, or several.
+    """Look for a header that shows what the file is; MeasurementError where there is none, or several.
 
     declared: what is said of columns beforehand.
     """
@@ -163,7 +163,7 @@ def guess(content: Content, file: str, declared: Naming | None = None) -> Guess:
 
 @dataclass(frozen=True)
 class _Reading:
-    """The cells of a header, its columns by what they are, and those told by their unit."""
+    """The cells of a header, its columns by what they are, and those known by their unit."""
 
     cells: Sequence[Cell]
     columns: Mapping[str, Named]
@@ -324,7 +324,7 @@ def _unit_in(text: str) -> tuple[str, str] | None:
 
 
 def _columns(cells: Sequence[Cell], declared: Naming, of_vendor: Naming) -> tuple[dict[str, Named], set[str]]:
-    """The columns of a header by what they are, and those told by their unit.
+    """The columns of a header by what they are, and those known by their unit.
 
     First those that are declared, then those of the maker, then those that are called so, then those whose name begins
     so, then those of a unit.

@@ -359,7 +359,7 @@ def _note(places: Sequence[Placed]) -> str:
 
 
 def _mean_of(table: Table, curves: Sequence[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
-    """The mean of several traces on the places of the first that all of them reach; their scatter is told."""
+    """The mean of several traces on the places of the first that all of them reach; their scatter is reported."""
     if len(curves) == 1:
         return curves[0]
     low, high = max(y[0] for y, _ in curves), min(y[-1] for y, _ in curves)

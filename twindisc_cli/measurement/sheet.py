@@ -157,7 +157,7 @@ class Sheet:
 def open_sheet(content: Content, file: str, expected: str, is_header: Callable[[Sheet], bool]) -> Sheet:
     """The sheet in a file below the first line that `is_header`, else below the first that holds anything.
 
-    `expected` is the header that an empty file is told to have. Of a workbook with several such sheets, or a file with
+    `expected` is the header that an empty file lacks. Of a workbook with several such sheets, or a file with
     several such groups, one must be named.
     """
     first, result = None, None

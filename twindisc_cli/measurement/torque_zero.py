@@ -24,7 +24,7 @@ from twindisc_cli.measurement.sheet import Bools, Floats
 UNLOADED = 0.02
 """Share of the nominal load below which a row carries none: the torque of a load being put on is no zero."""
 FEWEST = 5  # rows: a level and its scatter
-_STRETCHES = 20  # means whose scatter tells what a level is worth
+_STRETCHES = 20  # means whose scatter shows what a level is worth
 _SAME_CREEPAGE = 1.05  # creepages within 5 % are the same both ways
 _SURE = 0.01  # share of true levels and lines that are taken for something else
 _OF_MEDIAN = float(np.sqrt(np.pi / 2.0))  # standard error of a median over that of the mean, of Gaussian scatter

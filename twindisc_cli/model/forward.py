@@ -81,7 +81,7 @@ KELVINS = 1.0
 """Warming from which on passes are mixed by its logarithm [K]; below, its sign may change."""
 MOST_WARMING = 10.0
 """Largest of these logarithms: 11,000 K."""
-MOST_MARCHES, MARCHED = 4, 1e-3
+MOST_PASSES_OF_PATHS, PATH_SETTLED = 4, 1e-3
 """How often a history of loads is integrated, and the relative change of the sections at which that ends."""
 _STANDING = 1e-9
 """A speed [m/s] at which nothing rolls."""
@@ -164,7 +164,7 @@ class ForwardModel:
         return max(sections) / min(1.0, float(self.experiment.history.load_factor.min()))
 
     def path(self, contact: Contact, wander: float, crown: float = 1.0, section: float = 0.0) -> WearPath:
-        """The wear path of this rig; beyond `reach` only where no profile tells how far the wear went.
+        """The wear path of this rig; beyond `reach` only where no profile shows how far the wear went.
 
         crown: transverse radius over the declared one; of discs whose unworn profiles were recorded it is none.
         """
@@ -395,12 +395,12 @@ class _Chain:
         Where loads change, the integration goes again until it has passed the sections that are worn on what it finds.
         """
         state = self.settled(begin, COUNTED)
-        for _ in range(MOST_MARCHES):
+        for _ in range(MOST_PASSES_OF_PATHS):
             passed = self.section(state)
             chain = replace(self, own=self.integrated(state, of))
             state = chain.settled(state)
             section = chain.section(state)
-            if self._one_load(state, section) or np.allclose(section, passed, rtol=MARCHED):
+            if self._one_load(state, section) or np.allclose(section, passed, rtol=PATH_SETTLED):
                 break
         return chain, state
 

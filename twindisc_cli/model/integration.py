@@ -32,7 +32,7 @@ SETTLED = 1e-2
 """Change of the line load, over its largest, at which a step of the half-space integration ends; the next sets it
 right."""
 FEWEST = 2
-"""Strips on either side of the middle one that a circle is fitted to, at least; a pressure depends on more than these."""
+"""Strips on either side of the middle one that a circle is fitted to, at least; a pressure takes more than these."""
 FINE = np.linspace(0.0, 1.0, 9)
 MIRRORED = 1e-12
 """Difference of both sides of a gap, over its range, that is none."""

@@ -41,7 +41,7 @@ SAME = "in other words"
 WORN = ("profile", "mass")
 """Channels for which an added term acts on the wear, and so on what K means."""
 REPORTED = 0.05
-"""Share of its misfit from which on a term is told to leave some."""
+"""Share of its misfit from which on a term is reported to leave some."""
 
 
 def provenance(kinds: Sequence[str]) -> str:
@@ -64,12 +64,12 @@ def name_of(term: FoundTerm) -> str:
 
 
 def rivals(term: FoundTerm) -> list[str]:
-    """Names of what these data cannot tell from it, in words."""
+    """Names of what these data cannot separate from it, in words."""
     return [term_name(alternative.term) for alternative in term.alternatives]
 
 
 def weighed(term: FoundTerm) -> list[tuple[Term, str]]:
-    """What these data cannot tell from a term, each with its probability, empty where none was computed."""
+    """What these data cannot separate from a term, each with its probability, empty where none was computed."""
     known = np.isfinite(term.probability)
     return [(a.term, percent(a.probability) if known and np.isfinite(a.probability) else "") for a in term.alternatives]
 
@@ -388,7 +388,7 @@ def _seen_in_panels(diagnosis: Diagnosis, channel: str) -> str:
 
 
 def interval(estimate: Estimate) -> str:
-    """The 90 % interval as text, with as many digits as tell its ends apart."""
+    """The 90 % interval as text, with as many digits as distinguish its ends."""
     return " to ".join(apart(estimate.low, estimate.high))
 
 

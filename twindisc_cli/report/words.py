@@ -101,7 +101,7 @@ def with_error(value: float, std: float, symbol: str = "1") -> str:
 
 
 def apart(low: float, high: float) -> tuple[str, str]:
-    """Both ends of an interval, with as many digits as tell them apart, and three at least."""
+    """Both ends of an interval, with as many digits as distinguish them, and three at least."""
     width, size = abs(high - low), max(abs(low), abs(high))
     if not (math.isfinite(width) and width > 0.0):
         return number(low), number(high)

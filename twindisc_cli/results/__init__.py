@@ -1,6 +1,6 @@
 """Results: the records a command returns, and how they are written.
 
-The records are imported when they are first asked for: what is up to date is told without numpy.
+The records are imported when they are first asked for: what is up to date is reported without numpy.
 """
 
 from __future__ import annotations

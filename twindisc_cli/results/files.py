@@ -81,7 +81,7 @@ def _remove_abandoned(path: Path) -> None:
 
 
 def _lives(process: int) -> bool:
-    """Whether there is such a process; yes where that cannot be told."""
+    """Whether there is such a process; yes where that cannot be known."""
     if os.name != "posix":
         return True  # there, asking would end it
     try:

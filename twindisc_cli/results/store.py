@@ -125,7 +125,7 @@ def hdf5_image(result: Result, origin: Origin, *, beside: Mapping[str, str]) -> 
 
 
 def _record(result: Result, origin: Origin, beside: Mapping[str, str]) -> dict[str, Any]:
-    """What tells whether a result still holds, and its outcome as it is told again."""
+    """What shows whether a result still holds, and its outcome as it is reported again."""
     return {
         "schema": SCHEMA,
         "twindisc_version": __version__,

@@ -1,4 +1,4 @@
-"""Parts of a record that are held out: never at random, since neighbouring samples tell about each other."""
+"""Parts of a record that are held out: never at random, since neighbouring samples predict each other."""
 
 from __future__ import annotations
 

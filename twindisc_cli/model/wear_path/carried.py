@@ -30,7 +30,7 @@ from twindisc_cli.model.wear_path.path import CROWNED, Scaled, WearPath, between
 
 PIECE = 0.03
 """Relative change of the load that is none."""
-MOST_LEVELS = 16  # loads of one history that are told apart
+MOST_LEVELS = 16  # different loads of one history
 BEYOND = 1.2
 """How far beyond the history's last section a path goes on under its last load."""
 GROWTH = 0.09
@@ -63,7 +63,7 @@ class LoadHistory:
     def pieces(self) -> tuple[Floats, Floats]:
         """Sections at which pieces of one load end [m2], and that load over the rig's [1], each (piece,).
 
-        The load is the mean over the points of a piece, however much is worn at each: it depends on no parameter of wear.
+        The load is the mean over the points of a piece, however much is worn at each: no parameter of wear moves it.
         """
         worn = np.diff(self.section, prepend=0.0)
         ends: list[float] = []
