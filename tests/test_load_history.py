@@ -89,7 +89,7 @@ def test_a_profile_moves_no_more_than_what_wears() -> None:
 
 @pytest.mark.parametrize("ratios", [(1.0, 2.0, 0.5), (1.0, 3.0, 0.5), (2.0, 0.5, 1.0)])
 def test_derivatives_by_the_track_are_those_of_integrations(
-    ratios: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
+    ratios: tuple[float, ...], request: pytest.FixtureRequest
 ) -> None:
     """Steps in K of a ten-thousandth and of a hundredth of that, after K has been integrated alone.
 
@@ -106,7 +106,7 @@ def test_derivatives_by_the_track_are_those_of_integrations(
 
     near = slopes()
     assert near[1] == pytest.approx(near[0], rel=0.01)
-    monkeypatch.setattr(forward, "paths_near", lambda setup, asked: carried_paths(setup.rig, setup.contact, asked))
+    request.getfixturevalue("integrated")
     assert near[0] == pytest.approx(slopes()[0], rel=0.3)
 
 
@@ -126,6 +126,13 @@ def test_a_history_of_one_load_is_the_path(contact: Contact) -> None:
         assert own.read(lambda p, s: p.at(p.depth.max(axis=1), s), at, load) == pytest.approx(deepest, rel=3e-3)
 
 
+@pytest.fixture
+def integrated(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every history is integrated, in the place of a path near it."""
+    monkeypatch.setattr(forward, "paths_near", lambda setup, asked: carried_paths(setup.rig, setup.contact, asked))
+
+
+@pytest.mark.usefixtures("integrated")
 def test_local_wear_that_is_the_same_everywhere_is_carried_like_any() -> None:
     of = model(np.full(4, 0.01), np.array([1.0, 3.0, 0.5, 1.5]), "half_space")
     none = {"severe_wear_transition": {"ratio": 1.0 + 1e-9, "critical_N_mm2": 3.0, "width": 0.03}}

@@ -26,11 +26,11 @@ from twindisc_cli.model.wear_path.carried import CarriedPath, LoadHistory, carri
 from twindisc_cli.model.wear_path.path import OF_NODES, WearPath
 
 SPACING = 0.1
-"""Distance of the places of the lattice, of the logarithm of the whole section and of the pieces over the largest."""
+"""Distance of the places of the lattice, of the logarithm of the whole section."""
+ROOT_SPACING = 0.05
+"""The same of the root of a piece over the largest: the less is worn in a piece, the more it may differ."""
 PROBE = 0.05
 """How much longer one piece is in a probe; all of them are as much as leads to the next place."""
-LEAST = 1e-3
-"""Section worn in a piece, over the largest, that any counts for: what rolls freely may wear many times nothing."""
 REMEMBERED = 24  # places that have been asked for
 
 
@@ -39,9 +39,8 @@ def paths_near(setup: Setup, histories: Sequence[LoadHistory]) -> list[CarriedPa
 
     def through(near: list[int], ends: Floats, ratios: Floats) -> list[CarriedPath]:
         sizes = np.diff(ends, prepend=0.0, axis=1)
-        sizes = np.maximum(sizes, LEAST * sizes.max(axis=1, keepdims=True))
         whole = float(np.floor(np.log(ends[0, -1]) / SPACING))
-        shape = np.round(np.log(sizes[0] / sizes[0].max()) / SPACING)
+        shape = np.maximum(np.round(np.sqrt(sizes[0] / sizes[0].max()) / ROOT_SPACING), 1.0)
         return _around(setup, tuple(ratios.tolist()), whole, tuple(shape.tolist())).through(sizes)
 
     return in_groups(histories, through)
@@ -86,7 +85,7 @@ def _sum(paths: Sequence[WearPath], weights: Floats) -> WearPath:
 @lru_cache(maxsize=REMEMBERED)
 def _around(setup: Setup, ratios: tuple[float, ...], whole: float, shape: tuple[float, ...]) -> _Around:
     """The paths around a place of the lattice, under loads over the rig's (piece,)."""
-    shares = np.exp(SPACING * np.array(shape))
+    shares = np.square(shape)
     sizes = np.exp(SPACING * whole) * shares / shares.sum()
     probes = PROBE * np.eye(len(sizes))
     probes[-1] = np.expm1(SPACING)
