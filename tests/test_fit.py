@@ -22,15 +22,16 @@ from rigs import (
 )
 
 from twindisc_cli.effects import catalogue
+from twindisc_cli.identify.mass import worn_mass
 from twindisc_cli.laws.trial import curve, formula
 from twindisc_cli.loop.explain import as_estimated
-from twindisc_cli.loop.fit import TYPICAL, Fit, at, fit, linearised, refit, remembered
+from twindisc_cli.loop.fit import TYPICAL, Fit, at, fit, linearised, plain_fit, refit, remembered
 from twindisc_cli.loop.judge import revised_case
-from twindisc_cli.loop.problem import Case, Problem, case_of, parameters_of
+from twindisc_cli.loop.problem import Case, Problem, case_of, parameters_of, problem_of
 from twindisc_cli.loop.term_intervals import estimate_of
 from twindisc_cli.loop.thresholds import TOLERANCES
 from twindisc_cli.model.energy import measured_energy
-from twindisc_cli.model.experiment import Measured, Options
+from twindisc_cli.model.experiment import MassSamples, Measured, Options
 from twindisc_cli.model.forward import ForwardModel
 
 HISTORY = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 2)
@@ -365,3 +366,23 @@ def test_a_fit_where_every_strip_wears_by_its_own_k_ends_where_nothing_is_to_be_
     slope = here.jacobian.T @ here.residual
     assert not here.pressed.any()
     assert slope @ here.covariance @ slope < 0.05
+
+
+def test_profile_and_weighings_share_the_wear_coefficient_by_their_weights() -> None:
+    """Weighings that are a fifth too heavy, uncertain by as much, beside a profile that is known to a few per cent."""
+    plant = Plant(HISTORY)
+    test = Instruments(profile=0.1e-6).record(plant, np.random.default_rng(5))
+    test = replace(test, rig=replace(test.rig, disc2=replace(test.rig.disc2, density=7850.0)))
+    alone = plain_fit(problem_of([test]))
+    (K,) = (i for i, p in enumerate(alone.problem.parameters) if p.key == "K")
+    stops = np.array([4, 8, 12])
+    mass = MassSamples(stops, np.zeros(3), np.full(3, 2), np.ones(3))
+    model = ForwardModel(replace(test, measured=replace(test.measured, mass=mass)))
+    lost = worn_mass(model, model.predict({key: np.array([value]) for key, value in alone.base(0).items()}))[0]
+    mass = replace(mass, loss=1.2 * lost, uncertainty=np.full(3, 0.2 * lost[-1]))
+    problem = problem_of([replace(test, measured=replace(test.measured, mass=mass))])
+    assert ("profile", "mass") in problem.sharing
+    assert sorted(name for group in problem.sharing for name in group) == sorted(problem.channels)
+    both = plain_fit(problem)
+    assert both.theta[K] == pytest.approx(alone.theta[K], abs=1.5 * np.sqrt(alone.covariance[K, K]))
+    assert both.theta[K] > alone.theta[K]

@@ -338,14 +338,14 @@ def precision(problem: Problem) -> Floats:
 
 
 def plain_fit(problem: Problem, *known: Fit) -> Fit:
-    """Fit without nuisances, each base parameter to its own channel: what an effect-free identification would give.
+    """Fit without nuisances, each base parameter to its own channels: what an effect-free identification would give.
 
     A channel that misses an effect then does not pull at the parameters of the others. `known` fits give start values.
     """
     theta, cases = carried(problem, *known), remembered(problem.cases, *known)
     names = [(p.name, p.case) for p in problem.parameters]
-    for channel in problem.channels:
-        part = replace(problem, channels=(channel,), nuisance=None, cases=cases)
+    for together in problem.sharing:
+        part = replace(problem, channels=together, nuisance=None, cases=cases)
         alone = fit(part, carried(part, *known))
         cases = remembered(cases, alone)
         for p, inner in zip(alone.problem.parameters, alone.theta, strict=True):

@@ -295,6 +295,16 @@ class Problem:
                     results.setdefault((base.key, i), _parameter(base, self.cases[i].held[base.key], i))
         return list(results.values())
 
+    @property
+    def sharing(self) -> list[tuple[str, ...]]:
+        """The channels, those together that share a base parameter: profile and weighings the wear coefficient."""
+        groups: list[tuple[str, ...]] = []
+        for name in self.channels:
+            keys = {base.key for base in channels()[name].parameters}
+            akin = [of for of in groups if keys & {base.key for one in of for base in channels()[one].parameters}]
+            groups = [*(of for of in groups if of not in akin), (*(one for of in akin for one in of), name)]
+        return groups
+
     def start(self) -> Floats:
         """Inner start values (parameter,)."""
         return np.array([p.inner(p.start) for p in self.parameters])
