@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from .judging import Row
-from .scoring import calibration_error, reliability, told_of
+from .scoring import calibration_error, is_sized, reliability, told_of
 
 Counted = tuple[str, Callable[[Row], bool], str]
 _KNOWN: tuple[Counted, ...] = (
@@ -30,8 +30,9 @@ def draw(rows: Sequence[Row]) -> Figure:
     figure = Figure(figsize=(13.0, 4.4), layout="constrained")
     known, unknown, told = figure.subplots(1, 3)
     answered = [row for row in rows if not row["judged"]["failed"]]
-    _panel(known, [r for r in answered if r["group"] in ("single", "sizes")], _KNOWN)
-    _panel(unknown, [r for r in answered if r["group"] == "unknown"], _UNKNOWN)
+    sized = [row for row in answered if is_sized(row)]
+    _panel(known, [r for r in sized if r["group"] in ("single", "sizes")], _KNOWN)
+    _panel(unknown, [r for r in sized if r["group"] == "unknown"], _UNKNOWN)
     nothing = [r["judged"]["alarm"] for r in answered if r["group"] == "null"]
     if nothing:
         known.axhline(float(np.mean(nothing)), color="0.7", linestyle=":", label="alarm where nothing is missing")
