@@ -84,7 +84,7 @@ def _sum(paths: Sequence[WearPath], weights: Floats) -> WearPath:
 
 @lru_cache(maxsize=REMEMBERED)
 def _around(setup: Setup, ratios: tuple[float, ...], whole: float, shape: tuple[float, ...]) -> _Around:
-    """The paths around a place of the lattice, under loads over the rig's (piece,)."""
+    """The paths around a place of the lattice, in its spacings: whole, shape (piece,); ratios: loads over the rig's."""
     shares = np.square(shape)
     sizes = np.exp(SPACING * whole) * shares / shares.sum()
     probes = PROBE * np.eye(len(sizes))
