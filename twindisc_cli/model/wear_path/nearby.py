@@ -13,10 +13,9 @@ so that no derivative sees where one place takes over from another.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -32,6 +31,9 @@ ROOT_SPACING = 0.05
 PROBE = 0.05
 """How much longer one piece is in a probe; all of them are as much as leads to the next place."""
 REMEMBERED = 24  # places that have been asked for
+OF_CONTACT = tuple(name for name in OF_NODES if name not in ("depth", "line_load", "spread"))
+"""What is linear in the sections under each load; what single strips carry stays that of the place: only how local wear
+begins is found by it."""
 
 
 def paths_near(setup: Setup, histories: Sequence[LoadHistory]) -> list[CarriedPath]:
@@ -65,21 +67,27 @@ class _Around:
         return [self._weighted(own) for own in weights]
 
     def _weighted(self, weights: Floats) -> CarriedPath:
-        levels = zip(*(path.levels for path in self.paths), strict=True)
-        end = float(weights @ [path.end for path in self.paths])
-        return replace(self.paths[0], levels=tuple(_sum(of, weights) for of in levels), end=end)
+        """The weighted sum of the paths."""
+
+        def total(name: str, paths: Iterable[WearPath]) -> Floats:
+            parts = (weight * getattr(path, name) for weight, path in zip(weights, paths, strict=True))
+            return np.asarray(sum(parts))
+
+        profiles = [path.levels[0] for path in self.paths]
+        section, y, depth = (total(name, profiles) for name in ("section", "y", "depth"))
+        depth = _worn_to(section, y, depth)
+        levels = tuple(
+            replace(of[0], section=section, y=y, depth=depth, **{name: total(name, of) for name in OF_CONTACT})
+            for of in zip(*(path.levels for path in self.paths), strict=True)
+        )
+        return replace(self.paths[0], levels=levels, end=float(weights @ [path.end for path in self.paths]))
 
 
-def _sum(paths: Sequence[WearPath], weights: Floats) -> WearPath:
-    """The weighted sum of paths with as many nodes and strips; each step takes off what is worn in it, all of it."""
-    values: dict[str, Any] = {
-        name: sum(weight * getattr(path, name) for weight, path in zip(weights, paths, strict=True))
-        for name in ("section", "y", *OF_NODES)
-    }
-    path = replace(paths[0], **values)
-    steps = np.maximum(np.diff(path.depth, axis=0), 0.0)
-    steps *= (np.diff(path.section) / (steps.sum(axis=1) * (path.y[1] - path.y[0])))[:, None]
-    return replace(path, depth=np.concatenate([path.depth[:1], path.depth[0] + np.cumsum(steps, axis=0)]))
+def _worn_to(section: Floats, y: Floats, depth: Floats) -> Floats:
+    """Depths (node, strip) [m] on strips y [m], changed so that each step takes off what is worn in it (node,) [m2]."""
+    steps = np.maximum(np.diff(depth, axis=0), 0.0)
+    steps *= (np.diff(section) / (steps.sum(axis=1) * (y[1] - y[0])))[:, None]
+    return np.concatenate([depth[:1], depth[0] + np.cumsum(steps, axis=0)])
 
 
 @lru_cache(maxsize=REMEMBERED)
