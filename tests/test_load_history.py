@@ -161,6 +161,16 @@ def test_paths_of_a_prediction_nearby_serve_others() -> None:
     assert depths(again)[-1] == pytest.approx(depths(first)[-1], rel=1e-6, abs=1e-12)
 
 
+def test_local_wear_begins_on_paths_of_one_wear_coefficient() -> None:
+    """A threshold read off the path where nothing is local, at creepages that slip in part, against its own."""
+    of = model(np.array([0.002, 0.004, 0.003]), np.array([1.0, 3.0, 0.5]), "half_space")
+    effects = {"wear_threshold": {"threshold_N_mm2": np.array([0.2])}}
+    begun = predicted(of, effects=effects, integrated=predicted(of).paths)
+    own = predicted(of, effects=effects)
+    assert 0.0 < own.section[0, -1] < 0.99 * predicted(of).section[0, -1]
+    assert begun.section[0, -1] == pytest.approx(own.section[0, -1], rel=0.05)
+
+
 def test_loads_within_a_few_percent_are_one_piece() -> None:
     section = np.linspace(0.1, 1.0, 10)
     wobbling = LoadHistory(section, 1.0 + 0.01 * (-1.0) ** np.arange(10))
