@@ -87,27 +87,44 @@ def test_a_profile_moves_no_more_than_what_wears() -> None:
         assert np.abs(predicted(of, K * (1.0 + share)).profile - here).max() < 2.0 * share * deepest
 
 
-@pytest.mark.parametrize("ratios", [(1.0, 2.0, 0.5), (1.0, 3.0, 0.5), (2.0, 0.5, 1.0)])
-def test_derivatives_by_the_track_are_those_of_integrations(
-    ratios: tuple[float, ...], request: pytest.FixtureRequest
-) -> None:
-    """Steps in K of a ten-thousandth and of a hundredth of that, after K has been integrated alone.
+@pytest.fixture
+def integrated(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every history is integrated, in the place of a path near it."""
+    monkeypatch.setattr(forward, "paths_near", carried_paths)
 
-    What the patch does to the traction is a thousandth of T/N for twice the wear: single strips that come into contact
-    are a tenth of that, and count in no derivative of an integration.
-    """
+
+loads_of_three = pytest.mark.parametrize("ratios", [(1.0, 2.0, 0.5), (1.0, 3.0, 0.5), (2.0, 0.5, 1.0)])
+
+
+def slopes_over_wear(of: ForwardModel) -> Floats:
+    """Change of the last T/N per relative change of K, by steps of a ten-thousandth and of a hundredth of that."""
+    shares = np.array([0.0, 1e-4, 1e-6])
+    ratio = predicted(of, K * (1.0 + shares)).state.traction_ratio[:, -1]
+    return np.asarray((ratio[1:] - ratio[0]) / shares[1:])
+
+
+@pytest.mark.usefixtures("integrated")
+@loads_of_three
+def test_derivatives_by_the_track_are_those_of_larger_steps(ratios: tuple[float, ...]) -> None:
+    """Steps in K of a ten-thousandth and of a hundredth of that, after K has been integrated alone; and of a tenth."""
     of = model(np.array([0.004, 0.006, 0.004]), np.array(ratios), "half_space")
     predicted(of)
-    shares = np.array([0.0, 1e-4, 1e-6])
+    slopes = slopes_over_wear(of)
+    less, more = predicted(of, K * np.array([0.9, 1.1])).state.traction_ratio[:, -1]
+    assert slopes[1] == pytest.approx(slopes[0], rel=0.01)
+    assert slopes[0] == pytest.approx((more - less) / 0.2, rel=0.3)
 
-    def slopes() -> Floats:
-        ratio = predicted(of, K * (1.0 + shares)).state.traction_ratio[:, -1]
-        return np.asarray((ratio[1:] - ratio[0]) / shares[1:])
 
-    near = slopes()
+@loads_of_three
+def test_derivatives_by_paths_near_are_those_of_integrations(
+    ratios: tuple[float, ...], request: pytest.FixtureRequest
+) -> None:
+    """Over a tenth, places of the lattice differ by what single strips make of an integration: as much as is asked."""
+    of = model(np.array([0.004, 0.006, 0.004]), np.array(ratios), "half_space")
+    near = slopes_over_wear(of)
     assert near[1] == pytest.approx(near[0], rel=0.01)
     request.getfixturevalue("integrated")
-    assert near[0] == pytest.approx(slopes()[0], rel=0.3)
+    assert near[0] == pytest.approx(slopes_over_wear(of)[0], rel=0.3)
 
 
 @both
@@ -116,7 +133,7 @@ def test_a_history_of_one_load_is_the_path(contact: Contact) -> None:
     rig, section = rigs.rig(), 12.0 * first_section(rigs.rig())
     path = wear_path(rig, contact=contact, section=section)
     for ratio in (1.0, 2.0):
-        (own,) = carried_paths(rig, contact, [LoadHistory(np.array([0.3, 1.0]) * section, np.full(2, ratio))])
+        (own,) = carried_paths(Setup(rig, contact), [LoadHistory(np.array([0.3, 1.0]) * section, np.full(2, ratio))])
         at, load = np.array([[0.2, 0.7]]) * section, np.full((1, 2), ratio)
         scaled = path.contact_scale(load)
         for name, size in (("a", scaled.along), ("b", scaled.across), ("area", scaled.along * scaled.across)):
@@ -124,12 +141,6 @@ def test_a_history_of_one_load_is_the_path(contact: Contact) -> None:
             assert here == pytest.approx(there * size, rel=6e-3)
         deepest = path.read(lambda p, s: p.at(p.depth.max(axis=1), s), at, load) * path.profile_scale(load).height
         assert own.read(lambda p, s: p.at(p.depth.max(axis=1), s), at, load) == pytest.approx(deepest, rel=3e-3)
-
-
-@pytest.fixture
-def integrated(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every history is integrated, in the place of a path near it."""
-    monkeypatch.setattr(forward, "paths_near", lambda setup, asked: carried_paths(setup.rig, setup.contact, asked))
 
 
 @pytest.mark.usefixtures("integrated")
@@ -194,9 +205,9 @@ def test_histories_integrated_together_are_what_they_are_alone(contact: Contact)
     section = np.array([0.2, 0.6, 1.5]) * 6.0 * first_section(rigs.rig())
     loads = np.array([1.0, 2.0, 0.5])
     histories = [LoadHistory(section * share, loads) for share in (1.0, 1.004, 1.3)]
-    together = carried_paths(rigs.rig(), contact, histories)
+    together = carried_paths(Setup(rigs.rig(), contact), histories)
     for history, path in zip(histories, together, strict=True):
-        (alone,) = carried_paths(rigs.rig(), contact, [history])
+        (alone,) = carried_paths(Setup(rigs.rig(), contact), [history])
         at, load = history.section[None, :], loads[None, :]
         for name in ("depth", "a", "b", "area", "stiffness"):
             here, there = (
@@ -214,7 +225,7 @@ def test_paths_near_each_other_are_those_of_their_own_integrations(contact: Cont
     for share in np.exp(random.uniform(-0.2, 0.2, (3, pieces))):
         section = np.cumsum(3.0 * first_section(rig) * share)
         history = LoadHistory(section, loads)
-        (near,), (own,) = paths_near(Setup(rig, contact), [history]), carried_paths(rig, contact, [history])
+        (near,), (own,) = (paths(Setup(rig, contact), [history]) for paths in (paths_near, carried_paths))
         at, load = 0.97 * section[None], loads[None]
         for name, within in (("stiffness", 1e-2), ("area", 2e-2)):
             here, there = (
@@ -239,7 +250,7 @@ def test_a_piece_that_wears_many_times_nothing_is_a_piece_that_wears_nothing() -
     asked = [LoadHistory(np.cumsum(own), loads) for own in sizes]
     one, other = paths_near(Setup(rig, "hertz"), asked)
     assert other.levels[0].depth == pytest.approx(one.levels[0].depth, rel=1e-6)
-    (own,) = carried_paths(rig, "hertz", asked[:1])
+    (own,) = carried_paths(Setup(rig, "hertz"), asked[:1])
     assert one.levels[0].depth[-1].max() == pytest.approx(own.levels[0].depth[-1].max(), rel=own.error)
 
 
@@ -270,7 +281,7 @@ def test_local_wear_of_histories_integrated_together_is_what_it_is_alone() -> No
             assert nodes[:, -1] == pytest.approx(1.2 * np.array([ends[number] for number in own]))
             return lambda step, across, loaded: 1.0 + edges[own][:, None] * (across / y[-1]) ** 2
 
-        return carried_paths(rig, "half_space", [histories[i] for i in chosen], weights=weights)
+        return carried_paths(Setup(rig, "half_space"), [histories[i] for i in chosen], weights=weights)
 
     alone = [worn([number])[0].levels[0].depth[-1] for number in range(3)]
     for path, own in zip(worn([0, 1, 2]), alone, strict=True):

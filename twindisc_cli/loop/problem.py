@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -298,11 +298,11 @@ class Problem:
     @property
     def sharing(self) -> list[tuple[str, ...]]:
         """The channels, those together that share a base parameter: profile and weighings the wear coefficient."""
+        keys = {name: {base.key for base in channels()[name].parameters} for name in self.channels}
         groups: list[tuple[str, ...]] = []
         for name in self.channels:
-            keys = {base.key for base in channels()[name].parameters}
-            akin = [of for of in groups if keys & {base.key for one in of for base in channels()[one].parameters}]
-            groups = [*(of for of in groups if of not in akin), (*(one for of in akin for one in of), name)]
+            linked = [group for group in groups if any(keys[name] & keys[other] for other in group)]
+            groups = [*(group for group in groups if group not in linked), (*chain.from_iterable(linked), name)]
         return groups
 
     def start(self) -> Floats:

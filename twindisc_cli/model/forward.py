@@ -546,8 +546,8 @@ class _Chain:
             factors = partial(self._factors, of=of)
             return [*local_paths(self.model.crowned(path.crown), path, course, factors, by_place=by_place)]
         histories = self._loads(state, section)[of]
+        setup = Setup(self.model.crowned(path.crown), path.contact, path.wander, path.start)
         if not self.is_local:
-            setup = Setup(self.model.crowned(path.crown), path.contact, path.wander, path.start)
             return [*paths_near(setup, histories)]
         course = self._course(state, section, _as_it_is, of)
 
@@ -555,17 +555,7 @@ class _Chain:
             sets = np.arange(self.sets)[of][cases]
             return weights_on(nodes, y, course=course.of(cases), factors=partial(self._factors, of=sets))
 
-        return [
-            *carried_paths(
-                self.model.crowned(path.crown),
-                path.contact,
-                histories,
-                wander=path.wander,
-                start=path.start,
-                weights=weights,
-                by_place=by_place,
-            )
-        ]
+        return [*carried_paths(setup, histories, weights=weights, by_place=by_place)]
 
     def _course(self, state: State, section: Floats, scale: Callable[[Floats], Scaled], of: slice) -> Course:
         """The history of some sets as strips see it, under the load of a path."""

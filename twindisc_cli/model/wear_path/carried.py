@@ -23,7 +23,7 @@ from functools import partial
 import numpy as np
 
 from twindisc_cli.model import integration
-from twindisc_cli.model.experiment import Contact, Floats, Ints, Rig, Start
+from twindisc_cli.model.experiment import Floats, Ints, Rig
 from twindisc_cli.model.integration import Pressed, Setup, WearIntegration, Weights, integrate, pressed_on
 from twindisc_cli.model.wear_path import grid
 from twindisc_cli.model.wear_path.path import CROWNED, Scaled, WearPath, between, paths_of
@@ -154,12 +154,9 @@ class CarriedPath:
 
 
 def carried_paths(
-    rig: Rig,
-    contact: Contact,
+    setup: Setup,
     histories: Sequence[LoadHistory],
     *,
-    wander: float = 0.0,
-    start: Start | None = None,
     weights: Callable[[list[int], Floats, Floats], Weights] | None = None,
     by_place: bool = False,
 ) -> list[CarriedPath]:
@@ -168,7 +165,6 @@ def carried_paths(
     weights: where K differs from strip to strip, those of the integration of some of the histories, by their numbers,
     from its nodes (case, node) [m2] and strips [m]; by_place: on each side of the track in its own way.
     """
-    setup = Setup(rig, contact, wander, start)
 
     def through(near: list[int], ends: Floats, ratios: Floats) -> list[CarriedPath]:
         own = None if weights is None else partial(weights, near)
