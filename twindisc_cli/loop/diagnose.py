@@ -78,6 +78,7 @@ def diagnose(
     not_excluded = _not_excluded(outcome)
     others = [*(case_of(test) for test in predict), *([unseen] if unseen else [])]
     predictions = [_prediction(outcome, case) for case in others]
+    free = free_zero.with_free_zero(outcome.sure)
     progress("next experiment", 0.95)
     return Diagnosis(
         verdict=_verdict(outcome, effects, laws, [*left, *scattered]),
@@ -85,12 +86,12 @@ def diagnose(
         laws=laws,
         unexplained=left,
         errors={channel: _error(channel, outcome) for channel in outcome.problem.channels},
-        base=base_parameters(outcome),
+        base=base_parameters(outcome, free),
         tried=_tried(outcome, weights, not_excluded),
         curves=_curves(outcome),
         p_values={channel: rest.p_value for channel, rest in before.items()},
         held_out_steps={test.name: steps_withheld(test) for test in tests},
-        notes=[*_notes(outcome, effects, laws, weights, others), *predicted_badly(predictions)],
+        notes=[*_notes(outcome, effects, laws, weights, others, free), *predicted_badly(predictions)],
         next_experiment=_next(outcome, weights, left),
         validation=predictions[-1] if unseen else None,
         step_scatter=scattered,
@@ -438,13 +439,14 @@ def _notes(
     laws: Sequence[FoundLaw],
     weights: Mapping[str, Weighed],
     others: Sequence[Case],
+    free: Fit | None,
 ) -> list[str]:
-    """What the reader must know to weigh the verdict; others: tests that are predicted."""
+    """What the reader must know to weigh the verdict; others: tests that are predicted; free: with a free zero."""
     cases = outcome.problem.cases
     notes = [*_refused(outcome), *inputs_off(outcome.answer.fit), *_unfixed(effects), *_equal_covariates(weights)]
     notes += [note for other in others for note in _warned(outcome, laws, other)]
     notes += [f"{case.test.name}: {note}" for case in cases for note in _notes_on(case)]
-    notes += free_zero.where_free(outcome.sure)
+    notes += free_zero.notes(outcome.sure, free) if free else []
     notes += few_profiles(outcome.answer, max((len(recorded_stops(case.test)) for case in cases), default=0))
     if len({replace(case.test.rig, normal_load=0.0, rolling_speed=0.0) for case in cases}) > 1:
         notes.append(

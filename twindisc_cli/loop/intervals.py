@@ -11,6 +11,7 @@ Base parameters: a mixture of normals of their inner numbers, one for every expl
     D         what the tolerances of the inputs do to the samples, as far as base parameters can absorb it
 
 so that an interval holds what the data say, whichever explanation is true, and what the rig's tolerances leave open.
+Where the zero of the torque is not known and would move mu, an interval holds that of the fit with a free zero, too.
 """
 
 from __future__ import annotations
@@ -20,12 +21,13 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import ndtri
 
+from twindisc_cli.identify.least_squares import NINETY
 from twindisc_cli.laws.quantities import MULTIPLIED
 from twindisc_cli.loop.diagnosis import BaseEstimate
 from twindisc_cli.loop.explain import Outcome
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import Fit
-from twindisc_cli.loop.term_intervals import INTERVAL, widening
+from twindisc_cli.loop.term_intervals import INTERVAL, widened, widening
 from twindisc_cli.model.experiment import Floats
 
 LEVELS = (0.05, 0.95)  # the interval of 90 %
@@ -33,8 +35,8 @@ TINY = 1e-300  # keeps a logarithm finite
 NORMAL = np.asarray(ndtri((np.arange(401) + 0.5) / 401))
 
 
-def base_parameters(outcome: Outcome) -> dict[str, BaseEstimate]:
-    """Base parameters of the revised model by name."""
+def base_parameters(outcome: Outcome, free: Fit | None) -> dict[str, BaseEstimate]:
+    """Base parameters of the revised model by name; free: the answer with a free zero of the torque, if it counts."""
     after = outcome.judged.after
     cases = after.problem.cases
     wide = [widening(member.fit) for member in outcome.members]
@@ -42,6 +44,7 @@ def base_parameters(outcome: Outcome) -> dict[str, BaseEstimate]:
     for number, p in enumerate(after.problem.parameters):
         test = cases[p.case].test.name if len(cases) > 1 and p.case is not None else ""
         inner = after.theta[number] + _spread(outcome, wide, p.name, p.case)
+        inner = inner if free is None else _holding(inner, free, p.name, p.case)
         low, value, high = (float(p.outer(v)) for v in (inner[0], after.theta[number], inner[1]))
         std = (high - low) / (2.0 * np.sqrt(INTERVAL))
         estimates.append(BaseEstimate(value, std, low, high, p.unit, p.name, test))
@@ -73,6 +76,13 @@ def _spread(outcome: Outcome, wide: Sequence[Floats], name: str, case: int | Non
     every, weight = np.concatenate(draws), np.concatenate(weights)
     ends = np.quantile(every, LEVELS, weights=weight, method="inverted_cdf")
     return np.asarray(np.clip(ends, [-np.inf, 0.0], [0.0, np.inf]))
+
+
+def _holding(inner: Floats, free: Fit, name: str, case: int | None) -> Floats:
+    """The interval (2,) that holds `inner` and the one of the fit with a free zero."""
+    number = _number(free, name, case)
+    half = NINETY * np.sqrt(widened(free)[number, number])
+    return np.array([min(inner[0], free.theta[number] - half), max(inner[1], free.theta[number] + half)])
 
 
 def _laws_of(explanation: Explanation, name: str) -> list[str]:
