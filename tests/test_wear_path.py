@@ -212,7 +212,7 @@ def test_a_node_is_read_exactly_and_between_nodes_on_a_line() -> None:
     assert depth[0, 2] == pytest.approx(0.5 * (path.depth[3] + path.depth[4]), rel=1e-12)
     assert depth[1, 1] == pytest.approx(path.depth[-1], rel=1e-12), "beyond its end the path stands still"
     assert b == pytest.approx(np.interp(at, path.section, path.b))
-    assert np.isnan(path.patch_at(np.array([[np.nan]]))).all(), "an unknown section has no patch"
+    assert np.isnan(path.patch_under(np.array([[np.nan]]), np.ones((1, 1)))).all(), "an unknown section has no patch"
 
 
 def test_a_sharper_disc_has_a_smaller_first_section() -> None:

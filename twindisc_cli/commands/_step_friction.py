@@ -10,7 +10,7 @@ import numpy as np
 from twindisc_cli.commands._base import friction_of_steps, wear_coefficient
 from twindisc_cli.errors import TwindiscError
 from twindisc_cli.identify.convection import identify_convection
-from twindisc_cli.identify.wear import identify_wear
+from twindisc_cli.identify.wear import fit_wear_squares
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis
 from twindisc_cli.loop.validate import rms
@@ -53,7 +53,7 @@ def _wear_coefficient(model: ForwardModel, mu: Floats) -> float:
     """K as the model before has it: given, or that of the whole profile, or of the mass where there is no profile."""
     test = model.experiment
     if np.isnan(test.options.wear_coefficient) and test.measured.profile is not None:
-        return identify_wear(model, mu).least_squares.value
+        return fit_wear_squares(model, mu).value
     return wear_coefficient(model, mu)[0]
 
 

@@ -16,7 +16,7 @@ from twindisc_cli.identify.least_squares import Fit, fit_positive
 from twindisc_cli.identify.track import Track, last_profile, worn_track
 from twindisc_cli.identify.wear_coefficient import TOLERANCE, Bisection, bisect_depth
 from twindisc_cli.model.base import BaseParameters
-from twindisc_cli.model.experiment import Experiment, Floats, Ints, ProfileSamples
+from twindisc_cli.model.experiment import Floats, Ints
 from twindisc_cli.model.forward import ForwardModel, IntegratedSets
 from twindisc_cli.physics.archard import allowed_coefficient
 
@@ -57,63 +57,91 @@ class WearFit:
 
 def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
     """Fit K to the measured profiles with mu (step,) in the contact."""
-    test = model.experiment
-    profile, last, measured, section = _measured_track(test)
-    y, height = profile.y[last], profile.height[last]
+    worn = _worn(model, mu)
 
-    def heights(k: Floats, integrated: IntegratedSets = "each") -> Floats:
-        base = BaseParameters.declared(test, np.broadcast_to(mu, (len(k), len(mu))))
-        return model.predict(replace(base, K=k), integrated=integrated).profile
+    def last_height(k: float) -> Floats:
+        return np.asarray(_heights(model, mu, np.array([k]))[0, worn.last])
 
-    def track(k: float) -> Track:
-        return worn_track(y, heights(np.array([k]))[0, last], smooth=False)
+    def depth(k: float) -> float:
+        return worn_track(worn.y, last_height(k), smooth=False).depth
 
-    disc = int(profile.disc[last][0])
-    energy, sliding, part = _spent(model, mu, int(profile.iteration[last][0]), disc)
-    if not energy > 0.0:
-        raise ValidityError("nothing slides up to the last measured profile: no K can have worn it")
-    hardness = model.circumference_hardness / (2.0 * np.pi * model.radius)
-    volume = 2.0 * np.pi * model.radius * section / part
-    allowed = float(allowed_coefficient(volume=volume, energy=energy, hardness=hardness))
-    bisection = bisect_depth(lambda k: track(k).depth, measured_depth=measured.depth, start=allowed)
-    weights, rough = np.ones_like(profile.height), partial(heights, integrated="none")
-    squares = fit_positive(heights, measured=profile.height, weights=weights, start=allowed, rough=rough)
-    error = (measured.depth - track(squares.value).depth) / measured.depth * 100.0
-    agrees = abs(error) < TOLERANCE
+    measured = worn.track.depth
+    bisection = bisect_depth(depth, measured_depth=measured, start=worn.allowed)
+    squares = _squares(model, mu, worn.allowed)
+    agrees = abs(measured - depth(squares.value)) / measured * 100.0 < TOLERANCE
     k = squares.value if agrees else bisection.wear_coefficient
-    simulated = heights(np.array([k]))[0, last]
+    simulated = last_height(k)
     return WearFit(
         wear_coefficient=k,
         std=float(np.hypot(squares.std, squares.value - k)),
         method="least squares" if agrees else "bisection",
         bisection=bisection,
         least_squares=squares,
-        disc=disc,
-        measured=measured,
-        simulated=worn_track(y, simulated, smooth=False),
-        y=y,
-        height=height,
+        disc=worn.disc,
+        measured=worn.track,
+        simulated=worn_track(worn.y, simulated, smooth=False),
+        y=worn.y,
+        height=worn.height,
         simulated_height=simulated,
-        squares_height=squares.predicted[last],
-        rms=float(np.sqrt(np.mean((height - simulated) ** 2))),
-        allowed=allowed,
-        part=part,
-        energy=energy,
-        sliding=sliding,
+        squares_height=squares.predicted[worn.last],
+        rms=float(np.sqrt(np.mean((worn.height - simulated) ** 2))),
+        allowed=worn.allowed,
+        part=worn.part,
+        energy=worn.energy,
+        sliding=worn.sliding,
     )
 
 
-def _measured_track(test: Experiment) -> tuple[ProfileSamples, Ints, Track, float]:
-    """The profiles, which samples are those of the last, its track and its section [m2]."""
-    profile = test.measured.profile
+def fit_wear_squares(model: ForwardModel, mu: Floats) -> Fit:
+    """K by least squares alone, with mu (step,) in the contact: the whole of the measured profiles, not their depth."""
+    return _squares(model, mu, _worn(model, mu).allowed)
+
+
+def _squares(model: ForwardModel, mu: Floats, start: float) -> Fit:
+    profile = model.experiment.measured.profile
+    assert profile is not None
+    heights, weights = partial(_heights, model, mu), np.ones_like(profile.height)
+    rough = partial(heights, integrated="none")
+    return fit_positive(heights, measured=profile.height, weights=weights, start=start, rough=rough)
+
+
+def _heights(model: ForwardModel, mu: Floats, k: Floats, integrated: IntegratedSets = "each") -> Floats:
+    """The profiles (set, sample) [m] with each K (set,)."""
+    base = BaseParameters.declared(model.experiment, np.broadcast_to(mu, (len(k), len(mu))))
+    return model.predict(replace(base, K=k), integrated=integrated).profile
+
+
+@dataclass(frozen=True)
+class _Worn:
+    """The last measured profile of a disc, and what wore it; symbols as in `WearFit`. last: its samples of all."""
+
+    last: Ints
+    disc: int
+    y: Floats
+    height: Floats
+    track: Track
+    allowed: float
+    part: float
+    energy: float
+    sliding: float
+
+
+def _worn(model: ForwardModel, mu: Floats) -> _Worn:
+    profile = model.experiment.measured.profile
     if profile is None:
         raise MeasurementError("no profile was measured; name its file under [measured]")
     last = last_profile(profile)
-    y, height = profile.y[last], profile.height[last]
+    y, height, disc = profile.y[last], profile.height[last], int(profile.disc[last][0])
     track, section = worn_track(y, height, smooth=True), -float(np.trapezoid(height, y))
     if not (track.depth > 0.0 and section > 0.0):
         raise MeasurementError("nothing is worn off in the last measured profile: no height in it is below the rest")
-    return profile, last, track, section
+    energy, sliding, part = _spent(model, mu, int(profile.iteration[last][0]), disc)
+    if not energy > 0.0:
+        raise ValidityError("nothing slides up to the last measured profile: no K can have worn it")
+    hardness = model.circumference_hardness / (2.0 * np.pi * model.radius)
+    volume = 2.0 * np.pi * model.radius * section / part
+    allowed = float(allowed_coefficient(volume=volume, energy=energy, hardness=hardness))
+    return _Worn(last, disc, y, height, track, allowed, part, energy, sliding)
 
 
 def _spent(model: ForwardModel, mu: Floats, iterations: int, disc: int) -> tuple[float, float, float]:

@@ -513,7 +513,7 @@ class _Chain:
             np.broadcast_to(values, section.shape)[:, points.of_strips]
             for values in (section, ratio, state.wear_index, state.normalised_creepage)
         )
-        strips = index[..., None] * paths.read(WearPath.spread_at, some, load_ratio, creepage)
+        strips = index[..., None] * paths.spread(some, load_ratio, creepage)
         factor = points.strips(self._by_index(strips.reshape(self.sets, -1)).reshape(strips.shape) @ SHARES)
         if self._local_laws:
             place, load, passes = strips_passed(paths, section, ratio, state.cycles)

@@ -79,8 +79,8 @@ class Paths(ABC):
         """The paths of some of the parameter sets, in any order and number (set,)."""
 
     @abstractmethod
-    def read(self, quantity: Callable[..., Floats], section: Floats, load_ratio: Floats, *where: Floats) -> Floats:
-        """What `quantity` reads off a path, as it stands there, (set, point, ...).
+    def of_each(self, quantity: Callable[..., Floats], section: Floats, load_ratio: Floats, *where: Floats) -> Floats:
+        """The weighted sum of what `quantity` reads off each path, as it stands there, (set, point, ...).
 
         section: worn so far [m2]; load_ratio: load over the rig's [1]; and whatever else is asked for, (set, point).
         """
@@ -91,13 +91,25 @@ class Paths(ABC):
 
     def at(self, values: Callable[[WearPath], Floats], section: Floats, load_ratio: Floats | float = 1.0) -> Floats:
         """A quantity (node, ...) of the paths at worn sections (set, point) [m2] and loads: (set, point, ...)."""
-        return self.read(lambda path, own: path.at(values(path), own), section, np.asarray(load_ratio))
+
+        def read(path: AnyPath, own: Floats, ratio: Floats) -> Floats:
+            return path.read(lambda level, worn: level.at(values(level), worn), own, ratio)
+
+        return self.of_each(read, section, np.asarray(load_ratio))
+
+    def spread(self, section: Floats, load_ratio: Floats, creepage: Floats) -> Floats:
+        """`WearPath.spread` at worn sections [m2], loads and normalised creepages (set, point): (set, point, place)."""
+
+        def read(path: AnyPath, *where: Floats) -> Floats:
+            return path.read(WearPath.spread_at, *where)
+
+        return self.of_each(read, section, load_ratio, creepage)
 
     def patch(self, section: Floats, load_ratio: Floats) -> Patch:
         """The contact at worn sections (set, point) [m2] under `load_ratio` times the rig's load."""
         scaled = self.contact_scale(load_ratio)
         area = scaled.along * scaled.across
-        known = self.read(WearPath.patch_at, section, load_ratio)
+        known = self.of_each(lambda path, *where: path.patch_under(*where), section, load_ratio)
         stiffness, stiffness_y, own, a, b, square = known.transpose(2, 0, 1)
         return Patch(
             stiffness=stiffness * area,
@@ -138,8 +150,8 @@ class WeightedPaths(Paths):
     def first(self) -> Paths:  # noqa: D102
         return replace(self, weights=[weight[:1] for weight in self.weights])
 
-    def read(self, quantity: Callable[..., Floats], section: Floats, load_ratio: Floats, *where: Floats) -> Floats:  # noqa: D102
-        results = [path.read(quantity, section, load_ratio, *where) for path in self.parts]
+    def of_each(self, quantity: Callable[..., Floats], section: Floats, load_ratio: Floats, *where: Floats) -> Floats:  # noqa: D102
+        results = [quantity(path, section, load_ratio, *where) for path in self.parts]
         extra = results[0].ndim - section.ndim
         parts = [w[(..., *[None] * extra)] * f for w, f in zip(self.weights, results, strict=True)]
         return np.asarray(sum(parts[1:], parts[0]))
@@ -166,9 +178,9 @@ class OwnPaths(Paths):
     def first(self) -> Paths:  # noqa: D102
         return self.sets[0].first
 
-    def read(self, quantity: Callable[..., Floats], section: Floats, load_ratio: Floats, *where: Floats) -> Floats:  # noqa: D102
+    def of_each(self, quantity: Callable[..., Floats], section: Floats, load_ratio: Floats, *where: Floats) -> Floats:  # noqa: D102
         rows = zip(self.sets, section, np.broadcast_to(load_ratio, section.shape), *where, strict=True)
-        return np.concatenate([own.read(quantity, *(values[None] for values in row)) for own, *row in rows])
+        return np.concatenate([own.of_each(quantity, *(values[None] for values in row)) for own, *row in rows])
 
     def of_sets(self, chosen: Ints) -> OwnPaths:  # noqa: D102
         return OwnPaths([self.sets[i] for i in chosen])

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from twindisc_cli.model import integration
 from twindisc_cli.model.experiment import Floats, Ints, Rig
 from twindisc_cli.model.integration import Pressed, Setup, WearIntegration, Weights, integrate, pressed_on
 from twindisc_cli.model.wear_path import grid
-from twindisc_cli.model.wear_path.path import CROWNED, Scaled, WearPath, between, paths_of
+from twindisc_cli.model.wear_path.path import CROWNED, OF_PATCH, Scaled, WearPath, between, lifted, paths_of
 
 PIECE = 0.03
 """Relative change of the load that is none."""
@@ -134,7 +134,7 @@ class CarriedPath:
     def contact_scale(self, load_ratio: Floats) -> Scaled:
         """Hertz's factors beyond the loads of the history."""
         beyond = self.load_scale(load_ratio)
-        return Scaled(beyond**CROWNED.along, beyond**CROWNED.across, np.ones_like(beyond))
+        return replace(CROWNED.to(beyond), section=np.ones_like(beyond))
 
     def load_scale(self, load_ratio: Floats) -> Floats:
         """The load over the nearest of the history's [1]."""
@@ -143,14 +143,36 @@ class CarriedPath:
     def read(self, quantity: Callable[..., Floats], section: Floats, load_ratio: Floats, *where: Floats) -> Floats:
         """What `quantity` reads at sections [m2] under loads over the rig's (set, point): (set, point, ...)."""
         total: Floats | float = 0.0
-        logs = np.log(self.ratios)
-        at = np.interp(np.log(np.broadcast_to(load_ratio, section.shape)), logs, np.arange(len(logs)))
+        at = self._level(np.broadcast_to(load_ratio, section.shape))
         for number, path in enumerate(self.levels):
             weight = np.maximum(1.0 - np.abs(at - number), 0.0)
             if weight.any():
                 result = quantity(path, section / self.grown, *where)
                 total = total + weight[(..., *[None] * (result.ndim - weight.ndim))] * result
         return np.asarray(total)
+
+    def patch_under(self, section: Floats, load_ratio: Floats) -> Floats:
+        """The quantities OF_PATCH at worn sections [m2] under loads over the rig's (set, point): (..., quantity)."""
+        level = self._level(np.broadcast_to(load_ratio, section.shape))
+        lower, nodes = level.astype(np.intp), self.levels[0].section
+        right, part = between(nodes, section / self.grown)
+        below = lower * len(nodes) + right - 1
+        result, share = lifted(*self._of_patch, below, part), level - lower
+        if share.any():
+            above = lifted(*self._of_patch, np.where(share > 0.0, below + len(nodes), below), part)
+            result += share[..., None] * (above - result)
+        return result
+
+    def _level(self, load_ratio: Floats) -> Floats:
+        """Number of the level of each load over the rig's, with its part of the way to the next."""
+        return np.interp(np.log(load_ratio), np.log(self.ratios), np.arange(len(self.ratios)))
+
+    @cached_property
+    def _of_patch(self) -> tuple[Floats, Floats]:
+        """The quantities OF_PATCH at the nodes of each level, and their rises to the next (quantity, level * node)."""
+        values = np.array([[getattr(path, name) for path in self.levels] for name in OF_PATCH])
+        rises = np.diff(values, append=values[..., -1:])
+        return values.reshape(len(OF_PATCH), -1), rises.reshape(len(OF_PATCH), -1)
 
 
 def carried_paths(
@@ -204,8 +226,12 @@ def carried_through(
     weights: Callable[[Floats, Floats], Weights] | None = None,
     *,
     by_place: bool = False,
+    one_spread: bool = False,
 ) -> list[CarriedPath]:
-    """Paths through pieces of histories that end at sections (case, piece) [m2], under the same loads (piece,)."""
+    """Paths through pieces of histories that end at sections (case, piece) [m2], under the same loads (piece,).
+
+    one_spread: what single strips carry is that of the first case in all.
+    """
     rig = setup.rig
     nodes, load = _nodes(rig, ends, ratios)
     y, scale = _strips(rig, nodes[:, -1], ratios, setup)
@@ -221,7 +247,8 @@ def carried_through(
             setup, y, gap, float(level), result.contact, nodes=nodes, loads=load, kept=kept, scale=scale
         )
         under_load = WearIntegration(depth, pressed, result.carried)
-        paths.append(paths_of(setup, under_load, y=strips, nodes=nodes[:, kept], errors=(ERROR, PRESSURE_ERROR)))
+        errors = (ERROR, PRESSURE_ERROR)
+        paths.append(paths_of(setup, under_load, y=strips, nodes=nodes[:, kept], errors=errors, one_spread=one_spread))
     return [CarriedPath(levels, of, float(end)) for of, end in zip(zip(*paths, strict=True), ends[:, -1], strict=True)]
 
 

@@ -98,4 +98,4 @@ def _around(setup: Setup, ratios: tuple[float, ...], whole: float, shape: tuple[
     probes = PROBE * np.eye(len(sizes))
     probes[-1] = np.expm1(SPACING)
     longer = np.concatenate([sizes[None], sizes * (1.0 + probes)])
-    return _Around(sizes, probes, carried_through(setup, np.cumsum(longer, axis=1), np.array(ratios)))
+    return _Around(sizes, probes, carried_through(setup, np.cumsum(longer, axis=1), np.array(ratios), one_spread=True))

@@ -6,7 +6,7 @@ The wear index of strips across the patch stands in it too, at CREEPAGES and PLA
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -143,14 +143,13 @@ class WearPath:
         result += below
         return result
 
-    def patch_at(self, section: Floats) -> Floats:
-        """The quantities OF_PATCH at worn sections (...) [m2], (..., quantity); in memory one after the other."""
+    def patch_under(self, section: Floats, load_ratio: Floats) -> Floats:
+        """The quantities OF_PATCH at worn sections [m2] under so many times the path's load: (set, point, quantity)."""
+        return self.read(WearPath._patch_at, section, load_ratio)
+
+    def _patch_at(self, section: Floats) -> Floats:
         right, part = between(self.section, section)
-        left, result = right - 1, np.empty((len(OF_PATCH), *section.shape))
-        for row, values, rises in zip(result, *self._of_patch, strict=True):
-            np.multiply(part, rises.take(left), out=row)
-            row += values.take(left)
-        return result.transpose(*range(1, result.ndim), 0)
+        return lifted(*self._of_patch, right - 1, part)
 
     @cached_property
     def _of_patch(self) -> tuple[list[Floats], list[Floats]]:
@@ -200,6 +199,18 @@ def between(known: Floats, values: Floats) -> tuple[NDArray[np.intp], Floats]:
     return right, place - (right - 1)
 
 
+def lifted(values: Iterable[Floats], rises: Iterable[Floats], left: NDArray[np.intp], part: Floats) -> Floats:
+    """The quantities OF_PATCH a part of the way behind nodes (...), (..., quantity); in memory one after the other.
+
+    values: at the nodes; rises: to the next one, each (node,)
+    """
+    result = np.empty((len(OF_PATCH), *part.shape))
+    for row, value, rise in zip(result, values, rises, strict=True):
+        np.multiply(part, rise.take(left), out=row)
+        row += value.take(left)
+    return result.transpose(*range(1, result.ndim), 0)
+
+
 def paths_of(
     setup: Setup,
     integrated: WearIntegration,
@@ -208,12 +219,19 @@ def paths_of(
     nodes: Floats,
     errors: tuple[float, float],
     creepages: Floats = CREEPAGES,
+    one_spread: bool = False,
 ) -> list[WearPath]:
     """The path of each case of an integration, with the wear index of strips at some of the CREEPAGES.
 
-    y, nodes: (strip,) and (node,), or those of each case (case, strip) and (case, node).
+    y, nodes: (strip,) and (node,), or those of each case (case, strip) and (case, node). one_spread: that of the first
+    case serves all.
     """
     result, shape = integrated.contact, integrated.depth.shape
+    own_y = np.broadcast_to(y, (shape[0], shape[2]))
+    spread = [
+        spread_of(own_y[i], result.line_load[i], result.intensity[i], result.area[i], creepages)
+        for i in range(1 if one_spread else shape[0])
+    ]
     stiffness, stiffness_y = creep_stiffness(setup.rig, result.a, result.b)
     return [
         WearPath(
@@ -229,7 +247,7 @@ def paths_of(
             stiffness_y=stiffness_y[i] * result.stiffening[i],
             square=result.square[i],
             edge=edges_of(own, depth, result.b[i]),
-            spread=spread_of(own, result.line_load[i], result.intensity[i], result.area[i], creepages),
+            spread=spread[0 if one_spread else i],
             error=errors[0],
             pressure_error=errors[1],
             contact=setup.contact,
@@ -237,12 +255,7 @@ def paths_of(
             start=setup.start,
         )
         for i, (depth, section, own) in enumerate(
-            zip(
-                integrated.depth,
-                np.broadcast_to(nodes, shape[:2]),
-                np.broadcast_to(y, (shape[0], shape[2])),
-                strict=True,
-            )
+            zip(integrated.depth, np.broadcast_to(nodes, shape[:2]), own_y, strict=True)
         )
     ]
 
