@@ -484,6 +484,7 @@ def test_what_is_left_is_as_long_as_the_residual() -> None:
 # ------------------------------------------------------------------------------------------------ two in place of one
 
 
+@pytest.mark.long
 def test_two_effects_take_the_place_of_a_curve_while_another_channel_lacks_more() -> None:
     """A parabola wider than disc 2 alone wears under an ellipse: another patch and a worn disc 1, each too little.
 
