@@ -22,7 +22,7 @@ STARTS = (1, 3, 5, 7, 9)
 class Truth:
     """What is hidden: mu, K of disc 2 and of disc 1; the balance's and the torque meter's scatter.
 
-    Both wear `severe` times as fast above a critical T gamma / A [N/mm2].
+    Both wear `severe` times as fast above a critical T gamma / A [N/mm2], and as a power of the creepage over 2 %.
     """
 
     mu: float = 0.42
@@ -32,6 +32,8 @@ class Truth:
     torque: float = 0.003
     severe: float = 1.0
     critical: float = np.inf
+    power: float = 0.0
+    blocks_weighed: int = BLOCKS
 
 
 def half_length(radius_1: float, radius_2: float) -> float:
@@ -70,13 +72,13 @@ def run(truth: Truth, rng: np.random.Generator) -> tuple[list[tuple[float, ...]]
             time += seconds
             energy = ratio * LOAD * creepage * speed * seconds
             index = ratio * LOAD * creepage / (2 * half_length(*radius) * WIDTH) * 1e-6
-            factor = truth.severe if index > truth.critical else 1.0
+            factor = (truth.severe if index > truth.critical else 1.0) * (abs(creepage) / 0.02) ** truth.power
             for disc, k in enumerate((truth.k_disc1, truth.k)):
                 volume = factor * k * energy / HARDNESS
                 lost[disc] += volume * DENSITY * 1e6
                 radius[disc] -= volume / (2 * np.pi * radius[disc] * WIDTH)
             log.append((time, 100 * nominal, ratio + truth.torque * rng.standard_normal()))
-        if (number + 1) % BLOCKS == 0:
+        if (number + 1) % truth.blocks_weighed == 0:
             discs = (1, 2) if truth.k_disc1 else (2,)
             weighed += [(number + 1, d, lost[d - 1] + truth.balance_mg * rng.standard_normal()) for d in discs]
     return log, weighed

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from rigs import SPEED, Floats, Instruments, Plant, history, rig
 
-from twindisc_cli.loop.diagnose import diagnose, few_profiles, predicted_badly
+from twindisc_cli.loop.diagnose import diagnose, few_stops, predicted_badly
 from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis, FoundEffect, PredictedErrors
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import at
@@ -465,9 +465,9 @@ def test_twins_across_channels_are_named_together() -> None:
 
 
 @pytest.mark.parametrize(("stops", "few"), [(3, True), (6, False)])
-def test_few_profiles_are_said_to_refuse_little(stops: int, few: bool) -> None:
+def test_few_stops_are_said_to_refuse_little(stops: int, few: bool) -> None:
     """K and two parameters take three profiles up; three more can refuse the law."""
     problem = Problem([case_of(recorded("nothing", "traction", "profile"))], ("profile",)).with_terms("running_in_wear")
     answer = Explanation(at(problem, problem.start()), {}, 0.0)
-    notes = few_profiles(answer, stops)
+    notes = few_stops(answer, stops)
     assert any("little to refuse it" in note for note in notes) == few

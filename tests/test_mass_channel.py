@@ -66,6 +66,15 @@ def test_a_second_disc_that_wears_is_found_by_weight(tmp_path: Path) -> None:
     assert by_disc["2"] == pytest.approx(3.7e-4, rel=0.02)
 
 
+def test_a_law_of_the_wear_is_found_by_weight_alone(tmp_path: Path) -> None:
+    """K goes as a power of the creepage, which rises over the test: over which covariate cannot be separated."""
+    found = diagnosed(load(suros.write(tmp_path, Truth(power=-0.7, blocks_weighed=1))).experiment)
+    assert not found.effects
+    (law,) = found.laws
+    assert (law.law.quantity, law.channel) == ("wear", "mass")
+    assert found.errors["mass"].after < 0.2 * found.errors["mass"].before
+
+
 def test_profile_and_mass_share_one_k(tmp_path: Path) -> None:
     test = load(suros.write(tmp_path, Truth(), profile_factor=1.0)).experiment
     found = diagnosed(test)

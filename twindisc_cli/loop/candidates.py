@@ -28,7 +28,7 @@ from twindisc_cli.loop.learn import (
     typical_change,
     with_elsewhere,
 )
-from twindisc_cli.loop.problem import Parameter, Problem, known_sensors, parameters_of
+from twindisc_cli.loop.problem import Case, Parameter, Problem, known_sensors, parameters_of
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.terms import in_test
 from twindisc_cli.loop.thresholds import SEARCH
@@ -241,10 +241,15 @@ def flash_law(fitted: Fit, quantity: str) -> Proposal | None:
     return Proposal(name, trial, [inner], 0.0, float(np.log(SEARCH.curve_families)))
 
 
+def stops_of_wear(cases: Sequence[Case]) -> int:
+    """At how many stops of a test wear was recorded, by profiles or a balance: the most of any."""
+    return max((max(len(recorded_stops(case.test)), weighed_stops(case.test)) for case in cases), default=0)
+
+
 def searched(problem: Problem) -> list[str]:
     """Names of the effects that may be missing: neither declared nor added yet, nor known from the measurement."""
     declared = {name for case in problem.cases for name in case.test.effects}
-    stops = max((max(len(recorded_stops(case.test)), weighed_stops(case.test)) for case in problem.cases), default=0)
+    stops = stops_of_wear(problem.cases)
     timed = any(is_timed(case) for case in problem.cases)
     crowned = not problem.is_local and all(case.model.knows_crowns for case in problem.cases)
     yawed = any(np.any(case.test.history.yaw != 0.0) for case in problem.cases)

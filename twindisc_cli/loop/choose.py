@@ -57,7 +57,7 @@ def _is_enough(explanation: Explanation, before: Explanation) -> bool:
         return gain > SEARCH.effect_evidence
     if gain > SEARCH.law_evidence:
         return True
-    left = unexplained_residual(before.fit, new[0].channel)
+    left = unexplained_residual(before.fit, before.fit.problem.shown_in(new[0]))
     return gain > SEARCH.seen_law_evidence and left.significant(ACCEPTANCE.unexplained_alone)
 
 

@@ -13,6 +13,7 @@ from twindisc_cli.laws.law import Law, formula_text, law_key, warnings
 from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop import free_zero
 from twindisc_cli.loop.alternatives import Weighed, by_probability, weighed
+from twindisc_cli.loop.candidates import stops_of_wear
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.channels.profile import recorded_stops
 from twindisc_cli.loop.channels.traction import friction_is_given
@@ -223,7 +224,7 @@ def _law(
     ]
     return FoundLaw(
         name=law_key(trial.quantity, trial.covariate),
-        channel=trial.channel,
+        channel=outcome.problem.shown_in(trial),
         law=law,
         formula=formula_text(law),
         parameters={} if trial.is_curve else term_parameters(outcome.sure, name),
@@ -447,7 +448,7 @@ def _notes(
     notes += [note for other in others for note in _warned(outcome, laws, other)]
     notes += [f"{case.test.name}: {note}" for case in cases for note in _notes_on(case)]
     notes += free_zero.notes(outcome.sure, free) if free else []
-    notes += few_profiles(outcome.answer, max((len(recorded_stops(case.test)) for case in cases), default=0))
+    notes += few_stops(outcome.answer, stops_of_wear(cases))
     if len({replace(case.test.rig, normal_load=0.0, rolling_speed=0.0) for case in cases}) > 1:
         notes.append(
             "the tests are of different rigs or materials; K is shared between them all the same, and so are effects "
@@ -456,14 +457,14 @@ def _notes(
     return notes
 
 
-def few_profiles(answer: Explanation, stops: int) -> Iterator[str]:
-    """Effects whose parameters take up about as many profiles as were recorded."""
+def few_stops(answer: Explanation, stops: int) -> Iterator[str]:
+    """Effects whose parameters take up about as many profiles or weighings as were recorded."""
     for name in answer.terms:
         effect = answer.effect(name)
         if effect.needs_stops and stops - len(effect.params) - 1 < ACCEPTANCE.spare_stops:
             yield (
-                f"{stops} profiles fix K and the parameters of {name} and leave little to refuse it: a wear "
-                f"coefficient that changed in another way could look the same"
+                f"{stops} profiles or weighings fix K and the parameters of {name} and leave little to refuse it: a "
+                "wear coefficient that changed in another way could look the same"
             )
 
 

@@ -297,11 +297,10 @@ def pairs(fitted: Fit, known: Sequence[Response] | None = None) -> list[Pair]:
     span = span_of(fitted.jacobian)
     results = []
     for response in responses(fitted) if known is None else known:
-        samples = problem.count(QUANTITIES[response.quantity].channel)
-        results.append(_pair(fitted, span, response, samples))
-        for test, own in problem.own_samples(response.slopes.T, QUANTITIES[response.quantity].channel):
-            samples = problem.count(QUANTITIES[response.quantity].channel, test)
-            results.append(_pair(fitted, span, response.of_samples(own), samples, test))
+        channel = problem.shown_in(QUANTITIES[response.quantity])
+        results.append(_pair(fitted, span, response, problem.count(channel)))
+        for test, own in problem.own_samples(response.slopes.T, channel):
+            results.append(_pair(fitted, span, response.of_samples(own), problem.count(channel, test), test))
     best = dict[str, Pair]()
     for pair in results:
         if pair is not None and (pair.name not in best or pair.log_evidence > best[pair.name].log_evidence):
@@ -390,7 +389,7 @@ def responses(
 def _searched(problem: Problem, predictions: list[Prediction], shown: Container[str]) -> Iterator[tuple[str, str]]:
     """Every quantity that channels show, over every covariate that runs unlike the others."""
     for quantity, of in QUANTITIES.items():
-        if of.channel in shown:
+        if problem.shown_in(of) in shown:
             for covariate in _distinct(predictions, covariates_of(problem, quantity)):
                 yield quantity, covariate
 

@@ -24,6 +24,7 @@ from twindisc_cli.effects._effect import FIRST_SEEN, Effect
 from twindisc_cli.effects._state import State
 from twindisc_cli.errors import DefinitionError
 from twindisc_cli.errors import Problem as Mistake
+from twindisc_cli.laws.quantities import Quantity
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.channels._channel import Base
 from twindisc_cli.loop.noise import Mask, Noise
@@ -271,10 +272,10 @@ class Problem:
         """Whether a channel was measured in which wear shows first, or one that stands for it."""
         return any(name == FIRST_SEEN["wear"] or "wear" in channels()[name].stands_for for name in self.channels)
 
-    def shown_in(self, effect: Effect) -> str:
-        """The channel an effect shows in first, or the measured one that stands for it; "" where none does."""
-        stands = (name for name in self.channels if effect.stage in channels()[name].stands_for)
-        return effect.channel if effect.channel in self.channels else next(stands, "")
+    def shown_in(self, of: Effect | Quantity) -> str:
+        """The channel an effect or a quantity shows in first, or the measured one that stands for it, or ""."""
+        stands = (name for name in self.channels if of.stage in channels()[name].stands_for)
+        return of.channel if of.channel in self.channels else next(stands, "")
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:

@@ -106,7 +106,7 @@ def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explana
     if len(better.laws) == len(before.laws):
         return [better]
     (law,) = (effect for name, effect in better.laws.items() if name not in before.terms)
-    both, loose = _two_effects(better, before, tried, law.channel)
+    both, loose = _two_effects(better, before, tried, better.fit.problem.shown_in(law))
     close = [e for e in both if (better.evidence - e.evidence) / better.temperature < SEARCH.equivalent]
     nearest = {e.labels for e in close}
     return [*close, better, *(e for e in ranked([*both, *loose]) if e.labels not in nearest)][: SEARCH.most_rivals]
@@ -124,7 +124,8 @@ def _two_effects(
     alone = {e.terms[-1]: e.here for e in tried}
     taken = {c: before.fit.power(c) - better.fit.power(c) for c in better.fit.problem.channels}
     lost = {c for c in taken if taken[c] > SEARCH.replaced_share * max(taken.values())}
-    names = [n for n, effect in catalogue().items() if effect.channel in lost and n not in better.terms]
+    shown_in = before.fit.problem.shown_in
+    names = [n for n, effect in catalogue().items() if shown_in(effect) in lost and n not in better.terms]
     both, loose = list[Explanation](), list[Explanation]()
     for half in _halves(better, before, tried, channel):
         for e in most_promising(half, _second(half, names, alone, least)):
@@ -159,7 +160,8 @@ def _halves(better: Explanation, before: Explanation, tried: Sequence[Explanatio
     free = [e for e in new if not e.fit.at_bound]
     large = [e for e in free if before.fit.chi2 - e.fit.chi2 > SEARCH.replaced_share * taken][: SEARCH.replacements]
     known = {*better.terms, *(e.terms[-1] for e in large)}
-    contacts = [n for n, e in catalogue().items() if e.stage == "contact" and e.channel == channel and n not in known]
+    contacts = [n for n, e in catalogue().items() if e.stage == "contact" and n not in known]
+    contacts = [n for n in contacts if before.fit.problem.shown_in(catalogue()[n]) == channel]
     return [*large, *(with_one_more(before, p) for p in effects(before.fit, contacts))]
 
 
@@ -186,7 +188,7 @@ def without_two_terms(
     One by one they were exchanged for laws while another channel was not explained yet.
     """
     for channel in explanation.fit.problem.channels:
-        own = [name for name in explanation.terms if explanation.effect(name).channel == channel]
+        own = [n for n in explanation.terms if explanation.fit.problem.shown_in(explanation.effect(n)) == channel]
         if len(own) != 2 or not any(name in explanation.laws for name in own):
             continue
         shorter = without(without(explanation, own[0]), own[1])
