@@ -12,6 +12,7 @@ from test_rig_log import SLIDING
 from twindisc_cli.commands import check, fit_k, simulate_wear
 from twindisc_cli.definition import Test, load
 from twindisc_cli.errors import DefinitionError, MeasurementError, ValidityError
+from twindisc_cli.model.forward import ForwardModel
 
 MU, LOAD, SPEED, HARDNESS, DENSITY, K = 0.5, 72.0, 0.03 * 100 * np.pi, 700 * 9.80665e6, 7650.0, 8e-5
 TEXT = SLIDING.replace("friction_coefficient = 0.6", "friction_coefficient = 0.5").replace(
@@ -44,6 +45,14 @@ def test(folder: Path, text: str = TEXT, **data: str) -> Test:
 
 
 test.__test__ = False  # type: ignore[attr-defined]
+
+
+def test_a_trial_that_wears_far_more_than_was_weighed_ends_in_no_error(tmp_path: Path) -> None:
+    """Contacts are followed to four times what the balance shows by the end of the history, as with a profile."""
+    model = ForwardModel(test(tmp_path, mass=weighings((2, loss(2)), (4, loss(4)))).experiment)
+    section = loss(5) * 1e-6 / DENSITY / (2 * np.pi * 0.03)
+    assert model.reach == pytest.approx(4.0 * section, rel=1e-6)
+    assert np.isfinite(model.predict({"mu": np.array([MU]), "K": np.array([1e5 * K])}).section).all()
 
 
 def test_k_is_found_from_mass_alone(tmp_path: Path) -> None:

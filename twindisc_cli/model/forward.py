@@ -151,24 +151,41 @@ class ForwardModel:
     @cached_property
     def reach(self) -> float:
         """Largest worn section the paths are made for [m2]: four times the recorded or the declared one."""
-        rig, profile = self.experiment.rig, self.experiment.measured.profile
-        sections = [first_section(rig)]
-        if profile is not None:
-            sections += [4.0 * section for section in recorded_sections(profile)]
+        rig, history = self.experiment.rig, self.experiment.history
+        pace = history.duration * history.speed_factor * history.load_factor
+        slid = np.cumsum(pace * np.abs(history.creepage)) * rig.rolling_speed
+        sections = [first_section(rig), *(4.0 * section for section in self._recorded_sections(slid))]
         wear_coefficient = self.experiment.options.wear_coefficient
         if np.isfinite(wear_coefficient):
-            history = self.experiment.history
-            pace = history.duration * history.speed_factor * history.load_factor
-            sliding = float(np.sum(pace * np.abs(history.creepage))) * rig.rolling_speed
-            sections.append(1.2 * wear_coefficient * rig.normal_load * sliding / self.circumference_hardness)
-        return max(sections) / min(1.0, float(self.experiment.history.load_factor.min()))
+            sections.append(1.2 * wear_coefficient * rig.normal_load * float(slid[-1]) / self.circumference_hardness)
+        return max(sections) / min(1.0, float(history.load_factor.min()))
+
+    def _recorded_sections(self, slid: Floats) -> list[float]:
+        """Worn sections [m2] that profiles or a balance show; that of the balance by the end of the distance slid [m].
+
+        slid: so far, (iteration,).
+        """
+        profile, mass, rig = self.experiment.measured.profile, self.experiment.measured.mass, self.experiment.rig
+        sections = [] if profile is None else recorded_sections(profile)
+        if mass is not None:
+            density = {1: rig.disc1.density, 2: rig.disc2.density}
+            lost = sum(float(mass.loss[mass.disc == disc].max()) / density[disc] for disc in np.unique(mass.disc))
+            by_then = float(slid[mass.iteration.max() - 1])
+            grown = float(slid[-1]) / by_then if by_then > 0.0 else 1.0
+            sections.append(grown * lost / (2.0 * np.pi * self.radius))
+        return sections
+
+    @property
+    def shows_wear(self) -> bool:
+        """Whether a profile or a balance shows how far the wear went."""
+        return self.experiment.measured.profile is not None or self.experiment.measured.mass is not None
 
     def path(self, contact: Contact, wander: float, crown: float = 1.0, section: float = 0.0) -> WearPath:
-        """The wear path of this rig; beyond `reach` only where no profile shows how far the wear went.
+        """The wear path of this rig; beyond `reach` only where nothing shows how far the wear went.
 
         crown: transverse radius over the declared one; of discs whose unworn profiles were recorded it is none.
         """
-        enough = self.reach if self.experiment.measured.profile is not None else max(self.reach, section)
+        enough = self.reach if self.shows_wear else max(self.reach, section)
         start = self.experiment.measured.start
         crown = crown if start is None else 1.0
         asked = contact, wander, crown, enough
@@ -707,7 +724,7 @@ class _Chain:
 
     def _weighted(self, state: State, section: Floats) -> WeightedPaths:
         enough = self.model.reach
-        if self.model.experiment.measured.profile is None:
+        if not self.model.shows_wear:
             enough = max(enough, float(np.max(section / (state.normal_load / state.nominal_load))))
         asked = enough, state.half_space.tobytes(), state.wander.tobytes(), state.crown.tobytes()
         if asked not in self._known_paths:
