@@ -159,6 +159,16 @@ def test_a_pause_does_not_turn_the_creepage() -> None:
     assert points.direction[points.of_iteration].tolist() == [0.0, -1.0, -1.0, -1.0, 1.0]
 
 
+def test_time_since_the_last_pause_begins_anew_after_it() -> None:
+    course = history([0.01, 0.02, 0.0, 0.02, 0.03], 1, duration=10.0)
+    still = replace(course, revolutions=course.revolutions * (np.arange(5) != 2))
+    points = operating_points(sampled(still, None))
+    assert points.time_since_pause[points.of_iteration] == pytest.approx([10.0, 20.0, 0.0, 10.0, 20.0])
+    assert points.time_since_pause[points.of_cut] == pytest.approx(
+        np.where(points.time <= 20.0, points.time, np.maximum(points.time - 30.0, 0.0))[points.of_cut]
+    )
+
+
 def test_nothing_measured_still_has_points() -> None:
     points = operating_points(sampled(UNEVEN, None))
     assert points.of_traction.size == points.of_temperature.size == 0

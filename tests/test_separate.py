@@ -27,7 +27,16 @@ EFFECTS = {
     "ambient_drift": {"K_per_hour": 30.0},
 }
 SHAFT = {"shaft_conduction": {"conductance_W_K": 1.0, "shaft_capacity_J_K": 300.0}}
-SEEN = ("time", "cycles", "time_in_step", "greatest_creepage", "energy", "temperature", "traction_ratio")
+SEEN = (
+    "time",
+    "cycles",
+    "time_in_step",
+    "time_since_pause",
+    "greatest_creepage",
+    "energy",
+    "temperature",
+    "traction_ratio",
+)
 SLID = Law("mu", "sliding_distance", "exponential", {"size": 0.3, "scale_m": 200.0, "origin_m": 0.0})
 
 

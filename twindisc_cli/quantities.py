@@ -216,6 +216,7 @@ QUANTITIES: Mapping[str, Quantity] = {quantity.key: quantity for quantity in (
     Quantity("power", "P", "dissipated power", "W"),
     Quantity("wear_index", "Tγ/A", "wear index", "N mm-2"),
     Quantity("time_in_step", "τ", "time since the creepage changed", "s"),
+    Quantity("time_since_pause", "τ_p", "time since the last pause", "s"),
     Quantity("greatest_creepage", "v_max", "greatest creepage so far", "%"),
     Quantity("y", "y", "position across the track", "mm", ("across the track, y", "mm")),
     Quantity("place", "y", "place across the track", "mm"),

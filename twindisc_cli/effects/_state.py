@@ -83,10 +83,11 @@ class State:
     """The operating points of one test, and what the stages have made of them so far.
 
     Given: time [s] at the end of each point, duration [s], cycles (revolutions so far), time_in_step [s] since the
-    creepage last changed, greatest_creepage of the history so far [1], order, the number of the step from 1,
-    direction of the last change of the creepage (1 up, -1 down, 0 before any), begins, 1 where a test begins and
-    otherwise 0 (steps may be tests of their own), declared columns of the file by name, all (point,); rolling_radius
-    [m] of disc 2; nominal_load [N] of the rig, recorded_load [N] by which the traction is divided;
+    creepage last changed, time_since_pause [s] since the test began or went on after a pause, greatest_creepage of
+    the history so far [1], order, the number of the step from 1, direction of the last change of the creepage (1
+    up, -1 down, 0 before any), begins, 1 where a test begins and otherwise 0 (steps may be tests of their own),
+    declared columns of the file by name, all (point,); rolling_radius [m] of disc 2; nominal_load [N] of the rig,
+    recorded_load [N] by which the traction is divided;
     initial_temperature [K] of disc and sensor.
 
     operation  creepage, lateral_creepage [1], spin [1/m], normal_load [N], rolling_speed [m/s], crown, transverse
@@ -115,6 +116,7 @@ class State:
     duration: Floats
     cycles: Floats
     time_in_step: Floats
+    time_since_pause: Floats
     greatest_creepage: Floats
     rolling_radius: float
     nominal_load: float

@@ -87,8 +87,8 @@ _OTHER = {
 _REACH = {"y_over_edge": 1.5}
 _NAMES = (
     "creepage", "sliding_speed", "sliding_distance", "load", "pressure", "rolling_speed", "order", "direction", "time",
-    "cycles", "energy", "temperature", "flash_temperature", "power", "wear_index", "time_in_step", "greatest_creepage",
-    "place", "passes", "y_over_edge",
+    "cycles", "energy", "temperature", "flash_temperature", "power", "wear_index", "time_in_step", "time_since_pause",
+    "greatest_creepage", "place", "passes", "y_over_edge",
 )  # fmt: skip
 COVARIATES: Mapping[str, Covariate] = {
     name: Covariate(QUANTITIES[name], _OTHER.get(name, name), _REACH.get(name, np.inf)) for name in _NAMES

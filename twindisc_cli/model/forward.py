@@ -232,6 +232,7 @@ class ForwardModel:
                 duration=points.duration,
                 cycles=points.cycles,
                 time_in_step=points.time_in_step,
+                time_since_pause=points.time_since_pause,
                 greatest_creepage=points.greatest_creepage,
                 order=points.order,
                 direction=points.direction,

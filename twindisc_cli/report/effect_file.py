@@ -18,7 +18,16 @@ from twindisc_cli.report.words import channel_name, sentence
 from twindisc_cli.version import __version__
 
 WIDTH = 116  # of a line of a docstring in the house style
-TIMED = ("time", "cycles", "energy", "sliding_distance", "time_in_step", "greatest_creepage", "direction")
+TIMED = (
+    "time",
+    "cycles",
+    "energy",
+    "sliding_distance",
+    "time_in_step",
+    "time_since_pause",
+    "greatest_creepage",
+    "direction",
+)
 
 
 def effect_file(name: str, law: Law, test: Experiment) -> str:
