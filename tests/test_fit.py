@@ -11,6 +11,7 @@ from rigs import (
     HARDNESS,
     LOAD,
     RADIUS,
+    ROOM,
     SPEED,
     Floats,
     Instruments,
@@ -31,7 +32,7 @@ from twindisc_cli.loop.problem import Case, Problem, case_of, parameters_of, pro
 from twindisc_cli.loop.term_intervals import estimate_of
 from twindisc_cli.loop.thresholds import TOLERANCES
 from twindisc_cli.model.energy import measured_energy
-from twindisc_cli.model.experiment import MassSamples, Measured, Options
+from twindisc_cli.model.experiment import MassSamples, Measured, Options, TemperatureSamples
 from twindisc_cli.model.forward import ForwardModel
 
 HISTORY = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 2)
@@ -386,3 +387,21 @@ def test_profile_and_weighings_share_the_wear_coefficient_by_their_weights() -> 
     both = plain_fit(problem)
     assert both.theta[K] == pytest.approx(alone.theta[K], abs=1.5 * np.sqrt(alone.covariance[K, K]))
     assert both.theta[K] > alone.theta[K]
+
+
+def test_channels_that_an_effect_couples_agree_in_the_end() -> None:
+    """With mu that falls with the temperature: mu and the convection that made the record, whatever they start from."""
+    effects = {"temperature_dependent_friction": {"per_kelvin": -0.007}}
+    plain = experiment(HISTORY, effects=effects)
+    samples = traction_samples(HISTORY, TIME, 0.0 * TIME, SIGMA)
+    warm = TemperatureSamples(TIME, np.full(len(TIME), ROOM))
+    test = replace(plain, measured=Measured(traction=samples, temperature=warm))
+    true = ForwardModel(test).predict({"mu": np.array([0.5]), "convection_W_K": np.array([1.5])})
+    noise = 0.01 * np.random.default_rng(1).standard_normal(len(TIME))
+    made = replace(samples, ratio=true.traction[0]), replace(warm, temperature=true.temperature[0] + noise)
+    test = replace(test, measured=Measured(traction=made[0], temperature=made[1]))
+    without = plain_fit(problem_of([replace(test, effects={})]))
+    fitted = plain_fit(problem_of([test]), without)
+    assert without.base(0)["convection_W_K"] > 1.55
+    assert fitted.base(0)["mu"] == pytest.approx(0.5, rel=2e-3)
+    assert fitted.base(0)["convection_W_K"] == pytest.approx(1.5, rel=2e-3)

@@ -23,6 +23,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from twindisc_cli.effects._state import State
+from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case, Parameter, Problem
 from twindisc_cli.loop.span import span_of
@@ -34,6 +35,8 @@ TYPICAL = 3.0  # typical sizes: the width of the prior of a size
 FREE = 4.0  # fall of chi2 of two standard deviations, which a bound must cost to be held there
 EDGE = 1e-3
 """Nearer to a bound than this share of the range a parameter is at it."""
+SWEEPS, AGREED = 4, 0.2
+"""Times that channels are fitted one after the other, and standard errors by which each may want to move after that."""
 SAME_TRACK = 0.01
 """Fall of chi2 that is still to be had by what parameters do to the track, below which a fit has ended."""
 MOST_TRACKS = 8  # that a fit follows one after the other
@@ -340,14 +343,40 @@ def precision(problem: Problem) -> Floats:
 def plain_fit(problem: Problem, *known: Fit) -> Fit:
     """Fit without nuisances, each base parameter to its own channels: what an effect-free identification would give.
 
-    A channel that misses an effect then does not pull at the parameters of the others. `known` fits give start values.
+    A channel that misses an effect then does not pull at the parameters of the others. `known` fits give start values,
+    the last of them first. Where declared effects let mu follow the temperature, one channel after the other is fitted
+    again until all agree.
     """
     theta, cases = carried(problem, *known), remembered(problem.cases, *known)
     names = [(p.name, p.case) for p in problem.parameters]
-    for together in problem.sharing:
-        part = replace(problem, channels=together, nuisance=None, cases=cases)
-        alone = fit(part, carried(part, *known))
-        cases = remembered(cases, alone)
-        for p, inner in zip(alone.problem.parameters, alone.theta, strict=True):
-            theta[names.index((p.name, p.case))] = inner
-    return at(replace(problem, nuisance=None, tracks=None), theta)
+    for _ in range(SWEEPS):
+        before = theta.copy()
+        for together in problem.sharing:
+            part = replace(problem, channels=together, nuisance=None, cases=cases)
+            alone = fit(part, carried(part, *known))
+            cases = remembered(cases, alone)
+            for p, inner in zip(alone.problem.parameters, alone.theta, strict=True):
+                theta[names.index((p.name, p.case))] = inner
+        whole = at(replace(problem, nuisance=None, tracks=None), theta)
+        if _channels_agree(whole, theta - before):
+            break
+        known = (whole,)
+    return whole
+
+
+def _channels_agree(fitted: Fit, moved: Floats) -> bool:
+    """Whether what was fitted after each channel would move its parameters by a part of their standard errors at most.
+
+    moved: by how much the parameters were moved, channel after channel (parameter,).
+    """
+    problem = fitted.problem
+    groups = [{base.key for channel in of for base in channels()[channel].parameters} for of in problem.sharing]
+    group = np.array([next(i for i, keys in enumerate(groups) if p.key in keys) for p in problem.parameters])
+    for number, together in enumerate(problem.sharing):
+        rows = [np.arange(at.start, at.stop) for (_, c), at in problem.places.items() if c in together]
+        slopes = fitted.jacobian[np.concatenate(rows)]
+        own = slopes[:, (group == number) & ~fitted.pressed]
+        step, *_ = np.linalg.lstsq(own, slopes @ np.where(group > number, moved, 0.0))
+        if np.any(np.abs(step) * np.linalg.norm(own, axis=0) > AGREED):
+            return False
+    return True

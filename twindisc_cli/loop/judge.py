@@ -177,7 +177,7 @@ def revised_fit(fitted: Fit, before: Fit) -> Fit:
     """The revised model: what was found is declared, as the revised definition will say, the base fitted anew."""
     cases = [revised_case(case, fitted) for case in before.problem.cases]
     tracks = fitted.followed.tracks
-    return plain_fit(replace(before.problem, cases=cases, tracks=tracks), fitted, before)
+    return plain_fit(replace(before.problem, cases=cases, tracks=tracks), before, fitted)
 
 
 def revised_case(case: Case, fitted: Fit) -> Case:
