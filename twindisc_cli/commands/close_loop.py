@@ -146,12 +146,12 @@ def summary(diagnosis: Diagnosis) -> list[str]:
     lines += [f"predicted, used in nothing: {_predicted_line(predicted)}" for predicted in diagnosis.predictions]
     if diagnosis.next_experiment is not None:
         lines.append(f"next: {diagnosis.next_experiment.why}")
-    room = LINES - len(lines)
     notes = [f"note: {note}" for note in diagnosis.notes]
+    room = max(LINES - len(lines), 1)
     if len(notes) > room:
-        kept = notes[: max(room - 1, 0)]
+        kept = notes[: room - 1]
         notes = [*kept, f"{len(notes) - len(kept)} {'more ' if kept else ''}notes in close-loop.html"]
-    return (lines + notes)[:LINES]
+    return [*lines[: LINES - len(notes)], *notes]
 
 
 def _predicted_line(predicted: PredictedErrors) -> str:
@@ -175,7 +175,8 @@ def _error_line(channel: str, error: ChannelError) -> str:
     noise = f"noise {number(error.noise)}{' (assumed)' * error.assumed}"
     known = np.isfinite(error.before_step_mu)
     stepwise = f" (before, with mu of each step: {number(error.before_step_mu)})" if known else ""
-    return f"{channel}: {fitted}{stepwise}, held out {_before_after(error)}, {noise}"
+    held_out = f", held out {_before_after(error)}" if np.isfinite(error.held_out_before) else ""
+    return f"{channel}: {fitted}{stepwise}{held_out}, {noise}"
 
 
 def _term_line(term: FoundTerm) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import replace
 from time import monotonic
 
@@ -75,10 +75,10 @@ def diagnose(
     before = {channel: unexplained_residual(outcome.search.base.fit, channel) for channel in outcome.problem.channels}
     left, scattered = _left(outcome, before), step_scatter(outcome.answer.fit)
     weights = {name: weighed(outcome.compared, name) for name in outcome.answer.terms}
-    effects, laws = _found(outcome, weights)
-    not_excluded = _not_excluded(outcome)
     others = [*(case_of(test) for test in predict), *([unseen] if unseen else [])]
     predictions = [_prediction(outcome, case) for case in others]
+    effects, laws = _found(outcome, weights, _contradicted(predictions[-1]) if unseen else set())
+    not_excluded = _not_excluded(outcome)
     free = free_zero.with_free_zero(outcome.sure)
     progress("next experiment", 0.95)
     return Diagnosis(
@@ -92,7 +92,7 @@ def diagnose(
         curves=_curves(outcome),
         p_values={channel: rest.p_value for channel, rest in before.items()},
         held_out_steps={test.name: steps_withheld(test) for test in tests},
-        notes=[*_notes(outcome, effects, laws, weights, others, free), *predicted_badly(predictions)],
+        notes=[*predicted_badly(predictions), *_notes(outcome, effects, laws, weights, others, free)],
         next_experiment=_next(outcome, weights, left),
         validation=predictions[-1] if unseen else None,
         step_scatter=scattered,
@@ -148,8 +148,13 @@ def _listed(rest: Residual) -> list[Unexplained]:
 # ------------------------------------------------------------------------------------------------- what was found
 
 
-def _found(outcome: Outcome, weights: Mapping[str, Weighed]) -> tuple[list[FoundEffect], list[FoundLaw]]:
-    """Effects and laws of the answer, each with what cannot be separated from it."""
+def _found(
+    outcome: Outcome, weights: Mapping[str, Weighed], contradicted: Container[str]
+) -> tuple[list[FoundEffect], list[FoundLaw]]:
+    """Effects and laws of the answer, each with what cannot be separated from it.
+
+    contradicted: channels that another history shows to be predicted worse than without the answer.
+    """
     effects, laws = [], []
     for name in outcome.answer.terms:
         effect = outcome.answer.effect(name)
@@ -157,9 +162,13 @@ def _found(outcome: Outcome, weights: Mapping[str, Weighed]) -> tuple[list[Found
         remains = outcome.compared.remains(channel)
         probability, rivals = weights[name].probability, weights[name].alternatives
         probability *= 1.0 - remains
+        if channel in contradicted:
+            probability = min(probability, RESAMPLING.contradicted)
         strength = _strength(outcome, name, probability, rivals)
         if isinstance(effect, Trial):
-            laws.append(_law(outcome, name, effect, probability, rivals, strength, remains))
+            law = _law(outcome, name, effect, probability, rivals, strength, remains)
+            here = replace(law, law=replace(law.law, transfer="same_history"))
+            laws.append(here if channel in contradicted else law)
         else:
             parameters = term_parameters(outcome.sure, name)
             strength = "possible" if unfixed(effect, parameters) else strength
@@ -472,6 +481,10 @@ def _notes_on(case: Case) -> Iterator[str]:
     """What one test does not say, or what is assumed of it."""
     test = case.test
     for channel, noise in case.noise.items():
+        dropped = int(np.sum(~noise.kept))
+        if dropped:
+            label = channels()[channel].label
+            yield f"{dropped} {'samples' if dropped > 1 else 'sample'} of the {label} far from the others left out"
         if not noise.estimated:
             yield (
                 f"the {channel} has no scatter to estimate its noise from; one percent of its size is "
@@ -579,10 +592,23 @@ def predicted_badly(predictions: Sequence[PredictedErrors]) -> list[str]:
     ]
 
 
+def _contradicted(predicted: PredictedErrors) -> set[str]:
+    """Channels that the base model predicts better than the answer, with the level of the test known, too."""
+    own = predicted.at_own_level
+    return {channel for channel, e in predicted.errors.items() if _is_worse(e) and _is_worse(own[channel])}
+
+
+def _is_worse(error: ChannelError) -> bool:
+    """Whether the answer predicts worse than the base model, and than the noise."""
+    return error.held_out_after > max(
+        (1.0 + ACCEPTANCE.growth) * error.held_out_before, ACCEPTANCE.predicted * error.noise
+    )
+
+
 def _how_badly(error: ChannelError, at_own_level: ChannelError) -> str:
     """What is wrong with a prediction, if anything; at_own_level: the same with the level of the test known."""
     before, after = error.held_out_before, error.held_out_after
-    if after > max((1.0 + ACCEPTANCE.growth) * before, ACCEPTANCE.predicted * error.noise):
+    if _is_worse(error):
         return f"predicted worse than by the base model, {after / before:.2f} times its error"
     missed = min(after, at_own_level.held_out_after) / error.noise
     if missed > ACCEPTANCE.missed:

@@ -30,6 +30,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dtrtrs
+from scipy.ndimage import median_filter
 from scipy.sparse import csr_array
 from scipy.special import logsumexp
 
@@ -309,6 +310,7 @@ def estimate(
     assumed = Noise(ASSUMED_SHARE * size, 0.0, kept, position[back], series[back], estimated=False)
     if free < FEWEST_FREE:
         return assumed
+    kept = _without_spikes(values, series)
     for _ in range(PASSES):
         left = detrended(values, trend, kept)
         paid = np.sqrt(kept.sum() / max(kept.sum() - trend.shape[1], 1))
@@ -464,6 +466,19 @@ def scatter(values: Floats) -> float:
 def detrended(values: Floats, trend: Floats, kept: Mask) -> Floats:
     """Values without the trend (sample, column) that fits those that are kept."""
     return np.asarray(values - trend @ np.linalg.lstsq(trend[kept], values[kept], rcond=None)[0])
+
+
+def _without_spikes(values: Floats, series: Ints) -> Mask:
+    """The samples near the running median, which a few in a row do not move: a rich trend would bend to spikes.
+
+    It follows jumps and whatever rises or falls; far is what is far for a change from sample to sample. Many such
+    samples are no spikes.
+    """
+    width = 2 * LONGEST_OUTLIER + 3
+    medians = [median_filter(values[series == one], size=width, mode="nearest") for one in np.unique(series)]
+    off = values - np.concatenate(medians)
+    near = np.abs(off) <= FAR * scatter(np.diff(values))
+    return near if np.mean(near) >= 1.0 - MOST_OUTLIERS else np.ones(len(values), dtype=bool)
 
 
 def _without_outliers(record: _Record, trend: Floats, kept: Mask) -> Mask:

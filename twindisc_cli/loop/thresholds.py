@@ -179,6 +179,8 @@ class Resampling:
     none_of_these           probability that what was found follows something that is not among the explanations: of
                             303 of the seeds 13, 909, 2024, 4242 and 31415, 103 had a share above 0.97, of which 93 %
                             were right; the calibration error falls from 0.064 to 0.038 with it.
+    contradicted            probability at most of what shows in a channel that another history, given to judge, is
+                            predicted better in without it: as likely as not. Not calibrated.
     rival_share             probability from which on an explanation is named as an alternative.
     set_share               probability at which a set ends: of the names in halves and thirds of the measured records
                             84 % are then in each other's sets.
@@ -199,6 +201,7 @@ class Resampling:
     share_error: float = 0.1
     law_before_effect: float = 1.5
     none_of_these: float = 0.05
+    contradicted: float = 0.5
     rival_share: float = 0.05
     set_share: float = 0.8
     small_set: int = 3
