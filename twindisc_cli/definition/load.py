@@ -38,6 +38,10 @@ from twindisc_cli.physics.half_space import ContactError
 from twindisc_cli.quantities import CELSIUS, UNITS
 from twindisc_cli.reading import LARGEST_DEFINITION, read_regular
 
+NEAR_KELVIN = 25.0
+"""By how much the first temperature of a record in kelvin may miss that of the disc [K]."""
+SOON = 0.05  # of the test: a record that begins later begins with a warm disc
+
 
 def load(path: Path | str) -> Test:
     """Read a test definition and the measured data it names.
@@ -74,13 +78,15 @@ def load_text(text: str, path: Path, *, as_recorded: bool = False) -> Test:
     resolved = _resolved(definition, rig)
     _check_hold_out(definition, recorded.history, path)
     held_out = definition.loop.hold_out_steps
+    thermal = _thermal(definition.thermal) if definition.thermal else None
+    _check_unit(recorded, thermal, path)
     experiment = Experiment(
         name=definition.test.name,
         description=definition.test.description,
         rig=rig,
         history=recorded.history,
         options=_options(definition, rig),
-        thermal=_thermal(definition.thermal) if definition.thermal else None,
+        thermal=thermal,
         effects=resolved.get("effects", {}),
         laws={name: _law(table, recorded.measured.columns) for name, table in definition.laws.items()},
         tolerances=_tolerances(definition.rig, definition.material),
@@ -122,6 +128,20 @@ def _check_hold_out(definition: DefinitionBase, history: History, path: Path) ->
     if beyond:
         what = f"there is no step {beyond[0]}; the history found has {steps}"
         raise DefinitionError(Problem(what, path, 0, "loop.hold_out_steps"))
+
+
+def _check_unit(recorded: measurement.Recorded, thermal: Thermal | None, path: Path) -> None:
+    """A disc that begins hotter than it is said to by 273 K is in kelvin, whatever is written."""
+    samples = recorded.measured.temperature
+    if samples is None or thermal is None or samples.time[0] > SOON * recorded.history.end_time[-1]:
+        return
+    first = float(samples.temperature[0])
+    if abs(first - thermal.initial_temperature - CELSIUS) < NEAR_KELVIN:
+        what = (
+            f"begins with {first - CELSIUS:.4g} degC where the disc begins with "
+            f"{thermal.initial_temperature - CELSIUS:.4g}: are its values in kelvin? then its column is temperature [K]"
+        )
+        raise DefinitionError(Problem(what, path, 0, "measured.temperature"))
 
 
 def _text(path: Path) -> str:
