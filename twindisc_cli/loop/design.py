@@ -68,9 +68,9 @@ def next_for_set(alive: Sequence[Sequence[tuple[Fit, float]]], names: Sequence[s
     helps = wanted is not None and more[wanted] ** 2 > 2.0 * separation**2
     rivals = (names[closest[0]], names[closest[1]])
     each = f" in each of {len(alive)} tests" if len(alive) > 1 else ""
-    own = "" if first.test.history.is_constant else ", all at the load, the speed and the yaw of the rig"
+    label = best[1] + ("" if first.test.history.is_constant else ", all at the load, the speed and the yaw of the rig")
     why = (
-        f"{best[1]}{own}: expected to separate {rivals[0]} from {rivals[1]} by {separation:.1f} standard deviations{each} "
+        f"{label}: expected to separate {rivals[0]} from {rivals[1]} by {separation:.1f} standard deviations{each} "
         f"(this history again: {_length(now[3][closest]):.1f}{TEMPERED * (_length(now[3][closest]) > CLEAR)})"
     )
     if separation < HARDLY:
