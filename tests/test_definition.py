@@ -37,7 +37,9 @@ def only_problem(text: str, needle: str) -> str:
 
 
 @pytest.mark.parametrize(("first", "begin"), [(10, 20.0), (100, 20.0), (10, 290.0)])
-def test_a_record_in_kelvin_is_refused_and_a_disc_that_begins_hot_is_not(tmp_path: Path, first: int, begin: float) -> None:
+def test_a_record_in_kelvin_is_refused_and_a_disc_that_begins_hot_is_not(
+    tmp_path: Path, first: int, begin: float
+) -> None:
     """A new disc is as warm as the definition says; one that has run, or that is said to be hot, may be 293 degC."""
     text = changed(environment_temperature_C=f"environment_temperature_C = 20.0\ninitial_temperature_C = {begin}")
     path = write(tmp_path, text, temperature=f"time [s],temperature [degC]\n{first},293.2\n150,301\n300,322\n")

@@ -9,6 +9,7 @@ from time import monotonic
 import numpy as np
 
 from twindisc_cli.effects import catalogue
+from twindisc_cli.laws.covariates import covariate_of
 from twindisc_cli.laws.law import Law, formula_text, law_key, warnings
 from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop import free_zero
@@ -39,6 +40,7 @@ from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.holdout import steps_withheld
 from twindisc_cli.loop.intervals import base_parameters
 from twindisc_cli.loop.judge import Kind
+from twindisc_cli.loop.learn import confounded
 from twindisc_cli.loop.levels import levels_of
 from twindisc_cli.loop.mixture import Mixture
 from twindisc_cli.loop.problem import Case, case_of
@@ -78,6 +80,7 @@ def diagnose(
     others = [*(case_of(test) for test in predict), *([unseen] if unseen else [])]
     predictions = [_prediction(outcome, case) for case in others]
     effects, laws = _found(outcome, weights, _contradicted(predictions[-1]) if unseen else set())
+    laws, together = _of_this_history(outcome, laws, unseen)
     not_excluded = _not_excluded(outcome)
     free = free_zero.with_free_zero(outcome.sure)
     progress("next experiment", 0.95)
@@ -92,7 +95,7 @@ def diagnose(
         curves=_curves(outcome),
         p_values={channel: rest.p_value for channel, rest in before.items()},
         held_out_steps={test.name: steps_withheld(test) for test in tests},
-        notes=[*predicted_badly(predictions), *_notes(outcome, effects, laws, weights, others, free)],
+        notes=[*predicted_badly(predictions), *together, *_notes(outcome, effects, laws, weights, others, free)],
         next_experiment=_next(outcome, weights, left),
         validation=predictions[-1] if unseen else None,
         step_scatter=scattered,
@@ -178,6 +181,22 @@ def _found(
                 FoundEffect(term.name, channel, parameters, tuple(rivals), probability, strength, remains, term.test)
             )
     return effects, laws
+
+
+def _of_this_history(
+    outcome: Outcome, laws: Sequence[FoundLaw], unseen: Case | None
+) -> tuple[list[FoundLaw], list[str]]:
+    """The laws, those as of this history alone whose covariate runs as another does in all tests; notes that say so."""
+    predictions = [*outcome.judged.prediction("after")]
+    predictions += [predict_test(unseen, outcome.judged.after).prediction] if unseen else []
+    found, notes = [], []
+    for law in laws:
+        names = confounded(predictions, law.law.quantity, law.law.covariate)
+        found.append(replace(law, law=replace(law.law, transfer="same_history")) if names else law)
+        if names:
+            labels = " and ".join(covariate_of(name).label for name in names)
+            notes.append(f"{law.name}: {labels} runs with it on this history, and may be what counts")
+    return found, notes
 
 
 def _not_excluded(outcome: Outcome) -> list[Alternative]:

@@ -394,14 +394,25 @@ def _searched(problem: Problem, predictions: list[Prediction], shown: Container[
                 yield quantity, covariate
 
 
-def equal_here(here: list[Prediction], quantity: str, covariate: str, other: Prediction) -> list[str]:
-    """Covariates of a quantity that run as one does in all tests here, and do not in another."""
+def proportional(predictions: list[Prediction], quantity: str, covariate: str) -> list[str]:
+    """Other covariates of a quantity that run as one does in all tests."""
     if covariate == "y_over_edge":
         return []
-    of, one = QUANTITIES[quantity], (_unit(here, covariate), _unit([other], covariate))
-    same = [name for name in of.covariates if name not in (covariate, "y_over_edge")]
-    same = [name for name in same if np.allclose(_unit(here, name), one[0], atol=1e-6)]
-    return [name for name in same if not np.allclose(_unit([other], name), one[1], atol=1e-6)]
+    unit = _unit(predictions, covariate)
+    others = [name for name in QUANTITIES[quantity].covariates if name not in (covariate, "y_over_edge")]
+    return [name for name in others if np.allclose(_unit(predictions, name), unit, atol=1e-6)]
+
+
+def equal_here(here: list[Prediction], quantity: str, covariate: str, other: Prediction) -> list[str]:
+    """Covariates of a quantity that run as one does in all tests here, and do not in another."""
+    there = proportional([other], quantity, covariate)
+    return [name for name in proportional(here, quantity, covariate) if name not in there]
+
+
+def confounded(predictions: list[Prediction], quantity: str, covariate: str) -> list[str]:
+    """Those that are proportional, and not the same numbers, as time is where nothing paused."""
+    names = proportional(predictions, quantity, covariate)
+    return [n for n in names if not np.array_equal(_along(predictions, n), _along(predictions, covariate))]
 
 
 def covariates_of(problem: Problem, quantity: str) -> list[str]:

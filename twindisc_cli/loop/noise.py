@@ -310,11 +310,8 @@ def estimate(
     assumed = Noise(ASSUMED_SHARE * size, 0.0, kept, position[back], series[back], estimated=False)
     if free < FEWEST_FREE:
         return assumed
-    kept = _without_spikes(values, series)
-    for _ in range(PASSES):
-        left = detrended(values, trend, kept)
-        paid = np.sqrt(kept.sum() / max(kept.sum() - trend.shape[1], 1))
-        kept = np.abs(left) <= FAR * max(paid * scatter(left[kept]), 1e-300)
+    starts = kept, _without_spikes(values, series)
+    kept = max((_near_trend(values, trend, start) for start in starts), key=np.sum)
     record = _Record(values, position, series, correlated)
     tried = [(t[order], _without_outliers(record, t[order], kept)) for t in trends]
     trend, kept = min(tried, key=lambda t: _criterion(record, *t))
@@ -468,11 +465,20 @@ def detrended(values: Floats, trend: Floats, kept: Mask) -> Floats:
     return np.asarray(values - trend @ np.linalg.lstsq(trend[kept], values[kept], rcond=None)[0])
 
 
+def _near_trend(values: Floats, trend: Floats, kept: Mask) -> Mask:
+    """The samples that are not far from the trend (sample, column) of those that are kept, in a few passes."""
+    for _ in range(PASSES):
+        left = detrended(values, trend, kept)
+        paid = np.sqrt(kept.sum() / max(kept.sum() - trend.shape[1], 1))
+        kept = np.abs(left) <= FAR * max(paid * scatter(left[kept]), 1e-300)
+    return kept
+
+
 def _without_spikes(values: Floats, series: Ints) -> Mask:
     """The samples near the running median, which a few in a row do not move: a rich trend would bend to spikes.
 
     It follows jumps and whatever rises or falls; far is what is far for a change from sample to sample. Many such
-    samples are no spikes.
+    samples are no spikes. Quick turns look like spikes here, and a trend without them leaves out more than with them.
     """
     width = 2 * LONGEST_OUTLIER + 3
     medians = [median_filter(values[series == one], size=width, mode="nearest") for one in np.unique(series)]
