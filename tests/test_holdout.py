@@ -203,6 +203,7 @@ class Missed(Judged):
     """A base and a revised model that miss held-out samples of known noise by so much."""
 
     sizes: dict[str, tuple[float, float]]
+    samples = 240
 
     @classmethod
     def by(cls, **sizes: tuple[float, float]) -> Missed:
@@ -213,7 +214,7 @@ class Missed(Judged):
         return missed
 
     def misses(self, channel: str, kind: Kind, *, held_out: bool, decided: bool = False) -> Floats:
-        drawn = np.random.default_rng(len(channel)).standard_normal(240)
+        drawn = np.random.default_rng(len(channel)).standard_normal(self.samples)
         return self.sizes[channel][kind == "unseen_after"] * drawn / np.sqrt(np.mean(drawn**2))
 
     def noise(self, channel: str) -> float:
@@ -224,6 +225,19 @@ def test_what_is_predicted_within_its_noise_is_no_rise() -> None:
     assert Missed.by(traction=(1.0, 1.14)).rises(held_out=True) == []
     assert Missed.by(traction=(1.0, 1.14)).rises(held_out=False) == ["traction"]
     assert Missed.by(traction=(1.0, 1.17)).rises(held_out=True) == ["traction"]
+
+
+class FewMissed(Missed):
+    """Of 14 weighings."""
+
+    samples = 14
+
+
+def test_a_rise_by_which_chi2_hardly_grows_is_chance_in_samples_that_were_fitted() -> None:
+    """14 times 1.07^2 - 1 is 2.0; 14 times 1.3^2 - 1 is 9.7, and is none."""
+    assert FewMissed.by(mass=(1.0, 1.07)).rises(held_out=False) == []
+    assert FewMissed.by(mass=(1.0, 1.3)).rises(held_out=False) == ["mass"]
+    assert Missed.by(mass=(1.0, 1.07)).rises(held_out=False) == ["mass"]
 
 
 def test_a_small_rise_in_one_channel_is_chance_where_all_together_are_predicted_better() -> None:

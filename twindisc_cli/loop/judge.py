@@ -107,15 +107,21 @@ class Judged:
         """Channels in which the revised model errs more than the base, on samples held out or on the others.
 
         Both are fitted without the samples held out. Those that are predicted within their noise judge nothing. A small
-        rise is up to chance where all channels together are predicted better.
+        rise is up to chance where all channels together are predicted better, and so is one of samples fitted by which
+        chi2 hardly grows, as that of seven weighings may, which share the wear coefficient with a profile.
         """
         better = held_out and self.fall > 0.0
         return [
             channel
             for channel, (before, after) in self._judging(held_out).items()
-            if not (held_out and rms(after) < ACCEPTANCE.predicted * self.noise(channel))
-            and rises(before, after, far=better)
+            if not self._is_chance(channel, before, after, held_out=held_out) and rises(before, after, far=better)
         ]
+
+    def _is_chance(self, channel: str, before: Floats, after: Floats, *, held_out: bool) -> bool:
+        noise = self.noise(channel)
+        if held_out:
+            return rms(after) < ACCEPTANCE.predicted * noise
+        return -fall(before, after, noise) < ACCEPTANCE.growth_chi2
 
     @cached_property
     def fall(self) -> float:

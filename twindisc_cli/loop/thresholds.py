@@ -121,6 +121,8 @@ class Acceptance:
                             twenty inputs of a test one is by chance in one test of a hundred.
     covariates_named        covariates named for an unexplained residual.
     growth, growth_at_most  growth of an error that counts where it is significant, and that counts in any case [1].
+    growth_chi2             growth of the chi2 of a channel's fitted samples up to which a rise is chance: two standard
+                            deviations of a parameter.
     foreign_state           error of the base model on held-out samples, over its error on those fitted, beyond which
                             they are of another state, where the revised model is no nearer to them.
     growth_errors           standard errors at which a growth of an error is significant.
@@ -146,6 +148,7 @@ class Acceptance:
     covariates_named: int = 2
     growth: float = 0.05
     growth_at_most: float = 0.2
+    growth_chi2: float = 4.0
     growth_errors: float = 1.0
     foreign_state: float = 2.0
     predicted: float = 1.15
