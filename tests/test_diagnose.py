@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from rigs import SPEED, Floats, Instruments, Plant, history, rig
 
-from twindisc_cli.loop.diagnose import diagnose, few_stops, predicted_badly
+from twindisc_cli.loop.diagnose import contradicted_by, diagnose, few_stops, predicted_badly
 from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis, FoundEffect, PredictedErrors
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import at
@@ -462,6 +462,21 @@ def test_twins_across_channels_are_named_together() -> None:
     assert found.verdict == "effects_found"
     told = {e.name for e in found.effects} | {str(a.term) for e in found.effects for a in e.alternatives}
     assert {"torque_offset", "heat_partition"} <= told
+
+
+@pytest.mark.parametrize(
+    ("after", "own", "contradicted"),
+    [(2.0, 2.0, {"traction"}), (1.1, 1.1, set()), (2.0, 0.9, set()), (0.5, 0.5, set())],
+)
+def test_what_is_predicted_worse_elsewhere_with_its_level_known_is_contradicted(
+    after: float, own: float, contradicted: set[str]
+) -> None:
+    """Errors over the noise: a worse one, one within the noise, one with another level, a better one."""
+    errors = [
+        {"traction": ChannelError("1", 1.0, 0.0, 1.0, 1.0, 1.5 if error > 1.2 else 1.0, error)}
+        for error in (after, own)
+    ]
+    assert contradicted_by(PredictedErrors("other", *errors, {})) == contradicted
 
 
 @pytest.mark.parametrize(("stops", "few"), [(3, True), (6, False)])

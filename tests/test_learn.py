@@ -17,7 +17,7 @@ from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.extend import with_one_more
 from twindisc_cli.loop.fit import fit, plain_fit
 from twindisc_cli.loop.holdout import without
-from twindisc_cli.loop.learn import LENGTHS, LEVELS, Pair, pairs, with_elsewhere
+from twindisc_cli.loop.learn import LENGTHS, LEVELS, Pair, confounded, pairs, with_elsewhere
 from twindisc_cli.loop.problem import Case, Problem, case_of
 from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.loop.validate import elsewhere
@@ -34,6 +34,19 @@ def seen(change: Floats, seed: int = 0) -> list[Pair]:
     samples = traction_samples(COURSE, TIME, ratio, SIGMA)
     test = experiment(COURSE, thermal=None, measured=Measured(traction=samples))
     return pairs(fit(Problem([case_of(test)], ("traction",))))
+
+
+def test_a_covariate_that_runs_as_another_does_is_named() -> None:
+    """At one creepage the dissipated power goes as the rolling speed; with a second creepage it does not."""
+    for creepage, names in ((0.02, ["rolling_speed"]), (np.array([0.02, 0.02, 0.04, 0.04]), [])):
+        course = history(creepage * np.ones(4), 1)
+        course = replace(course, speed_factor=np.array([0.5, 1.0, 2.0, 1.0]))
+        case = case_of(experiment(course, thermal=None, measured=Measured(traction=traction_samples(
+            course, time := spread(course, 5), np.full(len(time), 0.6), SIGMA))))  # fmt: skip
+        problem = Problem([case], ("traction",))
+        predictions = problem.predict(fit(problem).theta[None])
+        assert confounded(predictions, "wear", "power") == names
+        assert confounded(predictions, "mu", "time") == []
 
 
 @cache

@@ -276,6 +276,16 @@ def test_a_spike_at_the_start_of_a_step_is_an_outlier() -> None:
     assert np.mean(dropped) >= 0.9
 
 
+def test_spikes_side_by_side_are_dropped_and_not_their_neighbours() -> None:
+    """Two of 25 K after each other: a trend of the temperature of their step would go through one of them."""
+    time, found = spread(HISTORY, 5), []
+    for seed in range(10):
+        values = 300.0 + 0.15 * np.random.default_rng(seed).standard_normal(len(time))
+        values[[50, 51]] += 25.0
+        found.append(np.flatnonzero(~temperature_noise(with_temperature(values, time)).kept).tolist())
+    assert found.count([50, 51]) >= 9
+
+
 def test_outliers_are_dropped_where_samples_come_unsorted() -> None:
     rng = np.random.default_rng(2)
     unit, order = rng.standard_normal(len(TIME)), rng.permutation(len(TIME))

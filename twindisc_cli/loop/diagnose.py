@@ -79,7 +79,7 @@ def diagnose(
     weights = {name: weighed(outcome.compared, name) for name in outcome.answer.terms}
     others = [*(case_of(test) for test in predict), *([unseen] if unseen else [])]
     predictions = [_prediction(outcome, case) for case in others]
-    effects, laws = _found(outcome, weights, _contradicted(predictions[-1]) if unseen else set())
+    effects, laws = _found(outcome, weights, contradicted_by(predictions[-1]) if unseen else set())
     laws, together = _of_this_history(outcome, laws, unseen)
     not_excluded = _not_excluded(outcome)
     free = free_zero.with_free_zero(outcome.sure)
@@ -611,7 +611,7 @@ def predicted_badly(predictions: Sequence[PredictedErrors]) -> list[str]:
     ]
 
 
-def _contradicted(predicted: PredictedErrors) -> set[str]:
+def contradicted_by(predicted: PredictedErrors) -> set[str]:
     """Channels that the base model predicts better than the answer, with the level of the test known, too."""
     own = predicted.at_own_level
     return {channel for channel, e in predicted.errors.items() if _is_worse(e) and _is_worse(own[channel])}
