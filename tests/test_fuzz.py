@@ -3,8 +3,8 @@
 import fuzz
 import pytest
 
-PART = {"definitions": 200, "tables": 200, "imports": 75, "campaigns": 75, "results": 150, "physics": 15, "loops": 2}
-PART |= {"kills": 3, "impossible": 15, "combined": 15, "odd": 25}
+PART = {"definitions": 400, "tables": 400, "imports": 150, "campaigns": 150, "results": 300, "physics": 25, "loops": 2}
+PART |= {"kills": 3, "impossible": 25, "combined": 25, "odd": 40}
 
 
 @pytest.mark.parametrize("kind", PART)

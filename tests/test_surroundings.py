@@ -175,7 +175,7 @@ TEXTS = {
     "a dotted table": "[" + ".".join("a" * 3000) + "]",
     "a key of 100,000 letters": "a" * 100_000 + " = 1",
     "a line of 1,000,000 letters": 'a = "' + "b" * 1_000_000 + '"',
-    "2,000 unknown keys": "\n".join(f"a{i} = {i}" for i in range(2_000)),
+    "10,000 unknown keys": "\n".join(f"a{i} = {i}" for i in range(10_000)),
     "10,000 steps": "[history]\nsteps = [" + "{ creepage_percent = -200 }," * 10_000 + "]",
     "10,000 laws": "\n".join(f'[laws.a{i}]\nquantity = "x"' for i in range(2_000)),
     "an odd key": '"\\u001b[2J\\u202e" = 1',
