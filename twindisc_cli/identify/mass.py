@@ -65,14 +65,14 @@ class MassFit:
 def worn_mass(model: ForwardModel, prediction: Prediction) -> Floats:
     """The mass loss [kg] of a prediction at the weighings of its test, (set, sample)."""
     samples = _weighed(model)
-    return np.asarray(_density(model, samples) * _volume(model, prediction, samples))
+    return np.asarray(model.experiment.rig.density_of(samples.disc) * _volume(model, prediction, samples))
 
 
 def weighed_volume(model: ForwardModel) -> tuple[Ints, Floats, Floats]:
     """Iterations after which was weighed, the volume [m3] that the discs lost by then, its standard error; (stop,)."""
     samples = _weighed(model)
     stops, stop = np.unique(samples.iteration, return_inverse=True)
-    density = _density(model, samples)
+    density = model.experiment.rig.density_of(samples.disc)
     volume = np.asarray(np.bincount(stop, samples.loss / density), dtype=float)
     return stops, volume, np.sqrt(np.bincount(stop, (samples.uncertainty / density) ** 2))
 
@@ -155,11 +155,6 @@ def _weighed(model: ForwardModel) -> MassSamples:
     if samples is None:
         raise MeasurementError("no mass was measured; name its file under [measured]")
     return samples
-
-
-def _density(model: ForwardModel, samples: MassSamples) -> Floats:
-    rig = model.experiment.rig
-    return np.where(samples.disc == 1, rig.disc1.density, rig.disc2.density)
 
 
 def _volume(model: ForwardModel, prediction: Prediction, samples: MassSamples) -> Floats:

@@ -51,6 +51,7 @@ from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm, Term, join
 from twindisc_cli.loop.thresholds import ACCEPTANCE, RESAMPLING, SEARCH
 from twindisc_cli.loop.validate import PredictedTest, at_its_own_level, drawn_levels, predict_test, rms
 from twindisc_cli.model.experiment import Experiment
+from twindisc_cli.model.forward import Prediction
 
 PLACES = 60  # on the axis of a curve that is drawn
 DRAWS = 400  # of a band that is drawn
@@ -79,8 +80,11 @@ def diagnose(
     weights = {name: weighed(outcome.compared, name) for name in outcome.answer.terms}
     others = [*(case_of(test) for test in predict), *([unseen] if unseen else [])]
     predictions = [_prediction(outcome, case) for case in others]
-    effects, laws = _found(outcome, weights, contradicted_by(predictions[-1]) if unseen else set())
-    laws, together = _of_this_history(outcome, laws, unseen)
+    contradicted = contradicted_by(predictions[-1]) if unseen else set()
+    effects, laws = _found(outcome, weights, contradicted)
+    elsewhere = [predict_test(case, outcome.judged.after) for case in others] if laws else []
+    separating = [*outcome.judged.prediction("after"), *(e.prediction for e in elsewhere[-1:] if unseen)]
+    laws, together = _of_this_history(laws, contradicted, separating)
     not_excluded = _not_excluded(outcome)
     free = free_zero.with_free_zero(outcome.sure)
     progress("next experiment", 0.95)
@@ -95,7 +99,7 @@ def diagnose(
         curves=_curves(outcome),
         p_values={channel: rest.p_value for channel, rest in before.items()},
         held_out_steps={test.name: steps_withheld(test) for test in tests},
-        notes=[*predicted_badly(predictions), *together, *_notes(outcome, effects, laws, weights, others, free)],
+        notes=[*predicted_badly(predictions), *together, *_notes(outcome, effects, laws, weights, elsewhere, free)],
         next_experiment=_next(outcome, weights, left),
         validation=predictions[-1] if unseen else None,
         step_scatter=scattered,
@@ -169,9 +173,7 @@ def _found(
             probability = min(probability, RESAMPLING.contradicted)
         strength = _strength(outcome, name, probability, rivals)
         if isinstance(effect, Trial):
-            law = _law(outcome, name, effect, probability, rivals, strength, remains)
-            here = replace(law, law=replace(law.law, transfer="same_history"))
-            laws.append(here if channel in contradicted else law)
+            laws.append(_law(outcome, name, effect, probability, rivals, strength, remains))
         else:
             parameters = term_parameters(outcome.sure, name)
             strength = "possible" if unfixed(effect, parameters) else strength
@@ -184,15 +186,17 @@ def _found(
 
 
 def _of_this_history(
-    outcome: Outcome, laws: Sequence[FoundLaw], unseen: Case | None
+    laws: Sequence[FoundLaw], contradicted: Container[str], predictions: list[Prediction]
 ) -> tuple[list[FoundLaw], list[str]]:
-    """The laws, those as of this history alone whose covariate runs as another does in all tests; notes that say so."""
-    predictions = [*outcome.judged.prediction("after")]
-    predictions += [predict_test(unseen, outcome.judged.after).prediction] if unseen else []
+    """The laws, those as of this history alone that another contradicts, or whose covariate runs as another does.
+
+    Of the latter notes say so. predictions: of the tests in which these would have to run apart.
+    """
     found, notes = [], []
     for law in laws:
         names = confounded(predictions, law.law.quantity, law.law.covariate)
-        found.append(replace(law, law=replace(law.law, transfer="same_history")) if names else law)
+        alone = bool(names) or law.channel in contradicted
+        found.append(replace(law, law=replace(law.law, transfer="same_history")) if alone else law)
         if names:
             labels = " and ".join(covariate_of(name).label for name in names)
             notes.append(f"{law.name}: {labels} runs with it on this history, and may be what counts")
@@ -467,13 +471,13 @@ def _notes(
     effects: Sequence[FoundEffect],
     laws: Sequence[FoundLaw],
     weights: Mapping[str, Weighed],
-    others: Sequence[Case],
+    elsewhere: Sequence[PredictedTest],
     free: Fit | None,
 ) -> list[str]:
-    """What the reader must know to weigh the verdict; others: tests that are predicted; free: with a free zero."""
+    """What the reader must know to weigh the verdict; elsewhere: tests that laws predict; free: with a free zero."""
     cases = outcome.problem.cases
     notes = [*_refused(outcome), *inputs_off(outcome.answer.fit), *_unfixed(effects), *_equal_covariates(weights)]
-    notes += [note for other in others for note in _warned(outcome, laws, other)]
+    notes += [note for predicted in elsewhere for note in _warned(laws, predicted)]
     notes += [f"{case.test.name}: {note}" for case in cases for note in _notes_on(case)]
     notes += free_zero.notes(outcome.sure, free) if free else []
     notes += few_stops(outcome.answer, stops_of_wear(cases))
@@ -636,7 +640,7 @@ def _how_badly(error: ChannelError, at_own_level: ChannelError) -> str:
     return ""
 
 
-def _warned(outcome: Outcome, laws: Sequence[FoundLaw], case: Case) -> list[str]:
+def _warned(laws: Sequence[FoundLaw], predicted: PredictedTest) -> list[str]:
     """Where a test goes beyond what a law was learnt on."""
-    name, state = case.test.name, predict_test(case, outcome.judged.after).prediction.state
+    name, state = predicted.case.test.name, predicted.prediction.state
     return warnings({law.name: law.law for law in laws if law.test in ("", name)}, state, name)

@@ -160,8 +160,8 @@ def _halves(better: Explanation, before: Explanation, tried: Sequence[Explanatio
     free = [e for e in new if not e.fit.at_bound]
     large = [e for e in free if before.fit.chi2 - e.fit.chi2 > SEARCH.replaced_share * taken][: SEARCH.replacements]
     known = {*better.terms, *(e.terms[-1] for e in large)}
-    contacts = [n for n, e in catalogue().items() if e.stage == "contact" and n not in known]
-    contacts = [n for n in contacts if before.fit.problem.shown_in(catalogue()[n]) == channel]
+    shown_in, every = before.fit.problem.shown_in, catalogue().items()
+    contacts = [n for n, e in every if e.stage == "contact" and shown_in(e) == channel and n not in known]
     return [*large, *(with_one_more(before, p) for p in effects(before.fit, contacts))]
 
 

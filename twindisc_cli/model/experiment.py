@@ -109,6 +109,10 @@ class Rig:
         """E*, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa]."""
         return 1.0 / sum((1.0 - disc.poisson_ratio**2) / disc.youngs_modulus for disc in (self.disc1, self.disc2))
 
+    def density_of(self, disc: Ints) -> Floats:
+        """Density [kg/m3] of each disc by its number, 1 or 2; NaN where it is not stated."""
+        return np.where(disc == 1, self.disc1.density, self.disc2.density)
+
     @property
     def is_line(self) -> bool:
         """Whether the discs touch along a line: both straight, or one as hollow as the other is round."""

@@ -168,8 +168,8 @@ class ForwardModel:
         profile, mass, rig = self.experiment.measured.profile, self.experiment.measured.mass, self.experiment.rig
         sections = [] if profile is None else recorded_sections(profile)
         if mass is not None:
-            density = {1: rig.disc1.density, 2: rig.disc2.density}
-            lost = sum(float(mass.loss[mass.disc == disc].max()) / density[disc] for disc in np.unique(mass.disc))
+            volume = mass.loss / rig.density_of(mass.disc)
+            lost = sum(float(volume[mass.disc == disc].max()) for disc in np.unique(mass.disc))
             by_then = float(slid[mass.iteration.max() - 1])
             grown = float(slid[-1]) / by_then if by_then > 0.0 else 1.0
             sections.append(grown * lost / (2.0 * np.pi * self.radius))

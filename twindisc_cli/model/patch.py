@@ -150,7 +150,8 @@ class WeightedPaths(Paths):
     def first(self) -> Paths:  # noqa: D102
         return replace(self, weights=[weight[:1] for weight in self.weights])
 
-    def of_each(self, quantity: Callable[..., Floats], section: Floats, load_ratio: Floats, *where: Floats) -> Floats:  # noqa: D102
+    def of_each(self, quantity: Callable[..., Floats], section: Floats, load_ratio: Floats, *where: Floats) -> Floats:
+        """The sum over the parts, by their weights."""
         results = [quantity(path, section, load_ratio, *where) for path in self.parts]
         extra = results[0].ndim - section.ndim
         parts = [w[(..., *[None] * extra)] * f for w, f in zip(self.weights, results, strict=True)]
@@ -178,7 +179,8 @@ class OwnPaths(Paths):
     def first(self) -> Paths:  # noqa: D102
         return self.sets[0].first
 
-    def of_each(self, quantity: Callable[..., Floats], section: Floats, load_ratio: Floats, *where: Floats) -> Floats:  # noqa: D102
+    def of_each(self, quantity: Callable[..., Floats], section: Floats, load_ratio: Floats, *where: Floats) -> Floats:
+        """Of each set by its own paths."""
         rows = zip(self.sets, section, np.broadcast_to(load_ratio, section.shape), *where, strict=True)
         return np.concatenate([own.of_each(quantity, *(values[None] for values in row)) for own, *row in rows])
 

@@ -50,9 +50,9 @@ class Points:
 
     begins: 1 where a test begins, otherwise 0; own_time: time since then [s]; cycles are counted from there.
     time_in_step: time since the creepage of the history changed [s]; time_since_pause: since the test began or went on
-    after a pause, 0 in it [s]; greatest_creepage: the largest of the history so
-    far, without its sign [1]; order: number of the step, from 1; direction of the last change of the creepage's size:
-    1 up, -1 down, 0 before any; columns of the user's file; each (point,).
+    after a pause, 0 in it [s]; greatest_creepage: the largest of the history so far, without its sign [1]; order:
+    number of the step, from 1; direction of the last change of the creepage's size: 1 up, -1 down, 0 before any;
+    columns of the user's file; each (point,).
     of_traction: the point of every traction sample; of_temperature likewise; of_iteration: the last point of each.
     of_cut: the points at which the history is cut, which are all but those of samples with a creepage of their own.
     of_strips: of these, some of each iteration, its first and its last among them.
@@ -108,6 +108,10 @@ def operating_points(experiment: Experiment) -> Points:
     begins = np.diff(history.begin_time[iteration], prepend=-1.0) != 0.0
     changed = np.concatenate([[True], np.diff(history.creepage) != 0.0]) | (begin == history.begin_time)
     went_on = (begin == history.begin_time) | (np.diff(history.driven, prepend=False) & history.driven)
+
+    def since(begun: Mask) -> Floats:
+        return np.asarray(times - np.maximum.accumulate(np.where(begun, begin, 0.0))[iteration])
+
     traction = _replaced(_reading(history, cuts, traction_times, within=True), of_cut, own, of_own)
     temperature = _replaced(_reading(history, cuts, temperature_times, within=False), of_cut)
     of_strips = of_cut[_few(iteration[of_cut], max(FEWEST_OF_STRIPS, OF_STRIPS // len(ends)))]
@@ -119,10 +123,8 @@ def operating_points(experiment: Experiment) -> Points:
         creepage=creepage,
         cycles=summed(rate[iteration] * duration, begins),
         iteration=iteration,
-        time_in_step=times - np.maximum.accumulate(np.where(changed, begin, 0.0))[iteration],
-        time_since_pause=np.where(
-            history.driven[iteration], times - np.maximum.accumulate(np.where(went_on, begin, 0.0))[iteration], 0.0
-        ),
+        time_in_step=since(changed),
+        time_since_pause=np.where(history.driven[iteration], since(went_on), 0.0),
         greatest_creepage=_greatest(history)[iteration],
         order=np.asarray(history.step[iteration], dtype=float) + 1.0,
         direction=_direction(history)[iteration],
