@@ -468,6 +468,26 @@ def test_samples_without_times_are_drawn_over_creepage(tmp_path: Path) -> None:
     assert view.spans == []
 
 
+def test_the_line_of_the_model_has_a_gap_in_a_pause_without_samples(test: Test) -> None:
+    """The second step, from 168 s to 336 s, is a pause; the temperature is recorded in it, the traction is not."""
+    history = test.experiment.history
+    still = replace(history, revolutions=history.revolutions * (history.step != 1))
+    diagnosis = found(test)
+    traction, temperature, profile = diagnosis.curves
+    outside = (traction.covariates["time"] <= 168.0) | (traction.covariates["time"] > 336.0)
+    samples = {key: getattr(traction, key)[outside] for key in ("measured", "before", "after", "held_out", "kept")}
+    cut = replace(traction, **samples, covariates={key: of[outside] for key, of in traction.covariates.items()})
+    paused = replace(diagnosis, curves=[cut, temperature, profile])
+    views = views_of(paused, [replace(test.experiment, history=still)])
+    drawn = {view.channel: view.broken(view.traces[0].x, view.traces[0].after) for view in views}
+    x, y = drawn["traction"]
+    assert np.isnan(y).sum() == 1
+    assert 168.0 < x[np.isnan(y)].item() < 336.0
+    assert np.all(np.diff(x) > 0.0)
+    assert np.isfinite(drawn["temperature"][1]).all()
+    assert np.isfinite(drawn["profile"][1]).all()
+
+
 def test_tests_fitted_together_follow_each_other(tmp_path: Path) -> None:
     first, second = made(tmp_path, "one"), made(tmp_path, "two")
     diagnosis = replace(found(first), curves=[*curves(first), *curves(second)])

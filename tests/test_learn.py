@@ -266,7 +266,7 @@ def test_what_an_effect_of_several_sizes_promises_is_not_made_of_rounding(monkey
 
 LOADS = np.repeat([1.0, 2.0, 0.5, 1.0, 2.0, 0.5, 2.0, 1.0], 2)
 SPEEDS = np.repeat([1.0, 0.5, 1.0, 2.0, 0.5, 2.0, 1.0, 0.5], 2)
-TURNED = np.repeat([0.0, 1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0], 2)
+TURNED = np.repeat([1.0, 1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0], 2)
 STEP = COURSE.step.astype(float)
 
 

@@ -148,7 +148,7 @@ def test_what_the_history_alone_says_of_the_past() -> None:
     assert points.greatest_creepage[at] == pytest.approx([0.01, 0.03, 0.03, 0.03])
     assert points.time_in_step[points.of_iteration] == pytest.approx([10.0, 10.0, 20.0, 10.0])
     assert points.order[at].tolist() == [1.0, 2.0, 2.0, 3.0]
-    assert points.direction[at].tolist() == [0.0, 1.0, 1.0, -1.0]
+    assert points.direction[at].tolist() == [1.0, 1.0, 1.0, -1.0]
 
 
 def test_a_pause_does_not_turn_the_creepage() -> None:
@@ -156,7 +156,7 @@ def test_a_pause_does_not_turn_the_creepage() -> None:
     course = history([0.03, 0.01, 0.0, 0.01, 0.02], 1)
     still = replace(course, revolutions=course.revolutions * (np.arange(5) != 2))
     points = operating_points(sampled(still, None))
-    assert points.direction[points.of_iteration].tolist() == [0.0, -1.0, -1.0, -1.0, 1.0]
+    assert points.direction[points.of_iteration].tolist() == [1.0, -1.0, -1.0, -1.0, 1.0]
 
 
 def test_time_since_the_last_pause_begins_anew_after_it() -> None:

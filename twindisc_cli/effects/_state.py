@@ -85,7 +85,7 @@ class State:
     Given: time [s] at the end of each point, duration [s], cycles (revolutions so far), time_in_step [s] since the
     creepage last changed, time_since_pause [s] since the test began or went on after a pause, greatest_creepage of
     the history so far [1], order, the number of the step from 1, direction of the last change of the creepage (1
-    up, -1 down, 0 before any), begins, 1 where a test begins and otherwise 0 (steps may be tests of their own),
+    up, -1 down, 0 before all), begins, 1 where a test begins and otherwise 0 (steps may be tests of their own),
     declared columns of the file by name, all (point,); rolling_radius [m] of disc 2; nominal_load [N] of the rig,
     recorded_load [N] by which the traction is divided;
     initial_temperature [K] of disc and sensor.

@@ -148,6 +148,25 @@ class View:
         """The steps of every test on the common time axis; none where the samples are not drawn over time."""
         return list(self._spans()) if self.along == "time" else []
 
+    @cached_property
+    def pauses(self) -> list[tuple[float, float]]:
+        """Beginning and end of every entry in which the discs stand still, on the common time axis."""
+        if self.along != "time":
+            return []
+        still = [
+            start + clock.drawn(np.stack([ends - durations, ends], axis=1)[~clock.test.history.driven])
+            for clock, start in zip(self.clocks, self.starts, strict=True)
+            for ends, durations in [(clock.test.history.end_time, clock.test.history.duration)]
+        ]
+        return [(float(begin), float(end)) for begin, end in np.concatenate(still)]
+
+    def broken(self, x: Floats, *values: Floats) -> list[Floats]:
+        """Abscissa and values over it, sorted (sample,), with a gap where a pause lies between two samples."""
+        after = [np.searchsorted(x, end) for begin, end in self.pauses if not np.any((x > begin) & (x < end))]
+        gaps = np.unique([place for place in after if 0 < place < len(x)]).astype(np.int64)
+        between = 0.5 * (x[gaps - 1] + x[gaps])
+        return [np.insert(x, gaps, between), *(np.insert(each, gaps, np.nan) for each in values)]
+
     def _spans(self) -> Iterator[Span]:
         """The steps of every test on the common time axis."""
         for clock, start in zip(self.clocks, self.starts, strict=True):

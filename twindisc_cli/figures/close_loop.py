@@ -140,7 +140,8 @@ def _course(axes: Axes, view: View) -> None:
             (trace.before, "--", ORANGE, 1.6, "model before"),
             (trace.after, "-", colour if several else BLUE, 1.1, "model after"),
         ):
-            axes.plot(trace.x[order], values[order], linestyle=style_of, color=shade, linewidth=width, label=what)
+            x, y = view.broken(trace.x[order], values[order])
+            axes.plot(x, y, linestyle=style_of, color=shade, linewidth=width, label=what)
         if several and trace.label:
             axes.plot([], [], color=colour, linewidth=3.0, label=trace.label)
     if view.is_wide(view.along):

@@ -32,7 +32,7 @@ def _course(view: View) -> dict[str, Any]:
         "log": view.is_wide(view.along),
         "lines": len(view.traces) == 1,
         "names": ["measured", "model before", "model after"],
-        "data": [_plain(values[order]) for values in (x, measured, before, after)],
+        "data": [_plain(values) for values in view.broken(*(of[order] for of in (x, measured, before, after)))],
     }
 
 

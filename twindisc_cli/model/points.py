@@ -51,7 +51,7 @@ class Points:
     begins: 1 where a test begins, otherwise 0; own_time: time since then [s]; cycles are counted from there.
     time_in_step: time since the creepage of the history changed [s]; time_since_pause: since the test began or went on
     after a pause, 0 in it [s]; greatest_creepage: the largest of the history so far, without its sign [1]; order:
-    number of the step, from 1; direction of the last change of the creepage's size: 1 up, -1 down, 0 before any;
+    number of the step, from 1; direction of the last change of the creepage's size: 1 up, -1 down, 0 before all;
     columns of the user's file; each (point,).
     of_traction: the point of every traction sample; of_temperature likewise; of_iteration: the last point of each.
     of_cut: the points at which the history is cut, which are all but those of samples with a creepage of their own.
@@ -164,13 +164,16 @@ def _greatest(history: History) -> Floats:
 
 
 def _direction(history: History) -> Floats:
-    """Sign of the last change of the creepage's size in each test (iteration,); pauses change nothing."""
-    result, last, sign = np.zeros(len(history.step)), np.nan, 0.0
+    """Sign of the last change of the creepage's size in each test (iteration,); pauses change nothing.
+
+    A test begins at rest: its first creepage has grown from 0.
+    """
+    result, last, sign = np.zeros(len(history.step)), 0.0, 0.0
     begins = np.diff(history.begin_time, prepend=-1.0) != 0.0
     for i, size in enumerate(np.abs(history.creepage)):
-        last, sign = (np.nan, 0.0) if begins[i] else (last, sign)
+        last, sign = (0.0, 0.0) if begins[i] else (last, sign)
         if history.driven[i]:
-            sign = float(np.sign(size - last)) if size != last and last == last else sign
+            sign = float(np.sign(size - last)) or sign
             last = size
         result[i] = sign
     return result
