@@ -22,13 +22,31 @@ from twindisc_cli.physics.archard import allowed_coefficient
 
 
 @dataclass(frozen=True)
-class WearFit:
-    """K and its standard error [1], by `method` "least squares" or "bisection"; both, and what they rest on.
+class WornDisc:
+    """What the last measured profile says of the disc that wears, `disc`, and what wore it.
 
-    measured, simulated: the track of the last profile of the disc that wears, `disc`. Of that profile, (sample,): y and
-    height [m], simulated_height at K, squares_height at the least-squares K; rms of height less simulated_height [m].
+    last: the samples of that profile among all; y and height of these [m], (sample,); measured: their track.
     allowed: the K of W H / E, W worn off both discs; part: the measured disc's share of W by the declared effects;
     energy: what was dissipated up to that profile [J]; sliding: the normal load times the distance slid by then [N m].
+    """
+
+    last: Ints
+    disc: int
+    y: Floats
+    height: Floats
+    measured: Track
+    allowed: float
+    part: float
+    energy: float
+    sliding: float
+
+
+@dataclass(frozen=True)
+class WearFit(WornDisc):
+    """K and its standard error [1], by `method` "least squares" or "bisection"; both, and what they rest on.
+
+    simulated: the track at K. Of the last profile, (sample,): simulated_height at K, squares_height at the
+    least-squares K [m]; rms of height less simulated_height [m].
     """
 
     wear_coefficient: float
@@ -36,18 +54,10 @@ class WearFit:
     method: str
     bisection: Bisection
     least_squares: Fit
-    disc: int
-    measured: Track
     simulated: Track
-    y: Floats
-    height: Floats
     simulated_height: Floats
     squares_height: Floats
     rms: float
-    allowed: float
-    part: float
-    energy: float
-    sliding: float
 
     @property
     def archard(self) -> float:
@@ -65,30 +75,23 @@ def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
     def depth(k: float) -> float:
         return worn_track(worn.y, last_height(k), smooth=False).depth
 
-    measured = worn.track.depth
+    measured = worn.measured.depth
     bisection = bisect_depth(depth, measured_depth=measured, start=worn.allowed)
     squares = _squares(model, mu, worn.allowed)
     agrees = abs(measured - depth(squares.value)) / measured * 100.0 < TOLERANCE
     k = squares.value if agrees else bisection.wear_coefficient
     simulated = last_height(k)
     return WearFit(
+        **vars(worn),
         wear_coefficient=k,
         std=float(np.hypot(squares.std, squares.value - k)),
         method="least squares" if agrees else "bisection",
         bisection=bisection,
         least_squares=squares,
-        disc=worn.disc,
-        measured=worn.track,
         simulated=worn_track(worn.y, simulated, smooth=False),
-        y=worn.y,
-        height=worn.height,
         simulated_height=simulated,
         squares_height=squares.predicted[worn.last],
         rms=float(np.sqrt(np.mean((worn.height - simulated) ** 2))),
-        allowed=worn.allowed,
-        part=worn.part,
-        energy=worn.energy,
-        sliding=worn.sliding,
     )
 
 
@@ -111,22 +114,7 @@ def _heights(model: ForwardModel, mu: Floats, k: Floats, integrated: IntegratedS
     return model.predict(replace(base, K=k), integrated=integrated).profile
 
 
-@dataclass(frozen=True)
-class _Worn:
-    """The last measured profile of a disc, and what wore it; symbols as in `WearFit`. last: its samples of all."""
-
-    last: Ints
-    disc: int
-    y: Floats
-    height: Floats
-    track: Track
-    allowed: float
-    part: float
-    energy: float
-    sliding: float
-
-
-def _worn(model: ForwardModel, mu: Floats) -> _Worn:
+def _worn(model: ForwardModel, mu: Floats) -> WornDisc:
     profile = model.experiment.measured.profile
     if profile is None:
         raise MeasurementError("no profile was measured; name its file under [measured]")
@@ -141,7 +129,7 @@ def _worn(model: ForwardModel, mu: Floats) -> _Worn:
     hardness = model.circumference_hardness / (2.0 * np.pi * model.radius)
     volume = 2.0 * np.pi * model.radius * section / part
     allowed = float(allowed_coefficient(volume=volume, energy=energy, hardness=hardness))
-    return _Worn(last, disc, y, height, track, allowed, part, energy, sliding)
+    return WornDisc(last, disc, y, height, track, allowed, part, energy, sliding)
 
 
 def _spent(model: ForwardModel, mu: Floats, iterations: int, disc: int) -> tuple[float, float, float]:
