@@ -26,5 +26,6 @@ EFFECT = Effect(
               meaning="part of the dissipated power that enters the disc"),
     ),
     apply=apply,
+    same_as="a heat capacity of the disc that is off, or a thermometer whose gain is (the convection makes up for it),",
     source="H. Blok, Proc. General Discussion on Lubrication, IMechE 2 (1937) 222-235",
 )  # fmt: skip

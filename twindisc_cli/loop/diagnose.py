@@ -55,6 +55,9 @@ from twindisc_cli.model.forward import Prediction
 
 PLACES = 60  # on the axis of a curve that is drawn
 DRAWS = 400  # of a band that is drawn
+MANY = 3
+"""Terms of one stage in one channel from which none is established: their sum describes the record more than it names
+causes."""
 
 
 def diagnose(
@@ -81,7 +84,7 @@ def diagnose(
     others = [*(case_of(test) for test in predict), *([unseen] if unseen else [])]
     predictions = [_prediction(outcome, case) for case in others]
     contradicted = contradicted_by(predictions[-1]) if unseen else set()
-    effects, laws = _found(outcome, weights, contradicted)
+    effects, laws = _found(outcome, weights, contradicted, {rest.channel for rest in left})
     elsewhere = [predict_test(case, outcome.judged.after) for case in others] if laws else []
     separating = [*outcome.judged.prediction("after"), *(e.prediction for e in elsewhere[-1:] if unseen)]
     laws, together = _of_this_history(laws, contradicted, separating)
@@ -156,11 +159,12 @@ def _listed(rest: Residual) -> list[Unexplained]:
 
 
 def _found(
-    outcome: Outcome, weights: Mapping[str, Weighed], contradicted: Container[str]
+    outcome: Outcome, weights: Mapping[str, Weighed], contradicted: Container[str], unexplained: Container[str]
 ) -> tuple[list[FoundEffect], list[FoundLaw]]:
     """Effects and laws of the answer, each with what cannot be separated from it.
 
-    contradicted: channels that another history shows to be predicted worse than without the answer.
+    contradicted: channels that another history shows to be predicted worse than without the answer; unexplained:
+    channels in which something is left.
     """
     effects, laws = [], []
     for name in outcome.answer.terms:
@@ -171,7 +175,7 @@ def _found(
         probability *= 1.0 - remains
         if channel in contradicted:
             probability = min(probability, RESAMPLING.contradicted)
-        strength = _strength(outcome, name, probability, rivals)
+        strength = _strength(outcome, name, probability, rivals, explained=channel not in unexplained)
         if isinstance(effect, Trial):
             laws.append(_law(outcome, name, effect, probability, rivals, strength, remains))
         else:
@@ -223,12 +227,25 @@ def _not_excluded(outcome: Outcome) -> list[Alternative]:
     return beside
 
 
-def _strength(outcome: Outcome, name: str, probability: float, rivals: Sequence[Alternative]) -> Strength:
-    """In a word: established where it comes back in nine of ten resamples and nothing stands against it."""
+def _strength(
+    outcome: Outcome, name: str, probability: float, rivals: Sequence[Alternative], *, explained: bool
+) -> Strength:
+    """In a word: established where it comes back in nine of ten resamples and nothing stands against it.
+
+    explained: nothing is left in the channel that shows it.
+    """
     same = outcome.on_all is None or outcome.answer.term(name) in outcome.on_all
-    if probability >= RESAMPLING.established and not rivals and same and outcome.blind and not _tied(outcome):
+    sure = probability >= RESAMPLING.established and not rivals and same and outcome.blind and not _tied(outcome)
+    if sure and explained and not _among_many(outcome, name):
         return "established"
     return "probable" if probability >= RESAMPLING.probable else "possible"
+
+
+def _among_many(outcome: Outcome, name: str) -> bool:
+    """Whether so many terms change one stage in one channel that their sum describes more than it names."""
+    effects = {other: outcome.answer.effect(other) for other in outcome.answer.terms}
+    places = {other: (effect.stage, outcome.problem.shown_in(effect)) for other, effect in effects.items()}
+    return list(places.values()).count(places[name]) >= MANY
 
 
 def _tied(outcome: Outcome) -> bool:
@@ -247,6 +264,7 @@ def _law(
     remains: float,
 ) -> FoundLaw:
     law = _with_range(outcome, trial.law(outcome.judged.estimated.values(name)), rivals, trial.test)
+    law = replace(law, transfer="same_history") if _among_many(outcome, name) else law
     resembles = [
         (term.name, share)
         for term, member in outcome.compared.in_place_of(name).items()
@@ -455,6 +473,25 @@ def _unfixed(effects: Sequence[FoundEffect]) -> list[str]:
     ]
 
 
+def _also(effects: Sequence[FoundEffect]) -> list[str]:
+    """What is no effect and does the same as one that was added, whatever is recorded."""
+    return [
+        f"{effect.name}: {catalogue()[effect.name].same_as} does the same, whatever is recorded"
+        for effect in effects
+        if catalogue()[effect.name].same_as
+    ]
+
+
+def _levels_of_sensors(laws: Sequence[FoundLaw]) -> list[str]:
+    """Laws of what a sensor records, which say how it changes and not where it is right."""
+    return [
+        f"{law.name}: that what is recorded is right where this law changes nothing is assumed: "
+        "mu, and what is computed with it, are as far off as the record is there"
+        for law in laws
+        if law.law.stage == "sensor" and law.channel == "traction"
+    ]
+
+
 def _equal_covariates(weights: Mapping[str, Weighed]) -> list[str]:
     """Laws named for others of the same quantity, whose covariates are proportional on this history."""
     notes = []
@@ -476,7 +513,8 @@ def _notes(
 ) -> list[str]:
     """What the reader must know to weigh the verdict; elsewhere: tests that laws predict; free: with a free zero."""
     cases = outcome.problem.cases
-    notes = [*_refused(outcome), *inputs_off(outcome.answer.fit), *_unfixed(effects), *_equal_covariates(weights)]
+    notes = [*_refused(outcome), *_also(effects), *_levels_of_sensors(laws)]
+    notes += [*inputs_off(outcome.answer.fit), *_unfixed(effects), *_equal_covariates(weights)]
     notes += [note for predicted in elsewhere for note in _warned(laws, predicted)]
     notes += [f"{case.test.name}: {note}" for case in cases for note in _notes_on(case)]
     notes += free_zero.notes(outcome.sure, free) if free else []
