@@ -49,7 +49,7 @@ from twindisc_cli.loop.step_scatter import step_scatter
 from twindisc_cli.loop.term_intervals import term_parameters, unfixed, widened
 from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm, Term, joined
 from twindisc_cli.loop.thresholds import ACCEPTANCE, RESAMPLING, SEARCH
-from twindisc_cli.loop.validate import PredictedTest, at_its_own_level, drawn_levels, predict_test, rms
+from twindisc_cli.loop.validate import PredictedTest, at_its_own_level, drawn_levels, predict_test, rms, with_its_noise
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.model.forward import Prediction
 
@@ -82,6 +82,7 @@ def diagnose(
     left, scattered = _left(outcome, before), step_scatter(outcome.answer.fit)
     weights = {name: weighed(outcome.compared, name) for name in outcome.answer.terms}
     others = [*(case_of(test) for test in predict), *([unseen] if unseen else [])]
+    others = [with_its_noise(case, outcome.judged.before) for case in others]
     predictions = [_prediction(outcome, case) for case in others]
     contradicted = contradicted_by(predictions[-1]) if unseen else set()
     effects, laws = _found(outcome, weights, contradicted, {rest.channel for rest in left})

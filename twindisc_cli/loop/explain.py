@@ -14,7 +14,7 @@ from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.choose import chosen, preferred
 from twindisc_cli.loop.explanation import Explanation, by_falling_share, on_samples_of, ranked
 from twindisc_cli.loop.extend import each_promising
-from twindisc_cli.loop.fit import Fit, carried, fit, plain_fit, refit, remembered
+from twindisc_cli.loop.fit import Fit, base_fit, carried, fit, refit, remembered
 from twindisc_cli.loop.holdout import holds_out, withheld, without
 from twindisc_cli.loop.judge import Judged, fall, judge, rises
 from twindisc_cli.loop.mixture import Mixture, mixture_of
@@ -26,7 +26,7 @@ from twindisc_cli.loop.search import Search, search
 from twindisc_cli.loop.term_intervals import fixes_a_size
 from twindisc_cli.loop.terms import EffectTerm, Term
 from twindisc_cli.loop.thresholds import ACCEPTANCE, RESAMPLING, SEARCH
-from twindisc_cli.loop.validate import at_its_own_level, elsewhere, predict_test
+from twindisc_cli.loop.validate import at_its_own_level, elsewhere, predict_test, with_its_noise
 from twindisc_cli.model.experiment import Experiment, Floats
 
 Progress = Callable[[str, float], None]
@@ -192,16 +192,16 @@ def _explained(
     progress: Progress,
 ) -> Outcome:
     """The same with these samples held out of every channel of the tests; missing: channels that lack something."""
-    seen = problem_of([without(test, mask) for test, mask in zip(tests, masks, strict=True)])
-    seen_before = plain_fit(seen)
-    seen = replace(seen, cases=remembered(seen.cases, seen_before), unlike=True)
+    seen_before = base_fit(problem_of([without(test, mask) for test, mask in zip(tests, masks, strict=True)]))
+    seen = replace(seen_before.problem, cases=remembered(seen_before.problem.cases, seen_before), unlike=True)
+    validate = with_its_noise(validate, seen_before) if validate is not None else None
     other = elsewhere(validate, seen_before) if validate is not None else None
     result = search(seen, _by_stage(progress), other, missing=missing)
     members = ranked(
         [result.answer, *(e for rivals in result.rivals.values() for e in rivals), *result.others, result.base]
     )
     apart = holds_out(masks)
-    before = plain_fit(problem_of(tests), seen_before) if apart else seen_before
+    before = base_fit(problem_of(tests), seen_before) if apart else seen_before
     progress("judging on held-out samples", 0.8)
     chances = np.full(len(members), np.nan) if quick else shares(members)
     compared = Compared(result.answer, members, chances, result.base)

@@ -364,6 +364,16 @@ def plain_fit(problem: Problem, *known: Fit) -> Fit:
     return whole
 
 
+def base_fit(problem: Problem, *known: Fit) -> Fit:
+    """The same, with the noise that the base model leaves where the samples alone do not show it (Case)."""
+    fitted = plain_fit(problem, *known)
+    predictions = fitted.problem.predict(fitted.theta[None])
+    cases = [case.with_noise_about(p) for case, p in zip(fitted.problem.cases, predictions, strict=True)]
+    if all(case is before for case, before in zip(cases, fitted.problem.cases, strict=True)):
+        return fitted
+    return plain_fit(replace(fitted.problem, cases=cases), fitted)
+
+
 def _channels_agree(fitted: Fit, moved: Floats) -> bool:
     """Whether what was fitted after each channel would move its parameters by a part of their standard errors at most.
 

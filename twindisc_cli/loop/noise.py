@@ -216,14 +216,15 @@ def given(uncertainty: Floats, times: Floats) -> Noise:
     return Noise(std, 0.0, kept, times, np.zeros(len(times), np.int64), True, sizes=uncertainty / std)
 
 
-def growing(noise: Noise, left: Floats, over: Iterable[Floats]) -> Noise:
-    """The noise with sizes that go as exp(b x) with one of some covariates x (sample,), where the samples show it.
+def growth(noise: Noise, left: Floats, over: Iterable[Floats]) -> Floats | None:
+    """Standard deviation of each sample over their mean (sample,), where they show that the noise grows.
 
-    left: what is left of the samples beside their trend (sample,). It is seen in the differences of neighbours, cut off
-    where they are far: what changes slowly, or jumps, is no noise.
+    It goes as exp(b x) with one of some covariates x (sample,). left: what is left of the samples beside their trend
+    (sample,). It is seen in the differences of neighbours, cut off where they are far: what changes slowly, or jumps,
+    is no noise.
     """
     best, sizes = GROWS, None
-    order = noise.order
+    order = np.lexsort((noise.position, noise.series))
     steps = np.diff(left[order])
     used = np.clip(steps, -FAR * scatter(steps), FAR * scatter(steps)) if len(steps) else steps
     for covariate in over:
@@ -238,7 +239,7 @@ def growing(noise: Noise, left: Floats, over: Iterable[Floats]) -> Noise:
         if gain.max() > best:
             grown = np.exp(GROWTHS[first_of_most(gain)] * (x - middle))
             best, sizes = float(gain.max()), grown / np.sqrt(np.mean(grown[noise.kept] ** 2))
-    return noise if sizes is None else replace(noise, sizes=sizes)
+    return sizes
 
 
 def polynomials(at: Floats, group: Ints, degree: int, samples_each: int) -> Floats:

@@ -41,6 +41,9 @@ _Off = tuple[str, Floats]
 
 LITTLE = 3.0
 """Length of a change [standard deviations of the noise] up to which it may have another shape (correlation 0.9)."""
+TOO_QUIET = 0.8
+"""Scatter about a model, over the noise, below which the noise is not that of the samples: they do not scatter as far.
+"""
 QUANTITIES_OF_DISCS = {"transverse_radius": "crown_error", "youngs_modulus": None}
 """What may be off of both discs, and the effect that stands in the place of its tolerance."""
 DECLARED = {"third_body_layer": "initial_slope"}
@@ -67,6 +70,18 @@ class Case:
     def values(self, channel: str) -> Floats:
         """Measured values of a channel (sample,)."""
         return channels()[channel].values(channels()[channel].samples(self.test))
+
+    def with_noise_about(self, prediction: Prediction) -> Case:
+        """The same with the noise that a prediction leaves, where that is less than the samples alone let expect."""
+        less = dict[str, Noise]()
+        for name, noise in self.noise.items():
+            channel = channels()[name]
+            left = self.values(name) - channel.predicted(self.model, prediction)[0]
+            if channel.noise_about is None or np.std(left[noise.kept]) > TOO_QUIET * noise.std:
+                continue
+            about = channel.noise_about(self.test, left)
+            less |= {name: about} if about.estimated and about.std < noise.std else {}
+        return replace(self, noise={**self.noise, **less}) if less else self
 
     @cached_property
     def guesses(self) -> dict[str, float]:

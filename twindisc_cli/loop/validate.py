@@ -74,6 +74,12 @@ def at_its_own_level(predicted: PredictedTest) -> PredictedTest:
     return _predicted(remembered([case], fitted)[0]) if fitted is not None else predicted
 
 
+def with_its_noise(test: Case, fitted: Fit) -> Case:
+    """A test with the noise that its prediction by a fit of others leaves at its own level, where that is less."""
+    predicted = at_its_own_level(predict_test(test, fitted))
+    return replace(test, noise=predicted.case.with_noise_about(predicted.prediction).noise)
+
+
 def _predicted(case: Case) -> PredictedTest:
     known = {base.key: np.array([case.known.get(base.key, np.nan)]) for base in base_parameters()}
     step_mu = case.test.history.given_mu

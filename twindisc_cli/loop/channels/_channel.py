@@ -102,6 +102,7 @@ class Channel:
     predicted  the same of a prediction (set, sample)
     noise      the noise of a test's samples
     together   the same of several tests, which may tell of each other's; None: one by one
+    noise_about the same, as what a model leaves of the samples (sample,) says; None: the model is not asked
     generic    generic functions over the samples, for what nobody has catalogued
     withheld   samples in the steps (index from 0) and parts that are held out (sample,)
     covariates what a residual may be drawn over, by name (sample,)
@@ -128,6 +129,7 @@ class Channel:
     file: File | None = None
     steps: Callable[[Experiment], Ints] | None = None
     together: Callable[[Sequence[Experiment]], Sequence[Noise]] | None = None
+    noise_about: Callable[[Experiment, Floats], Noise] | None = None
     look_at: Mapping[str, str] = field(default_factory=dict)
     stands_for: frozenset[str] = frozenset()
     over: Mapping[str, Quantity] = field(default_factory=dict)

@@ -38,11 +38,19 @@ def _guess(model: ForwardModel) -> float:
 
 def noise(test: Experiment) -> Noise:
     """Noise of the temperature, from the scatter about a smooth course in every step."""
+    return noise_about(test, known(test.measured.temperature).temperature)
+
+
+def noise_about(test: Experiment, left: Floats) -> Noise:
+    """The same of what a model leaves of the temperature [K] (sample,): a disc that warms between two samples is none.
+
+    Where discs settle faster than they are recorded, no smooth course follows the temperature itself.
+    """
     samples, step = known(test.measured.temperature), _step(test)
     trends = [relaxations(samples.time, step, shapes, 4) for shapes in range(1, 6)]
     size = float(np.ptp(samples.temperature))
     series = step if test.history.separate else np.zeros_like(step)
-    return estimate(samples.temperature, trends, samples.time, series, size, correlated=True)
+    return estimate(left, trends, samples.time, series, size, correlated=True)
 
 
 def _generic(model: ForwardModel, prediction: Prediction) -> Iterator[Generic]:
@@ -117,6 +125,7 @@ CHANNEL = Channel(
     values=lambda samples: np.asarray(samples.temperature),
     predicted=lambda model, prediction: prediction.temperature,
     noise=noise,
+    noise_about=noise_about,
     generic=_generic,
     withheld=_withheld,
     covariates=_covariates,

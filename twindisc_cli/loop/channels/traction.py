@@ -11,7 +11,7 @@ from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, kn
 from twindisc_cli.loop.channels._held_out import held_out_samples
 from twindisc_cli.loop.creep_curve import Curve, creepage_error
 from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, waves
-from twindisc_cli.loop.noise import Noise, detrended, estimate, given, growing, polynomials, recurring
+from twindisc_cli.loop.noise import Noise, detrended, estimate, given, growth, polynomials, recurring
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, TractionSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.points import sample_times
@@ -19,6 +19,8 @@ from twindisc_cli.quantities import Quantity
 
 STEPS_THAT_WANDER = 5
 """Steps in which the noise may have a slow part: in fewer, levels leave in it what the discs do over the record."""
+LEAST_LEVEL = 0.05
+"""Level, over the mean square, below which a noise that grows with T/N is taken to be that of the meter at rest."""
 KNOTS = 13
 """Of what comes back in every step after the change of creepage."""
 
@@ -85,8 +87,14 @@ def noise(test: Experiment) -> Noise:
     series = samples.step if test.history.separate else np.zeros_like(samples.step)
     wanders = timed and len(np.unique(samples.step)) >= STEPS_THAT_WANDER
     result = estimate(samples.ratio, trends, times, series, size, correlated=timed, wanders=wanders)
+    left = detrended(samples.ratio, trends[-1], result.kept)
     load = np.log(test.history.load_factor[test.history.iteration_at(times)])
-    return growing(result, detrended(samples.ratio, trends[-1], result.kept), [load, *([times] if timed else [])])
+    level = np.log(np.maximum(np.abs(samples.ratio - left), LEAST_LEVEL * size))
+    sizes = growth(result, left, [load, level, *([times] if timed else [])])
+    if sizes is None:
+        return result
+    even = samples.ratio / sizes, [trend / sizes[:, None] for trend in trends]
+    return replace(estimate(*even, times, series, size, correlated=timed, wanders=wanders), sizes=sizes)
 
 
 def _conditions(history: History) -> Ints:
