@@ -346,6 +346,29 @@ def test_summary_is_ten_lines_with_the_verdict_first(test: Test, kind: Any) -> N
     assert "notes in close-loop.html" in summary(crowded)[-1]
 
 
+def test_details_of_terms_give_way_to_what_decides(test: Test) -> None:
+    """Five terms, two that are open, another test: mu and K, what is open, and how the other test is met stay."""
+    diagnosis = found(test)
+    other = PredictedErrors("other", diagnosis.errors, {}, {})
+    left = [Unexplained("traction", "time", "wave", 0.4, 1e-5)]
+    terms = {
+        name: replace(diagnosis.effects[0], name=name) for name in ("film_breakdown", "sensor_drift", "load_error")
+    }
+    crowded = replace(
+        diagnosis,
+        effects=[*diagnosis.effects, *terms.values()],
+        unexplained=left,
+        validation=other,
+        notes=["one", "two"],
+    )
+    lines = summary(crowded)
+    assert len(lines) == 10
+    for beginning in ("unexplained: ", "base, ", "predicted, not fitted", "next: "):
+        assert sum(line.startswith(beginning) for line in lines) == 1
+    assert "5 terms in close-loop.html" in lines
+    assert lines[-1] == "2 notes in close-loop.html"
+
+
 def test_summary_holds_what_decides(test: Test) -> None:
     text = "\n".join(summary(found(test)))
     for needed in (

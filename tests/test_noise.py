@@ -7,13 +7,27 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rigs import RADIUS, ROOM, Floats, Plant, autoregressive, experiment, flickering, history, spread, traction_samples
+from rigs import (
+    RADIUS,
+    ROOM,
+    Floats,
+    Plant,
+    autoregressive,
+    experiment,
+    flickering,
+    history,
+    running,
+    spread,
+    traction_samples,
+)
 
 from twindisc_cli.loop.channels.profile import noise as profile_noise
 from twindisc_cli.loop.channels.temperature import noise as temperature_noise
 from twindisc_cli.loop.channels.traction import noise as traction_noise
+from twindisc_cli.loop.fit import base_fit
 from twindisc_cli.loop.noise import ASSUMED_SHARE, Noise, Past, Slow, estimate, relaxations
-from twindisc_cli.model.experiment import Experiment, Measured, ProfileSamples, TemperatureSamples
+from twindisc_cli.loop.problem import problem_of
+from twindisc_cli.model.experiment import Experiment, Measured, ProfileSamples, TemperatureSamples, Thermal
 
 HISTORY = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 3)
 TIME = spread(HISTORY, 12)
@@ -446,3 +460,38 @@ def test_a_noise_that_grows_with_time_is_seen(growth: float) -> None:
         if noise.sizes is not None:
             assert np.corrcoef(np.log(noise.sizes), np.log(true))[0, 1] > 0.99
     assert np.mean(seen) >= 0.95 if growth else not any(seen)
+
+
+def test_a_noise_in_proportion_to_the_traction_grows_with_it_and_has_no_outliers() -> None:
+    """T/N of 0.06 and 0.5 in turn, each off by one per cent: half of the samples are eight times quieter."""
+    level = np.where(np.isin(running(HISTORY, TIME) // 3, (0, 3, 5)), 0.06, 0.5)
+    for seed in range(DRAWS // 4):
+        off = 0.01 * level * np.random.default_rng(seed).standard_normal(len(TIME))
+        noise = traction_noise(with_traction(level + off))
+        assert noise.kept.all()
+        assert noise.sizes is not None
+        assert np.corrcoef(np.log(noise.sizes), np.log(level))[0, 1] > 0.95
+        assert noise.std * noise.sizes == pytest.approx(0.01 * level, rel=0.35)
+
+
+def test_a_burst_of_friction_is_no_noise_that_grows() -> None:
+    burst = 0.5 * np.where((TIME > 100.0) & (TIME < 180.0), 1.1, 1.0)
+    for seed in range(DRAWS // 4):
+        noise = traction_noise(with_traction(burst + 0.004 * np.random.default_rng(seed).standard_normal(len(TIME))))
+        assert noise.sizes is None
+
+
+def test_what_settles_between_two_samples_is_no_noise_where_the_model_follows_it() -> None:
+    """Discs with a time constant of 19 s, recorded every 25 s: the samples alone let expect four times the noise."""
+    plant = Plant(HISTORY, capacity=30.0)
+    time, rng = np.arange(12.5, HISTORY.end_time[-1], 25.0), np.random.default_rng(8)
+    thermal = Thermal(ROOM, 30.0, ROOM)
+    traction = traction_samples(HISTORY, TIME, plant.traction(TIME) + 0.004 * rng.standard_normal(len(TIME)))
+    record = TemperatureSamples(time, plant.temperature(time) + 0.2 * rng.standard_normal(len(time)))
+    test = experiment(HISTORY, thermal=thermal, measured=Measured(traction=traction, temperature=record))
+    alone = problem_of([test])
+    assert alone.cases[0].noise["temperature"].std > 0.5
+    noise = base_fit(alone).problem.cases[0].noise["temperature"]
+    assert noise.kept.all()
+    assert noise.std == pytest.approx(0.2, rel=0.3)
+    assert base_fit(alone).problem.cases[0].noise["traction"] is alone.cases[0].noise["traction"]

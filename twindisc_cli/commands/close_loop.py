@@ -126,11 +126,31 @@ def _refuse_nothing_measured(tests: Sequence[Test]) -> None:
 
 
 def summary(diagnosis: Diagnosis) -> list[str]:
-    """At most ten lines: verdict, errors, what was added, open questions, base parameters, the next experiment,
-    notes."""
-    lines = [f"{diagnosis.verdict}: {sentences.sentences(diagnosis)[0]}", *sentences.difference(diagnosis)]
-    lines += [_error_line(channel_name(channel), error) for channel, error in diagnosis.errors.items()]
-    lines += [_term_line(term) for terms in sentences.together(diagnosis).values() for term in terms]
+    """At most ten lines: verdict, errors, what was added, open questions, base parameters, what other tests say, the
+    next experiment, notes.
+
+    Where these are more, notes give way first, then the details of what was added: the verdict names it.
+    """
+    head = [f"{diagnosis.verdict}: {sentences.sentences(diagnosis)[0]}", *sentences.difference(diagnosis)]
+    head += [_error_line(channel_name(channel), error) for channel, error in diagnosis.errors.items()]
+    terms = [_term_line(term) for terms in sentences.together(diagnosis).values() for term in terms]
+    notes, least = [f"note: {note}" for note in diagnosis.notes], bool(diagnosis.notes)
+    beyond = _beyond_the_terms(diagnosis)[: LINES - len(head) - least]
+    shown = _cut(terms, LINES - len(head) - len(beyond) - least, "terms")
+    return [*head, *shown, *beyond, *_cut(notes, LINES - len(head) - len(shown) - len(beyond), "notes")]
+
+
+def _cut(lines: Sequence[str], room: int, what: str) -> list[str]:
+    """The lines that there is room for; where not for all, the last says how many more there are."""
+    if len(lines) <= room or room < 1:
+        return list(lines[: max(room, 0)])
+    more = len(lines) - room + 1
+    return [*lines[: room - 1], f"{more} {'more ' if room > 1 else ''}{what} in close-loop.html"]
+
+
+def _beyond_the_terms(diagnosis: Diagnosis) -> list[str]:
+    """What stays open, the base parameters, tests that were only predicted, the next experiment."""
+    lines = []
     if diagnosis.not_excluded:
         beside = [f"{other.term} ({percent(other.probability)})" for other in diagnosis.not_excluded]
         lines.append(f"not excluded, though too little speaks for it: {listed(beside, 'or')}")
@@ -140,18 +160,11 @@ def summary(diagnosis: Diagnosis) -> list[str]:
     base = [f"{name} = {with_error(e.value, e.std, e.unit)}" for name, e in diagnosis.base.items()]
     with_what = ", with what was added (use them with revised.toml)" if sentences.together(diagnosis) else ""
     lines += [f"base{with_what}: {', '.join(base)} (± one standard deviation)"] if base else []
-    lines += [level_text(of) for of in diagnosis.levels.values() if of.wander.p_order < WANDERS]
     if diagnosis.validation is not None:
         lines.append(f"predicted, not fitted, used in the choice: {_predicted_line(diagnosis.validation)}")
     lines += [f"predicted, used in nothing: {_predicted_line(predicted)}" for predicted in diagnosis.predictions]
-    if diagnosis.next_experiment is not None:
-        lines.append(f"next: {diagnosis.next_experiment.why}")
-    notes = [f"note: {note}" for note in diagnosis.notes]
-    room = max(LINES - len(lines), 1)
-    if len(notes) > room:
-        kept = notes[: room - 1]
-        notes = [*kept, f"{len(notes) - len(kept)} {'more ' if kept else ''}notes in close-loop.html"]
-    return [*lines[: LINES - len(notes)], *notes]
+    lines += [level_text(of) for of in diagnosis.levels.values() if of.wander.p_order < WANDERS]
+    return [*lines, *([f"next: {diagnosis.next_experiment.why}"] if diagnosis.next_experiment is not None else [])]
 
 
 def _predicted_line(predicted: PredictedErrors) -> str:

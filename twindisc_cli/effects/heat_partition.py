@@ -26,6 +26,7 @@ EFFECT = Effect(
               meaning="part of the dissipated power that enters the disc"),
     ),
     apply=apply,
-    same_as="a heat capacity of the disc that is off, or a thermometer whose gain is (the convection makes up for it),",
+    same_as="a heat capacity of the disc that is off, or the gain of a thermometer, does the same with another "
+            "convection; a share above 1 can only be one of these",
     source="H. Blok, Proc. General Discussion on Lubrication, IMechE 2 (1937) 222-235",
 )  # fmt: skip

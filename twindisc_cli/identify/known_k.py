@@ -51,6 +51,8 @@ class KnownK:
         return 2.0 * NINETY * self.std > self.value
 
 
+KEYS: Mapping[int, str] = {1: "disc1_wear_coefficient", 2: "wear_coefficient"}
+"""Where a definition takes the K of each disc."""
 STATED: Mapping[str, str] = {
     "declared": "stands in the definition, so that the other commands take it in place of one found from the data",
     "reported": "was published with the test; nothing takes it",
@@ -64,9 +66,11 @@ def known_from_profile(fit: WearFit, mass: MassFit | None, stated: Mapping[str, 
 
 def known_from_mass(mass: MassFit, stated: Mapping[str, float]) -> list[KnownK]:
     """What the mass lost says, and what was stated, where no profile was measured."""
-    used = KnownK("by weight", mass.wear_coefficient, mass.std, "wears the mass that was weighed", use=True)
     several = _from_mass(mass) if len(mass.of_disc) > 1 else []
-    return [used, *several, *_stated(stated)]
+    why = "wears the mass that was weighed"
+    if several:
+        why = "of both discs together, as with [effects.wear_partition]; each has its own of these in the definition"
+    return [KnownK("by weight", mass.wear_coefficient, mass.std, why, use=True), *several, *_stated(stated)]
 
 
 def _from_depth_and_shape(fit: WearFit) -> list[KnownK]:
@@ -98,9 +102,11 @@ def _from_mass(mass: MassFit | None) -> list[KnownK]:
     if mass is None:
         return []
     why = "the mass that it lost, whatever its shape"
-    alone = len(mass.of_disc) == 1
+    if len(mass.of_disc) == 1:
+        return [KnownK(f"by weight, disc {disc}", k, mass.std, why) for disc, (k, _) in mass.of_disc.items()]
     return [
-        KnownK(f"by weight, disc {disc}", k, mass.std if alone else std, why) for disc, (k, std) in mass.of_disc.items()
+        KnownK(f"by weight, disc {disc}", k, std, f"{why}: {KEYS[disc]} under [model]")
+        for disc, (k, std) in mass.of_disc.items()
     ]
 
 

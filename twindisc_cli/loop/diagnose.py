@@ -7,6 +7,7 @@ from dataclasses import replace
 from time import monotonic
 
 import numpy as np
+from scipy.special import chdtrc
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.covariates import covariate_of
@@ -56,8 +57,7 @@ from twindisc_cli.model.forward import Prediction
 PLACES = 60  # on the axis of a curve that is drawn
 DRAWS = 400  # of a band that is drawn
 MANY = 3
-"""Terms of one stage in one channel from which none is established: their sum describes the record more than it names
-causes."""
+"""Terms of one channel from which none is established: their sum describes the record more than it names causes."""
 
 
 def diagnose(
@@ -147,8 +147,21 @@ def _left(outcome: Outcome, before: Mapping[str, Residual]) -> list[Unexplained]
         rest = unexplained_residual(fitted, channel) if fitted.terms else before[channel]
         if is_unexplained(rest, fitted, base):
             left += _listed(rest)
+        elif _is_far_off(fitted, channel):
+            left += [replace(each, p_value=_chance(fitted, channel)) for each in _listed(rest)]
     known = {each.channel for each in left}
     return left + [each for rest in outcome.left_on_all if rest.channel not in known for each in _listed(rest)]
+
+
+def _is_far_off(fitted: Fit, channel: str) -> bool:
+    """Whether a fit leaves twice the noise of a channel, though no generic function sees in what."""
+    known = [case.noise[channel].estimated for case in fitted.problem.cases if channel in case.noise]
+    return all(known) and fitted.power(channel) > ACCEPTANCE.mean_square_alone * fitted.problem.count(channel)
+
+
+def _chance(fitted: Fit, channel: str) -> float:
+    """Probability that noise alone is as long as what a fit leaves of a channel."""
+    return float(chdtrc(fitted.problem.count(channel), fitted.power(channel)))
 
 
 def _listed(rest: Residual) -> list[Unexplained]:
@@ -243,10 +256,9 @@ def _strength(
 
 
 def _among_many(outcome: Outcome, name: str) -> bool:
-    """Whether so many terms change one stage in one channel that their sum describes more than it names."""
-    effects = {other: outcome.answer.effect(other) for other in outcome.answer.terms}
-    places = {other: (effect.stage, outcome.problem.shown_in(effect)) for other, effect in effects.items()}
-    return list(places.values()).count(places[name]) >= MANY
+    """Whether a term is one of so many of its channel that their sum describes more than it names."""
+    shown_in = [outcome.problem.shown_in(outcome.answer.effect(other)) for other in outcome.answer.terms]
+    return shown_in.count(outcome.problem.shown_in(outcome.answer.effect(name))) >= MANY
 
 
 def _tied(outcome: Outcome) -> bool:
@@ -474,12 +486,23 @@ def _unfixed(effects: Sequence[FoundEffect]) -> list[str]:
     ]
 
 
+def _sums_of_many(outcome: Outcome) -> list[str]:
+    """Channels of which so many terms are given that none of them is sure."""
+    many = dict.fromkeys(
+        channels()[outcome.problem.shown_in(outcome.answer.effect(name))].label
+        for name in outcome.answer.terms
+        if _among_many(outcome, name)
+    )
+    return [
+        f"{MANY} terms or more describe the {label}: a sum of that many describes this record, and may name no cause"
+        for label in many
+    ]
+
+
 def _also(effects: Sequence[FoundEffect]) -> list[str]:
     """What is no effect and does the same as one that was added, whatever is recorded."""
     return [
-        f"{effect.name}: {catalogue()[effect.name].same_as} does the same, whatever is recorded"
-        for effect in effects
-        if catalogue()[effect.name].same_as
+        f"{effect.name}: {catalogue()[effect.name].same_as}" for effect in effects if catalogue()[effect.name].same_as
     ]
 
 
@@ -514,7 +537,7 @@ def _notes(
 ) -> list[str]:
     """What the reader must know to weigh the verdict; elsewhere: tests that laws predict; free: with a free zero."""
     cases = outcome.problem.cases
-    notes = [*_refused(outcome), *_also(effects), *_levels_of_sensors(laws)]
+    notes = [*_refused(outcome), *_sums_of_many(outcome), *_also(effects), *_levels_of_sensors(laws)]
     notes += [*inputs_off(outcome.answer.fit), *_unfixed(effects), *_equal_covariates(weights)]
     notes += [note for predicted in elsewhere for note in _warned(laws, predicted)]
     notes += [f"{case.test.name}: {note}" for case in cases for note in _notes_on(case)]

@@ -242,6 +242,20 @@ def growth(noise: Noise, left: Floats, over: Iterable[Floats]) -> Floats | None:
     return sizes
 
 
+def likelier(grown: Noise, even: Noise, left: Floats) -> bool:
+    """Whether what is left of samples beside their trend (sample,) is likelier by GROWS nats with a noise that grows.
+
+    One that is far off costs the logarithm of how many it may be: jumps are rare outliers of an even noise, and what
+    an even noise takes for outliers of a growing one is many. Correlation is left out of both.
+    """
+    costs = []
+    for noise in (even, grown):
+        std = noise.std * (np.ones_like(left) if noise.sizes is None else noise.sizes)
+        far = np.minimum(0.5 * (left / std) ** 2, np.log(len(left)))
+        costs.append(float(np.sum(np.log(std / even.std) + far)))
+    return costs[0] - costs[1] > GROWS
+
+
 def polynomials(at: Floats, group: Ints, degree: int, samples_each: int) -> Floats:
     """Legendre polynomials of `at` inside each group (sample, column), at most one for so many samples."""
 

@@ -117,6 +117,8 @@ class Acceptance:
                             beside the one named, and 0.3 where its formula was another.
     mean_square_left        mean square of what an answer leaves of a channel, over that of the noise, above which what
                             is significant is reported, however much was explained.
+    mean_square_alone       the same above which it is reported whatever depends on nothing that was tried: twice the
+                            noise, where the noise is known.
     tolerances_off          tolerances by which an input must most probably be off to be named in a note [1]: of the
                             twenty inputs of a test one is by chance in one test of a hundred.
     covariates_named        covariates named for an unexplained residual.
@@ -144,6 +146,7 @@ class Acceptance:
     formula_error: float = 0.2
     another_effect: float = 0.5
     mean_square_left: float = 1.3
+    mean_square_alone: float = 4.0
     tolerances_off: float = 3.5
     covariates_named: int = 2
     growth: float = 0.05

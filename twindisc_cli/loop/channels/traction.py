@@ -11,7 +11,7 @@ from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, kn
 from twindisc_cli.loop.channels._held_out import held_out_samples
 from twindisc_cli.loop.creep_curve import Curve, creepage_error
 from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, waves
-from twindisc_cli.loop.noise import Noise, detrended, estimate, given, growth, polynomials, recurring
+from twindisc_cli.loop.noise import Noise, detrended, estimate, given, growth, likelier, polynomials, recurring
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, TractionSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.points import sample_times
@@ -93,8 +93,9 @@ def noise(test: Experiment) -> Noise:
     sizes = growth(result, left, [load, level, *([times] if timed else [])])
     if sizes is None:
         return result
-    even = samples.ratio / sizes, [trend / sizes[:, None] for trend in trends]
-    return replace(estimate(*even, times, series, size, correlated=timed, wanders=wanders), sizes=sizes)
+    scaled = samples.ratio / sizes, [trend / sizes[:, None] for trend in trends]
+    grown = replace(estimate(*scaled, times, series, size, correlated=timed, wanders=wanders), sizes=sizes)
+    return grown if grown.estimated and likelier(grown, result, left) else result
 
 
 def _conditions(history: History) -> Ints:
