@@ -154,3 +154,23 @@ def test_the_papers_own_numbers_contradict_each_other(name: str, energy: float, 
 def test_the_measured_tests_do_not(name: str) -> None:
     result = outcome(name, "check")
     assert result.exit_code == 0, result.summary
+
+
+@pytest.mark.parametrize(
+    ("losses", "uncertainty", "ok"),
+    [
+        ((1.0, 2.0, 3.0), 0.1, True),
+        ((1.0, 0.6, 3.0), 0.1, True),  # 0.4 mg: 2.8 standard errors of a difference
+        ((1.0, 0.2, 3.0), 0.1, False),  # 0.8 mg: 5.7 of them
+        ((1.0, 0.9, 3.0), None, True),  # within 5 % of the mass lost
+        ((1.1, 0.9, 1.0), None, False),  # step by step and not from the beginning
+    ],
+)
+def test_a_disc_gains_no_mass(tmp_path: Path, losses: tuple[float, ...], uncertainty: float | None, ok: bool) -> None:
+    own = "" if uncertainty is None else f",{uncertainty}"
+    head = "iteration,disc,mass loss [mg]" + ("" if uncertainty is None else ",uncertainty [mg]")
+    rows = "".join(f"{stop},2,{loss}{own}\n" for stop, loss in zip((2, 4, 5), losses, strict=True))
+    text = VALID.replace("hardness_HV = 700", "hardness_HV = 700\ndensity_kg_m3 = 7850.0")
+    every = found(tmp_path, text, mass=f"{head}\n{rows}")
+    (weighed,) = [finding for subject, finding in every.items() if "gained" in subject]
+    assert weighed.ok is ok

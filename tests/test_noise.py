@@ -471,7 +471,7 @@ def test_a_noise_in_proportion_to_the_traction_grows_with_it_and_has_no_outliers
         assert noise.kept.all()
         assert noise.sizes is not None
         assert np.corrcoef(np.log(noise.sizes), np.log(level))[0, 1] > 0.95
-        assert noise.std * noise.sizes == pytest.approx(0.01 * level, rel=0.35)
+        assert noise.std * noise.sizes == pytest.approx(0.01 * level, rel=0.5)
 
 
 def test_a_burst_of_friction_is_no_noise_that_grows() -> None:

@@ -4,6 +4,7 @@ General rules, for any test; each compares a value with the range that geometry 
 
     chord and depth     a facet of width w on a relative curvature k is w^2 k / 8 deep; the elastic patch adds at most
                         its own width 2b, so a depth d allows w between sqrt(8 d / k) and sqrt(8 d / k + 4 b^2)
+    weighings           a disc gains no mass: losses count from the beginning of the test
     mass and profile    m = rho W, of the same disc at the same stop
     volume and energy   K = W H / E with the dissipated energy E = sum (T/N) N V creepage duration (Eq. 13)
     heat                a rise is at most P / (h S), and at most E / C (Eq. 18 without and with only storage)
@@ -38,6 +39,8 @@ if TYPE_CHECKING:
 
 GEOMETRY_MARGIN = 1.15  # of a width or depth: where the worn zone ends is a matter of reading
 MASS_MARGIN = 1.2  # of a mass: the profile is of one place around the disc
+GAIN_MARGIN = 0.05  # of the mass lost, by which a disc may gain where no uncertainty was stated: oil, debris
+GAIN_ERRORS = 5.0  # standard errors by which it may where one was: less than one weighing in a million by chance
 ENERGY_MARGIN = 1.5  # of W H / E: a volume and an energy enter, each with its own error
 LIMIT_MARGIN = 1.05  # of what nothing can exceed, for the values that it is computed from
 COLDER = 2.0  # [K]; thermocouples err by 1.5 (class 1) to 2.5 (class 2), IEC 60584-1
@@ -196,6 +199,32 @@ def stated_depth(facts: Facts) -> Iterator[Finding]:
             high=measured * GEOMETRY_MARGIN,
             unit="µm",
             why=f"the {facts.test.measured.provenance} profile",
+        )
+
+
+def weighings(facts: Facts) -> Iterator[Finding]:
+    """No disc gains mass from one weighing to the next."""
+    mass = facts.test.measured.mass
+    if mass is None:
+        return
+    for which in np.unique(mass.disc):
+        own = np.flatnonzero(mass.disc == which)
+        own = own[np.argsort(mass.iteration[own], kind="stable")]
+        if len(own) < 2:
+            continue
+        gained, error = -np.diff(mass.loss[own]), np.hypot(mass.uncertainty[own][1:], mass.uncertainty[own][:-1])
+        allowed = np.where(np.isfinite(error), GAIN_ERRORS * error, GAIN_MARGIN * float(np.abs(mass.loss[own]).max()))
+        worst = int(np.argmax(gained - allowed))
+        yield Finding(
+            rule="weighings",
+            subject=f"what disc {which} gained from iteration {mass.iteration[own[worst]]} to "
+            f"{mass.iteration[own[worst + 1]]}",
+            value=max(float(gained[worst]), 0.0) * 1e6,
+            low=0.0,
+            high=float(allowed[worst]) * 1e6,
+            unit="mg",
+            why="the error of weighing",
+            hint="a mass loss counts from the beginning of the test, not from step to step; were discs exchanged?",
         )
 
 
@@ -381,6 +410,7 @@ RULES: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
     chord_and_depth,
     stated_depth,
     volume_and_energy,
+    weighings,
     mass_and_profile,
     heat_and_temperature,
     elastic_limit,
