@@ -500,7 +500,7 @@ def _sums_of_many(outcome: Outcome) -> list[str]:
 
 
 def _also(effects: Sequence[FoundEffect]) -> list[str]:
-    """What is no effect and does the same as one that was added, whatever is recorded."""
+    """What is no effect of the catalogue and does the same, or nearly, as one that was added."""
     return [
         f"{effect.name}: {catalogue()[effect.name].same_as}" for effect in effects if catalogue()[effect.name].same_as
     ]

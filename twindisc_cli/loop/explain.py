@@ -358,7 +358,7 @@ def _refusal(compared: Compared, every: Compared, judged: Judged, other: Case | 
     answer = compared.answer
     if not answer.terms:
         return None
-    loose = [str(answer.term(name)) for name in answer.terms if _is_loose(answer, name, judged.estimated)]
+    loose = [str(answer.term(name)) for name in answer.terms if _is_loose(answer, name)]
     if loose:
         return Refusal(f"has a parameter of {' and '.join(loose)} at a bound, or fixed by nothing")
     first = replace(every, answer=answer)
@@ -396,14 +396,13 @@ def is_negligible(found: Weighed) -> bool:
     return found.probability < RESAMPLING.rival_share
 
 
-def _is_loose(answer: Explanation, name: str, on_all: Fit) -> bool:
-    """Whether every size of an effect stands at a bound, or can be anything within its bounds; on all samples, too.
+def _is_loose(answer: Explanation, name: str) -> bool:
+    """Whether every size of an effect stands at a bound, or can be anything within its bounds.
 
     Parameters that only shape it may be loose, and one size of several: they are named in a note, and the effect is
     then possible at most.
     """
-    fixed = fixes_a_size(answer.fit, name) and fixes_a_size(on_all, name)
-    return not isinstance(answer.effect(name), Trial) and not fixed
+    return not isinstance(answer.effect(name), Trial) and not fixes_a_size(answer.fit, name)
 
 
 def _raised_elsewhere(judged: Judged, base: Explanation, test: Case) -> list[str]:

@@ -326,14 +326,16 @@ def _check_rig(log: Log, rig: Rig, history: History, mean: _Averages, step: Ints
 def _align(mean: _Averages, history: History, rig: Rig) -> Ints:
     """The step of each average: the cheapest path that never goes back.
 
-    Time only decides between steps that are the same, or whose creepages differ by less than the averages scatter.
+    Time decides between steps that are the same, or whose creepages differ by less than the averages scatter, and
+    counts as one tolerance of the creepage at most where they differ by more.
     """
     driven = np.flatnonzero(history.step_driven)
     ends = np.array([history.end_time[history.step == k][-1] for k in driven])
     lasts = np.array([history.duration[history.step == k].sum() for k in driven])
     since = (mean.time - mean.time[0])[:, None]
     late = np.maximum(since - ends, 0.0) + np.maximum(ends - lasts - since, 0.0)
-    cost = _misfit(mean, history, rig, driven) + 1e-3 * late / ends[-1]
+    too_late = np.minimum(late / ((_LONGEST - 1.0) * lasts), 1.0)
+    cost = _misfit(mean, history, rig, driven) + too_late**2 + 1e-3 * late / ends[-1]
     came_from = np.empty(cost.shape, dtype=np.int32)
     total, steps = cost[0], np.arange(len(driven), dtype=np.int32)
     for row in range(1, len(cost)):
