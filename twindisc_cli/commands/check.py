@@ -207,9 +207,7 @@ def weighings(facts: Facts) -> Iterator[Finding]:
     mass = facts.test.measured.mass
     if mass is None:
         return
-    for which in np.unique(mass.disc):
-        own = np.flatnonzero(mass.disc == which)
-        own = own[np.argsort(mass.iteration[own], kind="stable")]
+    for which, own in mass.of_discs().items():
         if len(own) < 2:
             continue
         gained, error = -np.diff(mass.loss[own]), np.hypot(mass.uncertainty[own][1:], mass.uncertainty[own][:-1])

@@ -65,7 +65,7 @@ class Effect:
     A `local` effect of the stage `wear` is asked strip by strip: it gets the wear index of strips across the track, and
     may use nothing else that changes along the test.
     `over` is the covariate of a learnt law that the effect changes over; "" where it is no law of a single one.
-    `same_as` says what is no effect of the catalogue and does the same, or nearly, to all that is recorded.
+    `same_as` says what is outside the catalogue and does the same, or nearly, to all that is recorded.
     Where several tests are explained together, `test` names the only one that it acts in.
     The module's docstring is its explanation: formula, symbols, what it leaves behind, validity.
     """

@@ -151,14 +151,14 @@ class View:
     @cached_property
     def pauses(self) -> list[tuple[float, float]]:
         """Beginning and end of every entry in which the discs stand still, on the common time axis."""
-        if self.along != "time":
-            return []
-        still = [
-            start + clock.drawn(np.stack([ends - durations, ends], axis=1)[~clock.test.history.driven])
-            for clock, start in zip(self.clocks, self.starts, strict=True)
-            for ends, durations in [(clock.test.history.end_time, clock.test.history.duration)]
-        ]
-        return [(float(begin), float(end)) for begin, end in np.concatenate(still)]
+        return list(self._pauses()) if self.along == "time" else []
+
+    def _pauses(self) -> Iterator[tuple[float, float]]:
+        for clock, start in zip(self.clocks, self.starts, strict=True):
+            history = clock.test.history
+            ends, still = history.end_time, ~history.driven
+            for begin, end in zip(clock.drawn(ends - history.duration)[still], clock.drawn(ends)[still], strict=True):
+                yield start + float(begin), start + float(end)
 
     def broken(self, x: Floats, *values: Floats) -> list[Floats]:
         """Abscissa and values over it, sorted (sample,), with a gap where a pause lies between two samples."""

@@ -135,9 +135,7 @@ def _wear_rates(model: ForwardModel, prediction: Prediction, samples: MassSample
     state, at = prediction.state, model.points.of_iteration
     rolled = np.cumsum(np.broadcast_to(state.rolling_speed, state.energy.shape)[0] * state.duration)
     rows = []
-    for number in np.unique(samples.disc):
-        mine = np.flatnonzero(samples.disc == number)
-        mine = mine[np.argsort(samples.iteration[mine])]
+    for number, mine in samples.of_discs().items():
         place = at[samples.iteration[mine] - 1]
         lost, distance, energy = (
             np.diff(values, prepend=0.0) for values in (samples.loss[mine], rolled[place], state.energy[0, place])

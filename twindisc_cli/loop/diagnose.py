@@ -56,8 +56,6 @@ from twindisc_cli.model.forward import Prediction
 
 PLACES = 60  # on the axis of a curve that is drawn
 DRAWS = 400  # of a band that is drawn
-MANY = 3
-"""Terms of one channel from which none is established: their sum describes the record more than it names causes."""
 
 
 def diagnose(
@@ -85,10 +83,11 @@ def diagnose(
     others = [with_its_noise(case, outcome.judged.before) for case in others]
     predictions = [_prediction(outcome, case) for case in others]
     contradicted = contradicted_by(predictions[-1]) if unseen else set()
-    effects, laws = _found(outcome, weights, contradicted, {rest.channel for rest in left})
+    crowded = _crowded(outcome.answer)
+    effects, laws = _found(outcome, weights, contradicted, crowded | {rest.channel for rest in left})
     elsewhere = [predict_test(case, outcome.judged.after) for case in others] if laws else []
     separating = [*outcome.judged.prediction("after"), *(e.prediction for e in elsewhere[-1:] if unseen)]
-    laws, together = _of_this_history(laws, contradicted, separating)
+    laws, together = _of_this_history(laws, contradicted | crowded, separating)
     not_excluded = _not_excluded(outcome)
     free = free_zero.with_free_zero(outcome.sure)
     progress("next experiment", 0.95)
@@ -173,12 +172,12 @@ def _listed(rest: Residual) -> list[Unexplained]:
 
 
 def _found(
-    outcome: Outcome, weights: Mapping[str, Weighed], contradicted: Container[str], unexplained: Container[str]
+    outcome: Outcome, weights: Mapping[str, Weighed], contradicted: Container[str], doubtful: Container[str]
 ) -> tuple[list[FoundEffect], list[FoundLaw]]:
     """Effects and laws of the answer, each with what cannot be separated from it.
 
-    contradicted: channels that another history shows to be predicted worse than without the answer; unexplained:
-    channels in which something is left.
+    contradicted: channels that another history shows to be predicted worse than without the answer; doubtful:
+    channels in which nothing is established, for something is left or many terms describe them.
     """
     effects, laws = [], []
     for name in outcome.answer.terms:
@@ -189,7 +188,8 @@ def _found(
         probability *= 1.0 - remains
         if channel in contradicted:
             probability = min(probability, RESAMPLING.contradicted)
-        strength = _strength(outcome, name, probability, rivals, explained=channel not in unexplained)
+        strength = _strength(outcome, name, probability, rivals)
+        strength = "probable" if strength == "established" and channel in doubtful else strength
         if isinstance(effect, Trial):
             laws.append(_law(outcome, name, effect, probability, rivals, strength, remains))
         else:
@@ -204,16 +204,16 @@ def _found(
 
 
 def _of_this_history(
-    laws: Sequence[FoundLaw], contradicted: Container[str], predictions: list[Prediction]
+    laws: Sequence[FoundLaw], among: Container[str], predictions: list[Prediction]
 ) -> tuple[list[FoundLaw], list[str]]:
-    """The laws, those as of this history alone that another contradicts, or whose covariate runs as another does.
+    """The laws, as of this history alone those of the channels `among`, and those whose covariate runs as another does.
 
     Of the latter notes say so. predictions: of the tests in which these would have to run apart.
     """
     found, notes = [], []
     for law in laws:
         names = confounded(predictions, law.law.quantity, law.law.covariate)
-        alone = bool(names) or law.channel in contradicted
+        alone = bool(names) or law.channel in among
         found.append(replace(law, law=replace(law.law, transfer="same_history")) if alone else law)
         if names:
             labels = " and ".join(covariate_of(name).label for name in names)
@@ -241,24 +241,17 @@ def _not_excluded(outcome: Outcome) -> list[Alternative]:
     return beside
 
 
-def _strength(
-    outcome: Outcome, name: str, probability: float, rivals: Sequence[Alternative], *, explained: bool
-) -> Strength:
-    """In a word: established where it comes back in nine of ten resamples and nothing stands against it.
-
-    explained: nothing is left in the channel that shows it.
-    """
+def _strength(outcome: Outcome, name: str, probability: float, rivals: Sequence[Alternative]) -> Strength:
+    """In a word: established where it comes back in nine of ten resamples and nothing stands against it."""
     same = outcome.on_all is None or outcome.answer.term(name) in outcome.on_all
-    sure = probability >= RESAMPLING.established and not rivals and same and outcome.blind and not _tied(outcome)
-    if sure and explained and not _among_many(outcome, name):
+    if probability >= RESAMPLING.established and not rivals and same and outcome.blind and not _tied(outcome):
         return "established"
     return "probable" if probability >= RESAMPLING.probable else "possible"
 
 
-def _among_many(outcome: Outcome, name: str) -> bool:
-    """Whether a term is one of so many of its channel that their sum describes more than it names."""
-    shown_in = [outcome.problem.shown_in(outcome.answer.effect(other)) for other in outcome.answer.terms]
-    return shown_in.count(outcome.problem.shown_in(outcome.answer.effect(name))) >= MANY
+def _crowded(answer: Explanation) -> set[str]:
+    """Channels that so many terms describe that their sum describes the record more than it names causes."""
+    return {c for c in answer.fit.problem.channels if len(answer.terms_in(c)) >= ACCEPTANCE.many_terms}
 
 
 def _tied(outcome: Outcome) -> bool:
@@ -277,7 +270,6 @@ def _law(
     remains: float,
 ) -> FoundLaw:
     law = _with_range(outcome, trial.law(outcome.judged.estimated.values(name)), rivals, trial.test)
-    law = replace(law, transfer="same_history") if _among_many(outcome, name) else law
     resembles = [
         (term.name, share)
         for term, member in outcome.compared.in_place_of(name).items()
@@ -486,21 +478,17 @@ def _unfixed(effects: Sequence[FoundEffect]) -> list[str]:
     ]
 
 
-def _sums_of_many(outcome: Outcome) -> list[str]:
-    """Channels of which so many terms are given that none of them is sure."""
-    many = dict.fromkeys(
-        channels()[outcome.problem.shown_in(outcome.answer.effect(name))].label
-        for name in outcome.answer.terms
-        if _among_many(outcome, name)
-    )
+def _sums_of_many(answer: Explanation) -> list[str]:
+    """Channels that so many terms describe that none of them is sure."""
     return [
-        f"{MANY} terms or more describe the {label}: a sum of that many describes this record, and may name no cause"
-        for label in many
+        f"{ACCEPTANCE.many_terms} terms or more describe the {channels()[channel].label}: a sum of that many describes "
+        "this record, and may name no cause"
+        for channel in sorted(_crowded(answer), key=list(channels()).index)
     ]
 
 
-def _also(effects: Sequence[FoundEffect]) -> list[str]:
-    """What is no effect of the catalogue and does the same, or nearly, as one that was added."""
+def _same_as(effects: Sequence[FoundEffect]) -> list[str]:
+    """What is outside the catalogue and does the same, or nearly, as an effect that was added."""
     return [
         f"{effect.name}: {catalogue()[effect.name].same_as}" for effect in effects if catalogue()[effect.name].same_as
     ]
@@ -537,7 +525,7 @@ def _notes(
 ) -> list[str]:
     """What the reader must know to weigh the verdict; elsewhere: tests that laws predict; free: with a free zero."""
     cases = outcome.problem.cases
-    notes = [*_refused(outcome), *_sums_of_many(outcome), *_also(effects), *_levels_of_sensors(laws)]
+    notes = [*_refused(outcome), *_sums_of_many(outcome.answer), *_same_as(effects), *_levels_of_sensors(laws)]
     notes += [*inputs_off(outcome.answer.fit), *_unfixed(effects), *_equal_covariates(weights)]
     notes += [note for predicted in elsewhere for note in _warned(laws, predicted)]
     notes += [f"{case.test.name}: {note}" for case in cases for note in _notes_on(case)]

@@ -120,6 +120,10 @@ class Explanation:
         """What all terms are."""
         return frozenset(self.term(name) for name in self.terms)
 
+    def terms_in(self, channel: str) -> list[str]:
+        """The terms that show first in a channel."""
+        return [name for name in self.terms if self.fit.problem.shown_in(self.effect(name)) == channel]
+
     @property
     def explained(self) -> set[str]:
         """The channels in which its terms show first."""

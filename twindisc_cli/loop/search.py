@@ -188,7 +188,7 @@ def without_two_terms(
     One by one they were exchanged for laws while another channel was not explained yet.
     """
     for channel in explanation.fit.problem.channels:
-        own = [n for n in explanation.terms if explanation.fit.problem.shown_in(explanation.effect(n)) == channel]
+        own = explanation.terms_in(channel)
         if len(own) != 2 or not any(name in explanation.laws for name in own):
             continue
         shorter = without(without(explanation, own[0]), own[1])

@@ -119,6 +119,8 @@ class Acceptance:
                             is significant is reported, however much was explained.
     mean_square_alone       the same above which it is reported whatever depends on nothing that was tried: twice the
                             noise, where the noise is known.
+    many_terms              terms of one channel from which none is established: their sum describes the record more
+                            than it names causes. Pairs of the seeds have two.
     tolerances_off          tolerances by which an input must most probably be off to be named in a note [1]: of the
                             twenty inputs of a test one is by chance in one test of a hundred.
     covariates_named        covariates named for an unexplained residual.
@@ -147,6 +149,7 @@ class Acceptance:
     another_effect: float = 0.5
     mean_square_left: float = 1.3
     mean_square_alone: float = 4.0
+    many_terms: int = 3
     tolerances_off: float = 3.5
     covariates_named: int = 2
     growth: float = 0.05

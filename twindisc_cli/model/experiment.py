@@ -366,6 +366,11 @@ class MassSamples:
     disc: Ints
     uncertainty: Floats
 
+    def of_discs(self) -> dict[int, Ints]:
+        """The weighings of each disc in their order (weighing of it,), by its number."""
+        order = np.argsort(self.iteration, kind="stable")
+        return {int(number): order[self.disc[order] == number] for number in np.unique(self.disc)}
+
 
 @dataclass(frozen=True)
 class TorqueZero:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from twindisc_cli.quantities import Quantity
 STEPS_THAT_WANDER = 5
 """Steps in which the noise may have a slow part: in fewer, levels leave in it what the discs do over the record."""
 LEAST_LEVEL = 0.05
-"""Level, over the mean square, below which a noise that grows with T/N is taken to be that of the meter at rest."""
+"""Level, over the root mean square, below which noise that grows with T/N is taken to be that of the meter at rest."""
 KNOTS = 13
 """Of what comes back in every step after the change of creepage."""
 
@@ -86,15 +87,15 @@ def noise(test: Experiment) -> Noise:
     size = float(np.sqrt(np.mean(samples.ratio**2)))
     series = samples.step if test.history.separate else np.zeros_like(samples.step)
     wanders = timed and len(np.unique(samples.step)) >= STEPS_THAT_WANDER
-    result = estimate(samples.ratio, trends, times, series, size, correlated=timed, wanders=wanders)
+    estimated = partial(estimate, at=times, series=series, size=size, correlated=timed, wanders=wanders)
+    result = estimated(samples.ratio, trends)
     left = detrended(samples.ratio, trends[-1], result.kept)
     load = np.log(test.history.load_factor[test.history.iteration_at(times)])
     level = np.log(np.maximum(np.abs(samples.ratio - left), LEAST_LEVEL * size))
     sizes = growth(result, left, [load, level, *([times] if timed else [])])
     if sizes is None:
         return result
-    scaled = samples.ratio / sizes, [trend / sizes[:, None] for trend in trends]
-    grown = replace(estimate(*scaled, times, series, size, correlated=timed, wanders=wanders), sizes=sizes)
+    grown = replace(estimated(samples.ratio / sizes, [trend / sizes[:, None] for trend in trends]), sizes=sizes)
     return grown if grown.estimated and likelier(grown, result, left) else result
 
 
