@@ -163,8 +163,9 @@ def test_a_wrong_value_is_one_problem_in_its_line(key: str, line: str, says: str
 @pytest.mark.parametrize(
     ("disc", "says"),
     [
-        ("{ rolling_radius_mm = -30.0, transverse_radius_mm = 30.0 }", "must be greater than 0, not -30.0"),
-        ("{ rolling_radius_mm = nan, transverse_radius_mm = 30.0 }", "must be greater than 0, not nan"),
+        ("{ rolling_radius_mm = -30.0, transverse_radius_mm = 30.0 }", "must be at least 0.1, not -30.0"),
+        ("{ rolling_radius_mm = nan, transverse_radius_mm = 30.0 }", "must be at least 0.1, not nan"),
+        ("{ rolling_radius_mm = 0.03, transverse_radius_mm = 30.0 }", "must be at least 0.1, not 0.03"),  # metres
         ("{ rolling_radius_mm = 30.0, transverse_radius_mm = 0 }", "must be a radius"),
         ("{ rolling_radius_mm = 30.0, transverse_radius_mm = inf }", "both are straight: give width_mm"),
         ("{ rolling_radius_mm = 30.0, transverse_radius_mm = -30.0 }", "touch at their edges"),
@@ -244,6 +245,19 @@ def test_all_mistakes_come_in_one_go() -> None:
 def test_rules_between_keys(extra: str, says: str) -> None:
     (problem,) = problems(VALID + extra)
     assert says in str(problem)
+
+
+@pytest.mark.parametrize(
+    ("table", "line", "says"),
+    [
+        ("material", "density_kg_m3 = 7.85", "must be at least 100, not 7.85"),  # g/cm3
+        ("thermal", "density_kg_m3 = 7.85", "must be at least 100, not 7.85"),
+        ("thermal", "specific_heat_J_kgK = 0.46", "must be at least 50, not 0.46"),  # kJ/(kg K)
+        ("thermal", "conductivity_W_mK = 24200", "must be at most 10000, not 24200"),  # mW/(m K)
+    ],
+)
+def test_no_solid_is_like_that(table: str, line: str, says: str) -> None:
+    assert says in only_problem(VALID.replace(f"[{table}]\n", f"[{table}]\n{line}\n"), line)
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,7 @@ CONTRACT = {
         load_error exact_elasticity""",
     "profile": """half_space_contact lateral_wander lateral_offset wear_partition severe_wear_transition wear_threshold
         running_in_wear temperature_dependent_wear shoulder_pileup profile_tilt stylus_smoothing""",
-    "temperature": """thermocouple_lag ambient_drift parasitic_heat heat_partition shaft_conduction
+    "temperature": """thermocouple_lag clock_offset ambient_drift parasitic_heat heat_partition shaft_conduction
         nonlinear_convection""",
 }
 """Names that test definitions use, by the channel an effect shows in first: they stay."""

@@ -337,6 +337,19 @@ def test_a_thermocouple_is_a_first_order_lag(lag: float) -> None:
     assert found.temperature[0] == pytest.approx(closed, abs=0.02)
 
 
+@pytest.mark.parametrize("offset", [40.0, -40.0])
+def test_a_clock_that_is_off_records_another_time(offset: float) -> None:
+    """T_r = T_0 + A [1 - exp(-(t - t_0) / tau)] after t_0, tau = C / hS; T_0 before."""
+    test = measured(history((0.05,), 5), each=24)
+    assert test.measured.temperature is not None
+    time = test.measured.temperature.time
+    rise, tau = 0.6 * LOAD * 0.05 * SPEED / 1.6, 100.0 / 1.6
+    closed = ROOM + rise * -np.expm1(-np.maximum(time - offset, 0.0) / tau)
+    found = predict(test, {"clock_offset": {"offset_s": offset}})
+    recorded = time - offset < time[-1]
+    assert found.temperature[0][recorded] == pytest.approx(closed[recorded], abs=0.03)
+
+
 # ------------------------------------------------------------------------------------------------ what is not there
 
 

@@ -13,7 +13,7 @@ from twindisc_cli.identify.friction import mean_and_interval, mu_from_traction, 
 from twindisc_cli.identify.law import unworn_law
 from twindisc_cli.identify.least_squares import fit_positive
 from twindisc_cli.identify.roots import bracketed_root
-from twindisc_cli.identify.steps import friction_in_use, identify_friction
+from twindisc_cli.identify.steps import FrictionInUse, energy_of_steps, friction_in_use, identify_friction
 from twindisc_cli.identify.track import worn_track
 from twindisc_cli.identify.wear_coefficient import bisect_depth
 from twindisc_cli.model.experiment import Experiment, Measured, Options, TractionSamples
@@ -171,9 +171,29 @@ def test_a_given_mu_goes_before_an_identified_and_that_before_the_constant(ambie
         options=replace(test.options, friction_coefficient=0.61),
         measured=replace(test.measured, traction=fewer),
     )
-    mu, source = friction_in_use(ForwardModel(test))
+    mu, source, *_ = friction_in_use(ForwardModel(test))
     assert mu[[2, 3, 7]] == pytest.approx([0.5, 0.33, 0.61])
     assert [source[i] for i in (2, 3, 7)] == ["identified", "given", "constant"]
+
+
+def test_errors_of_steps_add_in_squares_and_those_of_the_zero_add_up():
+    """E = E_1 + E_2: its own errors sqrt((3 %)^2 + (4 %)^2) of each half, the zero's 1 % and -0.5 % of each half."""
+    friction = FrictionInUse(
+        np.full(2, 0.5), ["identified"] * 2, own=np.array([0.06, 0.08]), of_zero=np.array([0.02, -0.01])
+    )
+    assert friction.error_of(np.array([7.0, 7.0])) == pytest.approx(np.hypot(0.05, 0.005))
+    assert friction.error_of(np.zeros(2)) == 0.0
+
+
+def test_the_error_of_the_energy_is_how_far_it_scatters(ambient):
+    energies, errors = [], []
+    for seed in range(100):
+        model = ForwardModel(with_traction(ambient, np.full(12, 0.5), samples=30, noise=0.03, seed=seed))
+        friction = friction_in_use(model)
+        of_steps = energy_of_steps(model, friction.mu)
+        energies.append(np.sum(of_steps))
+        errors.append(friction.error_of(of_steps))
+    assert np.std(energies) / np.mean(energies) == pytest.approx(np.mean(errors), rel=0.25)
 
 
 def test_bisection_follows_the_papers_rule():

@@ -20,7 +20,7 @@ from twindisc_cli.model.forward import ForwardModel
 @cache
 def air() -> tuple[ForwardModel, WearFit]:
     model = ForwardModel(shipped("ambient").experiment)
-    return model, identify_wear(model, friction_in_use(model)[0])
+    return model, identify_wear(model, friction_in_use(model).mu)
 
 
 @cache

@@ -50,7 +50,7 @@ def test_the_mu_of_each_step_leaves_of_one_sample_a_step_nothing(diagnosis: Diag
 def test_the_profile_misses_what_the_fit_of_k_by_least_squares_misses(diagnosis: Diagnosis) -> None:
     test = shipped(NITROGEN).experiment
     model = ForwardModel(test)
-    fit = identify_wear(model, friction_in_use(model)[0])
+    fit = identify_wear(model, friction_in_use(model).mu)
     used = ~diagnosis.curves[1].held_out
     missed = 1e6 * np.sqrt(np.mean((fit.height - fit.squares_height)[used] ** 2))
     error = with_step_friction(diagnosis, [test])["profile"]

@@ -11,7 +11,9 @@ from definitions import changed, outcome, shipped, write
 from twindisc_cli.commands import thermal
 from twindisc_cli.definition import load
 from twindisc_cli.errors import DefinitionError
+from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.model.experiment import TemperatureSamples
+from twindisc_cli.model.forward import ForwardModel
 
 
 @pytest.mark.parametrize("name", ["ambient", "cryogenic"])
@@ -68,6 +70,9 @@ def test_steady_rise_is_power_over_convection():
 
 def test_convection_is_found_from_a_temperature():
     test = shipped("ambient")
+    mu = friction_in_use(ForwardModel(test.experiment)).mu  # given, so that the power has no error
+    history = replace(test.experiment.history, given_mu=mu[test.experiment.history.step])
+    test = replace(test, experiment=replace(test.experiment, history=history))
     known = thermal.run(test)
     columns = {array.name: array.values for array in known.dataset.arrays}
     time = known.dataset.axes[0].values

@@ -291,6 +291,16 @@ def thermocouple_lag(rng: Generator, rig: Rig, base: Trace) -> Drawn:
     return Drawn(lambda size: Hidden(lag=size), 400.0)
 
 
+def clock_offset(rng: Generator, rig: Rig, base: Trace) -> Drawn:
+    """The logger of the temperature has a clock of its own."""
+    sign = _either(rng)
+
+    def at(size: float) -> Hidden:
+        return Hidden(read_temperature=lambda t, r: np.interp(t - sign * size, t, r))
+
+    return Drawn(at, 400.0)
+
+
 def ambient_drift(rng: Generator, rig: Rig, base: Trace) -> Drawn:
     """The environment warms or cools steadily."""
     sign, end = _either(rng), float(base.time[-1])
@@ -340,7 +350,8 @@ CATALOGUE: dict[str, tuple[str, Draw]] = {
             shoulder_pileup, profile_tilt, stylus_smoothing,
         ),
         "temperature": (
-            thermocouple_lag, ambient_drift, parasitic_heat, heat_partition, shaft_conduction, nonlinear_convection,
+            thermocouple_lag, clock_offset, ambient_drift, parasitic_heat, heat_partition, shaft_conduction,
+            nonlinear_convection,
         ),
     }.items()
     for draw in draws

@@ -12,7 +12,7 @@ from twindisc_cli.definition import Test
 from twindisc_cli.effects import catalogue
 from twindisc_cli.errors import DefinitionError
 from twindisc_cli.identify.mass import identify_from_mass
-from twindisc_cli.identify.steps import friction_in_use
+from twindisc_cli.identify.steps import FrictionInUse, friction_in_use
 from twindisc_cli.identify.wear import identify_wear
 from twindisc_cli.laws.law import warnings
 from twindisc_cli.measurement import RowCount
@@ -29,14 +29,14 @@ UNLIKE_UNDER_YAW = (
 )
 
 
-def friction_of_steps(model: ForwardModel) -> tuple[Floats, list[str]]:
-    """The mu of each step (step,) and where it is from: given, identified or constant.
+def friction_of_steps(model: ForwardModel) -> FrictionInUse:
+    """The mu of each step.
 
     A step without creepage needs none; for any other an unknown one is an error of the definition.
     """
-    mu, source = friction_in_use(model)
-    idle = np.isnan(mu) & (model.experiment.history.step_creepage == 0.0)
-    mu = np.where(idle, 1.0, mu)
+    friction = friction_in_use(model)
+    idle = np.isnan(friction.mu) & (model.experiment.history.step_creepage == 0.0)
+    mu = np.where(idle, 1.0, friction.mu)
     unknown = [str(i + 1) for i in np.flatnonzero(np.isnan(mu))]
     if unknown:
         what = (
@@ -44,7 +44,7 @@ def friction_of_steps(model: ForwardModel) -> tuple[Floats, list[str]]:
             "give friction_coefficient under [model], or mu in the step"
         )
         raise DefinitionError(what)
-    return mu, source
+    return friction._replace(mu=mu)
 
 
 def wear_coefficient(model: ForwardModel, mu: Floats) -> tuple[float, str]:

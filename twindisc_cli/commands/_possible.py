@@ -50,7 +50,7 @@ def as_declared(test: Experiment) -> tuple[State, Floats]:
     An unknown friction is NaN there, and 1 in the state.
     """
     model = ForwardModel(test)
-    mu = friction_in_use(model)[0]
+    mu = friction_in_use(model).mu
     base = BaseParameters.declared(test, np.nan_to_num(mu, nan=1.0)[None])
     state = model.predict(base, profiled=False).state
     return state, mu[test.history.step][model.points.iteration]

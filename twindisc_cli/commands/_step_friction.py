@@ -60,7 +60,7 @@ def _wear_coefficient(model: ForwardModel, mu: Floats) -> float:
 def _predicted(test: Experiment) -> dict[str, Floats]:
     """Each measured channel (sample,) of a test by its base model with the mu of each step."""
     model = ForwardModel(test)
-    mu, _ = friction_of_steps(model)
+    mu = friction_of_steps(model).mu
     base = replace(BaseParameters.declared(test, mu[None]), K=np.array([_wear_coefficient(model, mu)]))
     if "temperature" in measured_channels(test) and np.isnan(base.convection[0]):
         base = replace(base, convection=np.array([identify_convection(model, mu).value]))

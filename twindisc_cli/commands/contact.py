@@ -150,9 +150,9 @@ def _operating_point(model: ForwardModel, *, step: int | None, creepage: float |
     steps = len(test.history.step_creepage)
     if step is not None and not 1 <= step <= steps:
         raise DefinitionError(f"--step {step}: the history has the steps 1 to {steps}")
-    result, source = friction_in_use(model)
-    known = np.isfinite(result) & (test.history.step_creepage != 0.0)
-    state = model.predict(BaseParameters.declared(test, np.where(known, result, 1.0)[None])).state
+    friction = friction_in_use(model)
+    known = np.isfinite(friction.mu) & (test.history.step_creepage != 0.0)
+    state = model.predict(BaseParameters.declared(test, np.where(known, friction.mu, 1.0)[None])).state
     first = model.points.of_iteration[test.history.step_begin]
     shape = (1, len(model.points.time))
 
@@ -174,7 +174,9 @@ def _operating_point(model: ForwardModel, *, step: int | None, creepage: float |
         creepage_y=float(at(state.lateral_creepage)[chosen]),
         spin=float(at(state.spin)[chosen]),
         normal_load=float(at(state.normal_load)[chosen]),
-        origin=_origin(chosen, source[chosen], share[chosen], creepage=creepage, mu=mu, asked=step is not None),
+        origin=_origin(
+            chosen, friction.source[chosen], share[chosen], creepage=creepage, mu=mu, asked=step is not None
+        ),
         illustrative=creepage is not None or mu is not None,
     )
 

@@ -3,6 +3,7 @@
     W = K E / H     K, per dissipated energy E, as everywhere in the program (Eqs. 12, 13)
     W = k N s / H   Archard's k, per load and distance slid: K times the mean T/N
 
+K errs as E does, which errs as T/N: its samples scatter, and the zero of the torque has an error of its own.
 Where the discs were weighed, K also, or only, from the mass they lost. A second figure shows how far K moves with
 what the test does not say.
 """
@@ -21,6 +22,7 @@ from twindisc_cli.identify.least_squares import NINETY
 from twindisc_cli.identify.mass import MassFit, identify_from_mass
 from twindisc_cli.identify.regimes import Regime, regimes_of_logarithms
 from twindisc_cli.identify.sensitivity import Variation, sensitivity
+from twindisc_cli.identify.steps import energy_of_steps
 from twindisc_cli.identify.wear import WearFit, identify_wear
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.model.forward import ForwardModel
@@ -41,12 +43,15 @@ def run(test: Test) -> Result:
     """Find K of a test."""
     experiment = test.experiment
     model = ForwardModel(experiment)
-    mu, _ = friction_of_steps(model)
-    mass = identify_from_mass(model, mu) if experiment.measured.mass is not None else None
+    friction = friction_of_steps(model)
+    error = friction.error_of(energy_of_steps(model, friction.mu))
+    mass = None
+    if experiment.measured.mass is not None:
+        mass = identify_from_mass(model, friction.mu).with_energy_error(error)
     stated = _stated(experiment)
     if mass is not None and experiment.measured.profile is None:
         return _by_weight(experiment, mass, known_from_mass(mass, stated))
-    fit = identify_wear(model, mu)
+    fit = identify_wear(model, friction.mu).with_energy_error(error)
     if not fit.bisection.converged:
         raise ValidityError(
             f"no K from {fit.bisection.bracket[0]:.2g} to {fit.bisection.bracket[1]:.2g} makes the simulated depth "

@@ -35,7 +35,7 @@ def run(test: Test) -> Result:
             "profile; give each test a definition of its own"
         )
     model = ForwardModel(experiment)
-    mu, _ = friction_of_steps(model)
+    mu = friction_of_steps(model).mu
     k, source = wear_coefficient(model, mu)
     if np.isnan(k):
         raise DefinitionError(

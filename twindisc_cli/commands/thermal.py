@@ -13,7 +13,7 @@ from twindisc_cli.errors import DefinitionError
 from twindisc_cli.identify.convection import identify_convection
 from twindisc_cli.identify.jump import Jump, largest_jump
 from twindisc_cli.identify.least_squares import NINETY
-from twindisc_cli.identify.steps import identify_friction
+from twindisc_cli.identify.steps import energy_of_steps, identify_friction
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, Thermal
 from twindisc_cli.model.forward import ForwardModel, Prediction
@@ -155,11 +155,13 @@ def _jump_figure(jump: Jump | None, test: Experiment) -> Figure:
 
 def _heat(model: ForwardModel, thermal: Thermal) -> Heat:
     test = model.experiment
-    mu, _ = friction_of_steps(model)
+    friction = friction_of_steps(model)
+    mu = friction.mu
     convection, std, source = thermal.convection, np.nan, "given"
     if not np.isfinite(convection):
         fit = identify_convection(model, mu)
-        convection, std, source = fit.value, fit.std, "from the measured temperature"
+        of_power = fit.value * friction.error_of(energy_of_steps(model, mu))
+        convection, std, source = fit.value, float(np.hypot(fit.std, of_power)), "from the measured temperature"
     k, wear = wear_coefficient(model, mu)
     base = BaseParameters.declared(test, mu[None])
     prediction = model.predict(replace(base, K=np.array([k]), convection=np.array([convection])))

@@ -87,7 +87,7 @@ Positive = Annotated[float, Field(gt=0.0)]
 Temperature = Annotated[float, Field(ge=-273.15, le=3000.0)]
 Friction = Annotated[float, Field(gt=0.0, le=5.0, description="coefficient of friction")]
 RollingRadius = Annotated[
-    float, Field(gt=0.0, allow_inf_nan=True, description="radius along rolling; inf for a flat rail or plate")
+    float, Field(ge=0.1, allow_inf_nan=True, description="radius along rolling; inf for a flat rail or plate")
 ]
 TransverseRadius = Annotated[
     float,
@@ -100,7 +100,7 @@ Poisson = Annotated[float, Field(ge=0.0, le=0.5, description="Poisson's ratio")]
 Slope = Annotated[
     float, Field(gt=0.0, le=2.0, description="initial slope of the creep curve over Kalker's"), *_UNCERTAIN
 ]
-Density = Annotated[float, Field(gt=0.0, le=30000.0, description="of the disc, for the mass it loses")]
+Density = Annotated[float, Field(ge=100.0, le=30000.0, description="of the disc, for the mass it loses")]
 Hardness = Annotated[float, Field(gt=0.0, le=12000.0, description="Vickers hardness"), *_UNCERTAIN]
 
 
@@ -176,9 +176,9 @@ class ThermalTable(Table):
     initial_temperature_C: Temperature | None = Field(default=None, description="left out: the environment's")
     heat_capacity_J_K: Positive | None = Field(default=None, description="of the disc; or give volume_mm3")
     volume_mm3: Positive | None = Field(default=None, description="with density and specific heat: the heat capacity")
-    density_kg_m3: Positive = Field(default=7650.0, description="of the disc; default AISI 440C")
-    specific_heat_J_kgK: Positive = Field(default=460.0, description="of the disc; default AISI 440C")
-    conductivity_W_mK: Positive = Field(default=24.2, description="of the disc; default AISI 440C")
+    density_kg_m3: Density = Field(default=7650.0, description="of the disc; default AISI 440C")
+    specific_heat_J_kgK: float = Field(default=460.0, ge=50.0, le=20000.0, description="of the disc; default AISI 440C")
+    conductivity_W_mK: float = Field(default=24.2, ge=0.005, le=10000.0, description="of the disc; default AISI 440C")
     convection_W_K: Positive | None = Field(default=None, description="h S; left out: identified from a temperature")
     heat_transfer_W_m2K: Positive | None = Field(default=None, description="h, with surface_mm2")
     fluid_conductivity_W_mK: Positive | None = Field(default=None, description="with nusselt_per_length_1_m")

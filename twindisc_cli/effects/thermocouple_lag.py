@@ -45,6 +45,5 @@ EFFECT = Effect(
               meaning="time constant of the sensor"),
     ),
     apply=apply,
-    same_as="a temperature log whose clock is late does nearly the same",
     source="R. J. Moffat, Experimental Thermal and Fluid Science 1 (1988) 3-17",
 )  # fmt: skip

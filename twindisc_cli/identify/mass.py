@@ -61,6 +61,14 @@ class MassFit:
     of_disc: Mapping[int, tuple[float, float]]
     rates: WearRates
 
+    def with_energy_error(self, error: float) -> MassFit:
+        """Add the standard error of the energy, as a share of it, to those of K."""
+        return replace(
+            self,
+            std=float(np.hypot(self.std, error * self.wear_coefficient)),
+            of_disc={disc: (k, float(np.hypot(std, error * k))) for disc, (k, std) in self.of_disc.items()},
+        )
+
 
 def worn_mass(model: ForwardModel, prediction: Prediction) -> Floats:
     """The mass loss [kg] of a prediction at the weighings of its test, (set, sample)."""

@@ -81,7 +81,7 @@ def reproduce(air: Experiment, nitrogen: Experiment, revised: Experiment | None 
     for test in (air, nitrogen):
         _refuse_what_lacks(test)
     model = ForwardModel(_as_in_the_paper(air))
-    fit = identify_wear(model, friction_in_use(model)[0])
+    fit = identify_wear(model, friction_in_use(model).mu)
     k = fit.bisection.wear_coefficient
     added = {} if revised is None else _of_the_wear(revised)
     return Paper(_test(air, k, revised), _test(nitrogen, k, revised), fit, added)
@@ -114,7 +114,7 @@ def _test(test: Experiment, k: float, after: Experiment | None) -> PaperTest:
     model, profile = ForwardModel(plain), plain.measured.profile
     if profile is None:
         raise AssertionError
-    mu = friction_in_use(model)[0]
+    mu = friction_in_use(model).mu
     last = last_profile(profile)
     y, height = profile.y[last], profile.height[last]
     base = BaseParameters.declared(plain, mu[None])
@@ -137,7 +137,7 @@ def _test(test: Experiment, k: float, after: Experiment | None) -> PaperTest:
 
 def _worn(test: Experiment, k: float, y: Floats, height: Floats) -> Worn:
     model = ForwardModel(test)
-    history = wear_history(model, mu=friction_in_use(model)[0], wear_coefficient=k)
+    history = wear_history(model, mu=friction_in_use(model).mu, wear_coefficient=k)
     simulated = np.interp(y, history.y, history.height[-1], left=0.0, right=0.0)
     return Worn(k, history, float(np.sqrt(np.mean((height - simulated) ** 2))))
 

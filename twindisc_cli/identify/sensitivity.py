@@ -73,7 +73,7 @@ def _k_of_depth(test: Experiment, fit: WearFit) -> float:
     if profile is None:
         return np.nan
     unworn = replace(test, options=replace(test.options, wear_coefficient=np.nan))  # its friction depends on no K
-    last, mu = last_profile(profile), friction_in_use(ForwardModel(unworn))[0]
+    last, mu = last_profile(profile), friction_in_use(ForwardModel(unworn)).mu
     known = np.where(np.isfinite(mu), mu, 1.0)
 
     def depth(k: float) -> float:
@@ -143,7 +143,7 @@ RULES: Mapping[str, tuple[Rule, str]] = {
 
 def _by_rule(model: ForwardModel, fit: WearFit, k: float) -> dict[str, float]:
     """K of each rule over the model's K."""
-    mu = friction_in_use(model)[0]
+    mu = friction_in_use(model).mu
     energy = model.predict(BaseParameters.declared(model.experiment, mu[None])).state.energy[0]
     of_iteration = np.diff(energy[model.points.of_iteration], prepend=0.0)
     return {

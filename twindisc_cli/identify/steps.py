@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from twindisc_cli.identify.friction import (
     states,
 )
 from twindisc_cli.identify.law import unworn_law
+from twindisc_cli.identify.least_squares import NINETY
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, Traction, TractionSamples
 from twindisc_cli.model.forward import ForwardModel
@@ -52,6 +54,25 @@ class StepFriction:
     share: Floats
     state: list[str | None]
     approximate: Floats
+
+
+class FrictionInUse(NamedTuple):
+    """The mu of each step, and what the error of its T/N means for the energy; each (step,).
+
+    mu [1], NaN where it is unknown; source: given, identified, constant or unknown; own, of_zero: standard errors of
+    T/N over T/N [1], by the samples of the step and by the zero of the torque, which errs in all steps together; zero
+    where mu was not identified.
+    """
+
+    mu: Floats
+    source: list[str]
+    own: Floats
+    of_zero: Floats
+
+    def error_of(self, energy: Floats) -> float:
+        """Standard error of the energy that the steps dissipate (step,) [J] together, over that energy; 0 of none."""
+        error = np.hypot(np.linalg.norm(energy * self.own), energy @ self.of_zero)
+        return float(error / np.sum(energy)) if np.any(energy > 0.0) else 0.0
 
 
 def identify_friction(model: ForwardModel) -> StepFriction:
@@ -104,18 +125,31 @@ def softness(test: Experiment, friction: StepFriction) -> Floats:
     return np.asarray(law.unsaturation(ratio[below] / mu) * mu / (law.slope * creepage[below]))
 
 
-def friction_in_use(model: ForwardModel) -> tuple[Floats, list[str]]:
-    """The mu of each step (step,), and where it is from: given, identified, constant, or unknown (NaN)."""
+def friction_in_use(model: ForwardModel) -> FrictionInUse:
+    """The mu of each step, and where it is from."""
     test = model.experiment
     first = test.history.step_begin
     given, constant = test.history.given_mu[first], test.options.friction_coefficient
-    result = identify_friction(model).mu if test.measured.traction is not None else np.full(len(first), np.nan)
+    own, of_zero, result = np.zeros(len(first)), np.zeros(len(first)), np.full(len(first), np.nan)
+    if test.measured.traction is not None:
+        friction, zero = identify_friction(model), zero_error(test)
+        result, ratio = friction.mu, np.where(friction.mu > 0.0, friction.ratio, np.nan)
+        own = np.sqrt(np.maximum((friction.half / NINETY) ** 2 - zero**2, 0.0)) / ratio
+        of_zero = zero / ratio
     choices = [("given", given), ("identified", np.where(result > 0.0, result, np.nan)), ("constant", constant)]
     mu, source = np.full(len(first), np.nan), np.full(len(first), "unknown", dtype=object)
     for name, values in reversed(choices):
         known = np.isfinite(np.broadcast_to(values, mu.shape))
         mu, source = np.where(known, values, mu), np.where(known, name, source)
-    return mu, [str(name) for name in source]
+    own, of_zero = (np.where((source == "identified") & np.isfinite(error), error, 0.0) for error in (own, of_zero))
+    return FrictionInUse(mu, [str(name) for name in source], own, of_zero)
+
+
+def energy_of_steps(model: ForwardModel, mu: Floats) -> Floats:
+    """Energy that each step dissipates with mu (step,) in the contact [J], (step,)."""
+    state = model.predict(BaseParameters.declared(model.experiment, mu[None]), profiled=False).state
+    step, spent = model.experiment.history.step[model.points.iteration], state.power * state.duration
+    return np.asarray(np.bincount(step, np.broadcast_to(spent, (1, len(step)))[0], minlength=len(mu)))
 
 
 def _wears(test: Experiment) -> bool:

@@ -64,6 +64,12 @@ class WearFit(WornDisc):
         """Archard's k of W = k N s / H [1] over K of W = K E / H: the mean T/N, weighed by the distance slid."""
         return self.energy / self.sliding
 
+    def with_energy_error(self, error: float) -> WearFit:
+        """Add the standard error of the energy, as a share of it, to those of K."""
+        squares = self.least_squares
+        squares = replace(squares, std=float(np.hypot(squares.std, error * squares.value)))
+        return replace(self, least_squares=squares, std=_std(squares, self.wear_coefficient))
+
 
 def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
     """Fit K to the measured profiles with mu (step,) in the contact."""
@@ -84,7 +90,7 @@ def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
     return WearFit(
         **vars(worn),
         wear_coefficient=k,
-        std=float(np.hypot(squares.std, squares.value - k)),
+        std=_std(squares, k),
         method="least squares" if agrees else "bisection",
         bisection=bisection,
         least_squares=squares,
@@ -93,6 +99,11 @@ def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
         squares_height=squares.predicted[worn.last],
         rms=float(np.sqrt(np.mean((worn.height - simulated) ** 2))),
     )
+
+
+def _std(squares: Fit, k: float) -> float:
+    """Standard error of K, which takes in how far the K of least squares is from it."""
+    return float(np.hypot(squares.std, squares.value - k))
 
 
 def fit_wear_squares(model: ForwardModel, mu: Floats) -> Fit:
