@@ -150,6 +150,23 @@ def test_intervals_of_mu_cover_the_truth(ambient):
     assert 0.88 < np.mean(inside) < 0.92
 
 
+def test_the_interval_holds_mu_where_the_mean_creepage_errs(ambient):
+    """In partial slip an error of the creepage, too, is one of T/N; 90 % of the intervals hold the true mu."""
+    history_ = replace(ambient.history, creepage=np.where(ambient.history.step % 2 == 0, 2e-3, 0.03))
+    test = replace(ambient, history=history_)
+    random = np.random.default_rng(3)
+    inside = []
+    for seed in range(60):
+        made = with_traction(test, np.full(12, 0.5), samples=20, noise=0.002, seed=seed)
+        recorded = made.measured.traction.creepage + np.repeat(2e-5 * random.standard_normal(12), 20)
+        samples = replace(made.measured.traction, creepage=recorded)
+        measured = replace(made.measured, traction=samples, creepage_noise=2e-5 * np.sqrt(20.0))
+        found = identify_friction(ForwardModel(replace(made, measured=measured)))
+        assert found.state[0] == "partial_slip"
+        inside.append((found.low <= 0.5) & (found.high >= 0.5))
+    assert 0.87 < np.mean(inside) < 0.93
+
+
 def test_interval_is_open_above_where_the_elastic_limit_is_near():
     ratio = np.array([0.39, 0.45])
     found = mu_from_traction(ratio, traction=lambda mu: np.minimum(mu, 0.4 * mu / (mu + 0.1)))

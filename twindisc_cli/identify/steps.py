@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -31,7 +32,9 @@ from twindisc_cli.model.traction_law import share_of_full_slip
 
 FAR_BEYOND = 2.0
 """A step slides all over, whatever the contact's softness, at so many times the creepage of full slip."""
-Explanation = tuple[Callable[[Floats], Floats], Callable[[Floats], Floats]]
+LEAST = 1e-6
+"""A mu [1] that is as good as none."""
+Explanation = tuple[Callable[..., Floats], Callable[[Floats], Floats]]
 
 
 @dataclass(frozen=True)
@@ -39,8 +42,8 @@ class StepFriction:
     """What the measured traction of each step says, each (step,); NaN where nothing was measured.
 
     creepage and ratio T/N, means of the samples [1], with their signs; half, half the 90 % interval of ratio, from the
-    samples' scatter and the error of the torque's zero; mu and
-    its interval low ... high [1], inf above the elastic limit; share, T/(mu N) at mu; state, None where nothing was
+    samples' scatter, the error of the torque's zero and that of the mean creepage, by the slope of the creep curve; mu
+    and its interval low ... high [1], inf above the elastic limit; share, T/(mu N) at mu; state, None where nothing was
     measured. approximate: by how much mu is higher by the exact law, where FASTSIM is declared on two cylinders; it is
     in the interval.
     """
@@ -87,9 +90,13 @@ def identify_friction(model: ForwardModel) -> StepFriction:
     sense = np.where(creepage < 0.0, -1.0, 1.0)
     plain = model.experiment.is_plain and model.experiment.history.is_constant and not _wears(model.experiment)
     traction, share_at = _in_closed_form(model.experiment, samples) if plain else _through_model(model, samples)
-    targets = np.stack([sense * ratio, sense * ratio - half, sense * ratio + half])
     highest = HIGHEST_THAT_WEARS if _wears(model.experiment) else HIGHEST
-    mu, low, high = mu_from_traction(targets, traction=lambda mu: sense * traction(mu), highest_mu=highest)
+    inverted = partial(mu_from_traction, traction=lambda mu: sense * traction(mu), highest_mu=highest)
+    if np.any(error := creepage_error(model.experiment)):
+        mu = np.clip(np.nan_to_num(inverted((sense * ratio)[None]), nan=1.0), LEAST, highest)
+        off = traction(mu, error) - traction(mu, -error)
+        half = np.hypot(half, half_interval(0.5 * np.nan_to_num(off[0])))
+    mu, low, high = inverted(np.stack([sense * ratio, sense * ratio - half, sense * ratio + half]))
     apart = model_error(model.experiment, samples, sense, sense * ratio)
     low, high = low + np.minimum(apart, 0.0), high + np.maximum(apart, 0.0)
     share = share_at(np.where(np.isfinite(mu) & (mu > 0.0), mu, 1.0))
@@ -106,6 +113,15 @@ def zero_error(test: Experiment) -> Floats:
     if zero is None or not zero.taken_off:
         return np.zeros(len(test.history.step_creepage))
     return np.asarray(np.nan_to_num(zero.of_step))
+
+
+def creepage_error(test: Experiment) -> Floats:
+    """Standard error [1] of the mean creepage of each step, by the noise that was taken off it (step,)."""
+    steps = len(test.history.step_creepage)
+    if test.measured.traction is None:
+        return np.zeros(steps)
+    count = np.bincount(test.measured.traction.step, minlength=steps)
+    return np.asarray(test.measured.creepage_noise / np.sqrt(np.maximum(count, 1)))
 
 
 def softness(test: Experiment, friction: StepFriction) -> Floats:
@@ -175,11 +191,15 @@ def model_error(test: Experiment, samples: TractionSamples, sense: Floats, ratio
 
 
 def _in_closed_form(test: Experiment, samples: TractionSamples) -> Explanation:
-    """T/N (..., step) over mu (..., step), and T/(mu N) (step,), by the declared law on the unworn patch."""
+    """T/N (..., step) over mu (..., step), and T/(mu N) (step,), by the declared law on the unworn patch.
+
+    T/N is that at creepages that are larger by `more` [1] (step,), where it is given.
+    """
     law, mean = unworn_law(test), _mean_of_steps(test, samples)
 
-    def traction(mu: Floats) -> Floats:
-        return mean(law.apparent(mu[..., samples.step], samples.creepage))
+    def traction(mu: Floats, more: Floats | None = None) -> Floats:
+        creepage = samples.creepage if more is None else samples.creepage + more[samples.step]
+        return mean(law.apparent(mu[..., samples.step], creepage))
 
     def share(mu: Floats) -> Floats:
         return mean(law.saturation(law.slope * np.abs(samples.creepage) / mu[samples.step]))
@@ -188,11 +208,15 @@ def _in_closed_form(test: Experiment, samples: TractionSamples) -> Explanation:
 
 
 def _through_model(model: ForwardModel, samples: TractionSamples) -> Explanation:
-    """T/N (set, step) over mu (set, step), and T/(mu N) (step,), with the declared effects and wear acting."""
-    mean = _mean_of_steps(model.experiment, samples)
+    """The same with the declared effects and wear acting, mu (set, step)."""
+    mean, history = _mean_of_steps(model.experiment, samples), model.experiment.history
 
-    def traction(mu: Floats) -> Floats:
-        return mean(model.predict(BaseParameters.declared(model.experiment, mu), profiled=False).traction)
+    def traction(mu: Floats, more: Floats | None = None) -> Floats:
+        base = BaseParameters.declared(model.experiment, mu)
+        if more is not None:
+            creepage = np.where(history.creepage == 0.0, np.inf, history.creepage)
+            base = replace(base, creepage_factor=(1.0 + more[history.step] / creepage)[None])
+        return mean(model.predict(base, profiled=False).traction)
 
     def share(mu: Floats) -> Floats:
         state = model.predict(BaseParameters.declared(model.experiment, mu[None]), profiled=False).state

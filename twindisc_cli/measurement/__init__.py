@@ -142,7 +142,10 @@ class _Reading:
 
 @dataclass(frozen=True)
 class _Traction:
-    """Samples of the traction and the history; zero, begin and shifts of the clock are known of a log."""
+    """Samples of the traction and the history; zero, begin and shifts of the clock are known of a log.
+
+    creepage_noise: what was taken off the creepages, its standard deviation [1].
+    """
 
     samples: TractionSamples | None = None
     history: History | None = None
@@ -150,6 +153,7 @@ class _Traction:
     begin: float | None = None
     shifts: Sequence[float] = ()
     columns: Mapping[str, RecordedColumn] = field(default_factory=dict)
+    creepage_noise: float = 0.0
 
 
 def read(
@@ -193,7 +197,7 @@ def read(
         raise MeasurementError(reading.problems)
     measured = Measured(
         traction.samples, profile, temperature, mass, provenance, torque_zero=traction.zero, profile_place=place,
-        start=start, others=others, columns=traction.columns,
+        start=start, creepage_noise=traction.creepage_noise, others=others, columns=traction.columns,
     )  # fmt: skip
     return Recorded(measured, history, reading.hashes, tuple(reading.rows))
 
@@ -231,7 +235,7 @@ def _without_creepage_noise(traction: _Traction, reading: _Reading) -> _Traction
     steady = steadied(samples.creepage, samples.ratio, samples.time, samples.step)
     if steady.note:
         reading.rows[-1] = replace(reading.rows[-1], notes=(steady.note, *reading.rows[-1].notes))
-    return replace(traction, samples=replace(samples, creepage=steady.creepage))
+    return replace(traction, samples=replace(samples, creepage=steady.creepage), creepage_noise=steady.std)
 
 
 def _temperature(reading: _Reading, history: History, traction: _Traction) -> TemperatureSamples:

@@ -402,6 +402,7 @@ class Measured:
     """The measured channels of a test; None where a channel was not measured, or a zero or a place is not known.
 
     start: the new discs, where they were measured; what their profiles became is measured from there.
+    creepage_noise: standard deviation [1] of the noise that was taken off the creepages of the traction's samples.
     others: samples of further channels by name. columns: what laws may run over besides, by how it is declared.
     """
 
@@ -413,6 +414,7 @@ class Measured:
     torque_zero: TorqueZero | None = None
     profile_place: ProfilePlace | None = None
     start: Start | None = None
+    creepage_noise: float = 0.0
     others: Mapping[str, Any] = field(default_factory=dict)
     columns: Mapping[str, RecordedColumn] = field(default_factory=dict)
 
