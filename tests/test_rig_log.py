@@ -135,7 +135,7 @@ def test_rows_are_told_by_every_command(tmp_path: Path, capsys: pytest.CaptureFi
         assert row["file"] == "log.csv"
         assert row["read"] == 540
         assert row["left_out"]["unloaded"] == 120
-        assert f"log.csv: {row['used']} of 540 rows used; left out: " in err
+        assert f"log.csv: {row['used']} of 540 rows taken; left out: " in err
         assert "120 unloaded" in err
         zero = (
             r"torque zero 3[45](\.\d)? ± 0\.\d+ mN m \(one standard deviation\), from 120 rows without load in 2 "

@@ -16,7 +16,7 @@ from score.hiding import channel_of, draw
 from score.histories import GEOMETRIES, draw_rig, off_by_tolerance
 from score.judging import judge
 from score.making import APART, Case, _attempt, _setting, make, make_test, truth
-from score.rig import VICKERS, March, Rig
+from score.rig import VICKERS, March, Rig, spreading
 from score.scoring import calibration_error, is_right, reliability, table
 from score.sensors import CHANNELS, covariates, draw_plan, noise, read, whiten
 from score.sizing import Bench, Ruler
@@ -113,6 +113,15 @@ def test_implicit_wear_does_not_depend_on_the_size_of_the_steps_beyond_its_error
     depth = [March(dataclasses.replace(rig, presses=count)).run().profiles[13][1].max() for count in (15, 30, 60)]
     assert abs(depth[1] - depth[2]) < 0.7 * abs(depth[0] - depth[1])
     assert depth[0] == pytest.approx(depth[2], rel=5e-3)
+
+
+@pytest.mark.parametrize("evenly", [False, True])
+def test_a_wander_spreads_by_its_standard_deviation_and_makes_no_wave_grow(evenly):
+    y = 5e-6 * np.arange(-60, 61)
+    matrix = spreading(y, 40e-6, evenly=evenly)
+    row = matrix[60] / matrix[60].sum()
+    assert np.sqrt(row @ y**2) == pytest.approx(40e-6, rel=0.01)
+    assert np.linalg.eigvalsh(matrix).min() > -1e-12
 
 
 @pytest.mark.parametrize("hidden", [NOTHING, Hidden(wander=0.1e-3), Hidden(contact="hertz"), Hidden(other_disc=0.3)])

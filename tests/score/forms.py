@@ -165,7 +165,7 @@ def drift_of_a_root(rng: Generator, rig: Rig, base: Trace) -> Drawn:
 
 
 def even_wander(rng: Generator, rig: Rig, base: Trace) -> Drawn:
-    """The contact wanders evenly between two ends."""
+    """Each of the two discs wanders evenly between two ends."""
     return Drawn(lambda size: Hidden(wander=size, wanders_evenly=True), 1.2 * rig.ellipse().b)
 
 

@@ -61,7 +61,7 @@ class Hidden:
     wear_across: Callable[[Floats], Floats] | None = None  # factor of K over y / edge of the track
     wear_locally: Callable[[Floats], Floats] | None = None  # factor of K over the wear index of each strip [N/m2]
     wander: float = 0.0  # standard deviation of the lateral position of the contact [m]
-    wanders_evenly: bool = False  # between two ends instead of normally
+    wanders_evenly: bool = False  # each disc between two ends, instead of normally
     other_disc: float = 0.0  # share of the wear that disc 1 takes [1]
     # the heat as the moment has it
     warming: Callable[[Moment], float] | None = None  # factor of the power that enters the disc

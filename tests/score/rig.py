@@ -214,7 +214,7 @@ class _Patch:
     def _lay(self, count: int) -> None:
         """Lay so many strips beside each other."""
         self.y = (np.arange(count) + 0.5 - 0.5 * count) * self.dy
-        self._spreading = _spreading(self.y, self._spread, evenly=self._evenly)
+        self._spreading = spreading(self.y, self._spread, evenly=self._evenly)
         if self.kind == "half_space":
             self._solver = HalfSpace(
                 load=self.load, modulus=self._rig.contact_modulus, curvature_x=2.0 / self._rig.radius, y=self.y,
@@ -372,13 +372,18 @@ class _OwnTrack:
             self._stiffening, self._known = self._beyond.stiffening, (patch.load, section)
 
 
-def _spreading(y: Floats, spread: float, *, evenly: bool) -> Floats:
-    """The matrix that spreads wear over the lateral positions of the contact; identity without wander."""
+def spreading(y: Floats, spread: float, *, evenly: bool) -> Floats:
+    """The matrix that spreads wear over the lateral positions of the contact; identity without wander.
+
+    Evenly: two shafts, each between two ends. Of one alone the matrix has negative eigenvalues: waves across the track
+    would grow that a disc wears off, since they stay in their place on it however the other disc moves.
+    """
     if spread == 0.0:
         return np.eye(y.size)
     away = np.abs(y[:, None] - y[None, :])
     if evenly:
-        kernel = np.clip((3.0**0.5 * spread - away) / (y[1] - y[0]) + 0.5, 0.0, 1.0)
+        one = np.clip((1.5**0.5 * spread - away) / (y[1] - y[0]) + 0.5, 0.0, 1.0)
+        kernel = one @ one
     else:
         kernel = np.exp(-0.5 * (away / spread) ** 2)
     return np.asarray(kernel / kernel.sum(axis=1).max())

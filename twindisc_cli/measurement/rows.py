@@ -27,7 +27,7 @@ class RowCount:
     def lines(self) -> tuple[str, ...]:
         """The count in a line, and each note."""
         left = ", ".join(f"{count} {reason}" for reason, count in self.left_out.items())
-        message = f"{self.used} of {self.read} rows used; left out: {left}" if left else f"all {self.read} rows used"
+        message = f"{self.used} of {self.read} rows taken; left out: {left}" if left else f"all {self.read} rows taken"
         notes = (f"{self.file}: {_shortened(note)}" for note in self.notes)
         return (f"{self.file}: {message}", *(line for note in notes for line in note.split("\n")))
 
