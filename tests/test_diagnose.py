@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 from rigs import SPEED, Floats, Instruments, Plant, history, rig
 
+from twindisc_cli.identify.hierarchy import wander
 from twindisc_cli.loop.diagnose import contradicted_by, diagnose, few_stops, predicted_badly
-from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis, FoundEffect, PredictedErrors
+from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis, FoundEffect, PredictedErrors, PredictedLevel
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import at
+from twindisc_cli.loop.levels import Levels, apart_from_others
 from twindisc_cli.loop.problem import Problem, case_of
 from twindisc_cli.loop.terms import LawTerm
 from twindisc_cli.model.experiment import Experiment, Options, TemperatureSamples
@@ -322,6 +324,27 @@ def test_another_history_that_is_missed_is_said(as_predicted: float, own_level: 
     notes = predicted_badly([missed])
     assert len(notes) == bool(said)
     assert all(f"other: on this other history the traction is {said}" in note for note in notes)
+
+
+@pytest.mark.parametrize(
+    ("mu", "apart"),
+    [((0.44, 0.45, 0.225), [2]), ((0.42, 0.45, 0.48), []), ((0.44, 0.225), []), ((0.9, 0.45, 0.46), [0])],
+)
+def test_a_level_apart_from_those_that_agree_is_found(mu: tuple[float, ...], apart: list[int]) -> None:
+    place = np.arange(len(mu))
+    levels = Levels("mu", "1", place, wander(np.log(mu), np.full(len(mu), 1e-3), place))
+    found = apart_from_others(levels)
+    assert [number for number, _ in found] == apart
+    assert all(times == pytest.approx(mu[i] / np.sqrt(np.prod(np.delete(mu, i)))) for i, times in found)
+
+
+@pytest.mark.parametrize(("own", "said"), [(0.225, True), (0.46, False)])
+def test_a_predicted_test_of_another_level_is_said(own: float, said: bool) -> None:
+    predicted = PredictedErrors("other", {}, {}, {"mu": PredictedLevel(0.44, 0.419, 0.462, own)})
+    assert (
+        any("other: its mu is 0.51 times that of the tests fitted" in note for note in predicted_badly([predicted]))
+        is said
+    )
 
 
 # ------------------------------------------------------------------------------------------------ declared effects

@@ -9,11 +9,19 @@ import pytest
 from definitions import shipped
 from rigs import experiment, history, traction_samples
 
+from twindisc_cli.errors import MeasurementError
 from twindisc_cli.identify.friction import mean_and_interval, mu_from_traction, states
 from twindisc_cli.identify.law import unworn_law
 from twindisc_cli.identify.least_squares import fit_positive
 from twindisc_cli.identify.roots import bracketed_root
-from twindisc_cli.identify.steps import FrictionInUse, energy_of_steps, friction_in_use, identify_friction
+from twindisc_cli.identify.steps import (
+    FrictionInUse,
+    against_creepage,
+    energy_of_steps,
+    friction_in_use,
+    identify_friction,
+    refuse_reversed,
+)
 from twindisc_cli.identify.track import worn_track
 from twindisc_cli.identify.wear_coefficient import bisect_depth
 from twindisc_cli.model.experiment import Experiment, Measured, Options, TractionSamples
@@ -165,6 +173,19 @@ def test_the_interval_holds_mu_where_the_mean_creepage_errs(ambient):
         assert found.state[0] == "partial_slip"
         inside.append((found.low <= 0.5) & (found.high >= 0.5))
     assert 0.87 < np.mean(inside) < 0.93
+
+
+@pytest.mark.parametrize(("reversed_", "refused"), [(1.0, True), (0.5, False)])
+def test_a_traction_counted_the_other_way_round_is_refused(ambient, reversed_, refused):
+    test = with_traction(ambient, np.full(12, 0.5))
+    samples = test.measured.traction
+    sign = np.where(samples.step < reversed_ * 12, -1.0, 1.0)
+    turned = replace(test, measured=replace(test.measured, traction=replace(samples, ratio=sign * samples.ratio)))
+    assert against_creepage(turned, turned.measured.traction) == reversed_
+    if refused:
+        with pytest.raises(MeasurementError, match="100 % of the T/N lie against the creepage"):
+            identify_friction(ForwardModel(turned))
+    refuse_reversed(test)
 
 
 def test_interval_is_open_above_where_the_elastic_limit_is_near():

@@ -10,6 +10,7 @@ import pytest
 import rigs
 from numpy.typing import NDArray
 
+from twindisc_cli.laws.law import Law
 from twindisc_cli.model import forward
 from twindisc_cli.model.experiment import Contact, Options, ProfileSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
@@ -85,6 +86,27 @@ def test_a_profile_moves_no_more_than_what_wears() -> None:
     assert deepest > 0.5e-6
     for share in np.geomspace(1e-7, 1e-5, 20):
         assert np.abs(predicted(of, K * (1.0 + share)).profile - here).max() < 2.0 * share * deepest
+
+
+def test_a_trial_that_wears_far_too_much_is_followed_all_the_same() -> None:
+    y = np.linspace(-0.3e-3, 0.3e-3, 161)
+    profile = ProfileSamples(y, np.zeros_like(y), np.full(161, 2), np.full(161, 6))
+    of = model(np.array([0.02, 0.03, 0.02]), np.array([1.0, 2.0, 0.5]), "hertz")
+    of = ForwardModel(replace(of.experiment, measured=replace(of.experiment.measured, profile=profile)))
+    far, near = (np.abs(predicted(of, times * K).profile).max() for times in (1e9, 1.0))
+    assert np.isfinite(far)
+    assert far > 10.0 * near
+
+
+@pytest.mark.parametrize("ratios", [(1.0, 1.0, 1.0), (1.0, 2.0, 0.5)])
+def test_a_law_that_takes_k_below_zero_wears_nothing(ratios: tuple[float, ...]) -> None:
+    of = model(np.array([0.02, 0.03, 0.02]), np.array(ratios), "hertz")
+    course = of.experiment.history
+    end = float(course.end_time[-1])
+    law = Law("wear", "time", at=(0.0, 0.5 * end, end), value=(-1.0, -0.5, 1.0))
+    found = predicted(ForwardModel(replace(of.experiment, laws={"wear_over_time": law})))
+    assert np.all(np.diff(found.section[0], prepend=0.0) >= 0.0)
+    assert found.section[0, -1] > 0.0
 
 
 @pytest.fixture

@@ -69,6 +69,12 @@ def test_k_is_found_from_mass_alone(tmp_path: Path) -> None:
     assert worn["worn_volume_mm3"] == pytest.approx(loss(5) / DENSITY * 1e3, rel=2e-3)
 
 
+def test_losses_from_step_to_step_are_said(tmp_path: Path) -> None:
+    mass = weighings((2, loss(2)), (4, loss(2)), (5, loss(1)))
+    (said,) = [line for line in fit_k.run(test(tmp_path, mass=mass)).summary if line.startswith("contradiction")]
+    assert "a mass loss counts from the beginning of the test" in said
+
+
 def test_the_error_of_k_is_that_of_the_scale(tmp_path: Path) -> None:
     # one weighing of 2 % gives a K of 2 %; without its uncertainty nothing is known of the error
     one = fit_k.run(test(tmp_path, mass=weighings((5, loss(5), 0.02 * loss(5)), more=",uncertainty [mg]"))).json

@@ -25,6 +25,7 @@ import numpy as np
 
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import NEGATIVE_FINDING
+from twindisc_cli.identify.steps import against_creepage
 from twindisc_cli.identify.track import Track, last_profile, worn_track
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.model.experiment import Experiment, Floats
@@ -357,9 +358,7 @@ def traction_sign(facts: Facts) -> Iterator[Finding]:
     """The faster disc drives: T/N has the sign of the creepage."""
     samples = facts.test.measured.traction
     if samples is not None:
-        sense = np.sign(facts.test.history.step_creepage[samples.step])
-        driven = sense != 0.0
-        share = float(np.mean((samples.ratio * sense)[driven] < 0.0)) if np.any(driven) else 0.0
+        share = against_creepage(facts.test, samples)
         why = "the faster disc, which drives the other,"
         yield Finding("sign", "the share of samples with T/N against the creepage", share, 0.0, 0.5, "1", why)
 
@@ -417,6 +416,16 @@ RULES: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
     shakes_down,
     small_patch,
 )
+
+
+OF_DATA: tuple[Callable[[Facts], Iterator[Finding]], ...] = (weighings, mass_and_profile, heat_and_temperature)
+"""Rules by which data contradict each other or what was declared, whatever the model lacks."""
+
+
+def contradictions(test: Experiment) -> list[str]:
+    """What is wrong with the data of a test, for the commands that use them."""
+    facts = Facts(test)
+    return [f"contradiction: {f.message}" for rule in OF_DATA for f in rule(facts) if not f.ok]
 
 
 def findings(test: Experiment) -> list[Finding]:

@@ -13,10 +13,12 @@ import numpy as np
 from twindisc_cli.commands._base import laws_beyond
 from twindisc_cli.commands._loop_data import dataset_of
 from twindisc_cli.commands._step_friction import with_step_friction
+from twindisc_cli.commands.check import contradictions
 from twindisc_cli.definition import Test, dump, law_table
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Param
 from twindisc_cli.errors import NEGATIVE_FINDING, DefinitionError, Problem
+from twindisc_cli.identify.steps import refuse_reversed
 from twindisc_cli.loop.averaging import averaged
 from twindisc_cli.loop.channels import channels, measured_channels, place_of
 from twindisc_cli.loop.channels.traction import friction_is_given
@@ -56,8 +58,12 @@ def run(
     quick: no resampling, and so no probabilities.
     """
     _refuse_nothing_measured(tests)
-    used = [note for test in tests for note in laws_beyond(test.experiment)]
-    every = [averaged(test.experiment) for test in (*tests, *predict, *([validate] if validate else []))]
+    given = [test.experiment for test in (*tests, *predict, *([validate] if validate else []))]
+    for test in given:
+        refuse_reversed(test)
+    used = [f"{test.name}: {what}" for test in given for what in contradictions(test)]
+    used += [note for test in tests for note in laws_beyond(test.experiment)]
+    every = [averaged(test) for test in given]
     used += [note for _, notes in every for note in notes]
     experiments, others = ([test for test, _ in part] for part in (every[: len(tests)], every[len(tests) :]))
     unseen = others.pop() if validate else None

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from twindisc_cli.commands._base import friction_of_steps
+from twindisc_cli.commands.check import contradictions
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import ValidityError
 from twindisc_cli.identify.known_k import KnownK, known_from_mass, known_from_profile
@@ -67,6 +68,7 @@ def run(test: Test) -> Result:
             *_varied_line(varied),
             *_mass_lines(mass),
             *_findings(fit, stated, mass),
+            *contradictions(experiment),
         ),
         json={
             **_json(fit, stated, mass),
@@ -130,7 +132,7 @@ def _by_weight(test: Experiment, mass: MassFit, known: list[KnownK]) -> Result:
     )
     return Result(
         command="fit-k",
-        summary=(*_lines_of(known), *_mass_lines(mass)),
+        summary=(*_lines_of(known), *_mass_lines(mass), *contradictions(test)),
         json={**_mass_json(mass), "method": "mass", **_known_json(known)},
         dataset=Dataset(
             axes=(Axis("weighing", mass.iteration, "1", "iterations completed when the discs were weighed"),),

@@ -46,7 +46,8 @@ def run(test: Test) -> Result:
 
 def _wide(friction: StepFriction) -> tuple[str, ...]:
     """The steps whose interval is as wide as their mu."""
-    wide = [str(i + 1) for i in np.flatnonzero(np.isfinite(friction.mu) & (friction.high - friction.low > friction.mu))]
+    known = np.flatnonzero(np.isfinite(friction.mu))
+    wide = [str(i + 1) for i in known if friction.high[i] - friction.low[i] > friction.mu[i]]
     steps = f"step {', '.join(wide)}"
     return (f"warning: at {steps} the 90 % interval is as wide as mu itself: these data hardly fix it",) if wide else ()
 

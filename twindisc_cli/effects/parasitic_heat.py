@@ -25,5 +25,6 @@ EFFECT = Effect(
         Param("power_W", "W", off=0.0, start=2.0, lower=-20.0, upper=100.0, meaning="constant power into the disc"),
     ),
     apply=apply,
+    same_as="an environment that is warmer than declared by the power over h S does the same while the discs turn",
     source="T. A. Harris, M. N. Kotzalas, Rolling Bearing Analysis, chapter 10",
 )

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twindisc_cli.errors import MeasurementError
+from twindisc_cli.errors import MeasurementError, Problem
 from twindisc_cli.identify.friction import (
     HIGHEST,
     HIGHEST_THAT_WEARS,
@@ -32,6 +32,8 @@ from twindisc_cli.model.traction_law import share_of_full_slip
 
 FAR_BEYOND = 2.0
 """A step slides all over, whatever the contact's softness, at so many times the creepage of full slip."""
+REVERSED = 0.9
+"""Share of the samples against the creepage from which the sign of T/N is not the program's."""
 LEAST = 1e-6
 """A mu [1] that is as good as none."""
 Explanation = tuple[Callable[..., Floats], Callable[[Floats], Floats]]
@@ -83,6 +85,7 @@ def identify_friction(model: ForwardModel) -> StepFriction:
     samples = model.experiment.measured.traction
     if samples is None:
         raise MeasurementError("no traction was measured; name its file under [measured]")
+    refuse_reversed(model.experiment)
     steps = len(model.experiment.history.step_creepage)
     ratio, half = mean_and_interval(samples.ratio, samples.uncertainty, samples.step, steps)
     half = np.hypot(half, half_interval(zero_error(model.experiment)))
@@ -105,6 +108,24 @@ def identify_friction(model: ForwardModel) -> StepFriction:
     unseen = [NO_CREEPAGE if np.isfinite(r) else None for r in ratio]
     state = [none if no_slip else s for s, no_slip, none in zip(states(mu, share), idle, unseen, strict=True)]
     return StepFriction(creepage, ratio, half, mu, low, high, share, state, approximate=apart)
+
+
+def against_creepage(test: Experiment, samples: TractionSamples) -> float:
+    """Share of the samples of driven steps whose T/N has not the sign of the creepage [1]: the faster disc drives."""
+    sense = np.sign(test.history.step_creepage[samples.step])
+    driven = sense != 0.0
+    return float(np.mean((samples.ratio * sense)[driven] < 0.0)) if np.any(driven) else 0.0
+
+
+def refuse_reversed(test: Experiment) -> None:
+    """MeasurementError where hardly any T/N has the sign of the creepage."""
+    samples = test.measured.traction
+    if samples is not None and (share := against_creepage(test, samples)) > REVERSED:
+        what = (
+            f"{100.0 * share:.0f} % of the T/N lie against the creepage, and the faster disc drives the other: is it "
+            "counted the other way round? Then columns.traction_ratio = { sign = -1 } turns it, or .torque of a log"
+        )
+        raise MeasurementError(Problem(what, key="measured"))
 
 
 def zero_error(test: Experiment) -> Floats:

@@ -42,7 +42,7 @@ from twindisc_cli.loop.holdout import steps_withheld
 from twindisc_cli.loop.intervals import base_parameters
 from twindisc_cli.loop.judge import Kind
 from twindisc_cli.loop.learn import confounded
-from twindisc_cli.loop.levels import levels_of
+from twindisc_cli.loop.levels import Levels, apart_from_others, is_apart, levels_of
 from twindisc_cli.loop.mixture import Mixture
 from twindisc_cli.loop.problem import Case, case_of
 from twindisc_cli.loop.screen import Residual, is_unexplained, unexplained_residual
@@ -90,6 +90,8 @@ def diagnose(
     laws, together = _of_this_history(laws, contradicted | crowded, separating)
     not_excluded = _not_excluded(outcome)
     free = free_zero.with_free_zero(outcome.sure)
+    levels = levels_of([outcome.judged.after])
+    apart = [*_apart(levels, tests), *predicted_badly(predictions)]
     progress("next experiment", 0.95)
     return Diagnosis(
         verdict=_verdict(outcome, effects, laws, [*left, *scattered]),
@@ -102,11 +104,11 @@ def diagnose(
         curves=_curves(outcome),
         p_values={channel: rest.p_value for channel, rest in before.items()},
         held_out_steps={test.name: steps_withheld(test) for test in tests},
-        notes=[*predicted_badly(predictions), *together, *_notes(outcome, effects, laws, weights, elsewhere, free)],
+        notes=[*apart, *together, *_notes(outcome, effects, laws, weights, elsewhere, free)],
         next_experiment=_next(outcome, weights, left),
         validation=predictions[-1] if unseen else None,
         step_scatter=scattered,
-        levels=levels_of([outcome.judged.after]),
+        levels=levels,
         predictions=predictions[: len(predict)],
         same_on_all=None if outcome.on_all is None else outcome.on_all == outcome.answer.labels,
         blind=outcome.blind,
@@ -655,9 +657,28 @@ def _predicted_errors(first: PredictedTest, last: Sequence[PredictedTest], mixtu
     return errors
 
 
-def predicted_badly(predictions: Sequence[PredictedErrors]) -> list[str]:
-    """Tests that were not fitted of which the answer misses a channel, or the base model predicts it better."""
+OTHER_KIND = "are its surfaces, its load and its zeros those of the others?"
+
+
+def _apart(levels: Mapping[str, Levels], tests: Sequence[Experiment]) -> list[str]:
+    """Tests whose level lies apart from those of the others."""
     return [
+        f"{tests[number].name}: its {key} is {times:.2g} times that of the other tests, which agree: {OTHER_KIND}"
+        for key, of in levels.items()
+        for number, times in apart_from_others(of)
+    ]
+
+
+def predicted_badly(predictions: Sequence[PredictedErrors]) -> list[str]:
+    """Tests that were not fitted whose level lies apart, or of which the answer misses a channel, or the base model
+    predicts it better."""
+    notes = [
+        f"{predicted.test}: its {key} is {level.own / level.predicted:.2g} times that of the tests fitted: {OTHER_KIND}"
+        for predicted in predictions
+        for key, level in predicted.level.items()
+        if is_apart(level.off, level.scatter)
+    ]
+    return notes + [
         f"{predicted.test}: on this other history the {channels()[channel].label} is {how}"
         for predicted in predictions
         for channel, error in predicted.errors.items()

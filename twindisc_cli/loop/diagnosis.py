@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from twindisc_cli.identify.least_squares import NINETY
 from twindisc_cli.laws.law import Law
 from twindisc_cli.loop.levels import Levels
 from twindisc_cli.loop.step_scatter import StepScatter
@@ -195,6 +196,16 @@ class PredictedLevel:
     def inside(self) -> bool:
         """Whether its own level is one that the scatter of the tests lets expect."""
         return self.low <= self.own <= self.high
+
+    @property
+    def off(self) -> float:
+        """By how much its logarithm is larger than expected [1]."""
+        return float(np.log(self.own / self.predicted))
+
+    @property
+    def scatter(self) -> float:
+        """Standard deviation of the logarithm in one more test [1]; 0 where it is not known."""
+        return float(np.nan_to_num(np.log(self.high / self.low) / (2.0 * NINETY)))
 
 
 @dataclass(frozen=True)

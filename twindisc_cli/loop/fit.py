@@ -323,9 +323,16 @@ def _is_sound(state: State, case: Case) -> bool:
 
 
 def _summarised(problem: Problem, theta: Floats, residual: Floats, jacobian: Floats) -> Fit:
-    """Covariance at a minimum; a wide prior keeps it finite where the data do not see a parameter."""
+    """Covariance at a minimum; a wide prior keeps it finite where the data do not see a parameter.
+
+    Where a trial goes so far off that this is lost to rounding, it is that of what is left.
+    """
     hessian = jacobian.T @ jacobian + np.diag(precision(problem))
-    return Fit(problem, theta, residual, jacobian, np.asarray(np.linalg.inv(hessian)))
+    try:
+        covariance = np.linalg.inv(hessian)
+    except np.linalg.LinAlgError:
+        covariance = np.linalg.pinv(hessian, hermitian=True)
+    return Fit(problem, theta, residual, jacobian, np.asarray(covariance))
 
 
 def precision(problem: Problem) -> Floats:

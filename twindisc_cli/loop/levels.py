@@ -16,6 +16,7 @@ import numpy as np
 
 from twindisc_cli.identify.hierarchy import Wander, pool, prediction_half, wander
 from twindisc_cli.loop.fit import Fit
+from twindisc_cli.loop.thresholds import ACCEPTANCE
 from twindisc_cli.model.experiment import Floats, Ints
 
 
@@ -60,6 +61,22 @@ class Levels:
         half = prediction_half(len(self.tests), std)
         low, value, high = np.exp(middle + half * np.array([-1.0, 0.0, 1.0]))
         return float(value), float(low), float(high)
+
+
+def is_apart(distance: float, scatter: float) -> bool:
+    """Whether a level lies further from the others, in its logarithm, than repeats of a test do, or than these do."""
+    return abs(distance) > ACCEPTANCE.level_apart * max(scatter, ACCEPTANCE.repeat_scatter)
+
+
+def apart_from_others(levels: Levels) -> list[tuple[int, float]]:
+    """Numbers of tests whose level lies apart from those of at least two others, and how many times theirs it is."""
+    y, found = levels.wander.y, []
+    for i, number in enumerate(levels.tests if len(y) > 2 else ()):
+        others = np.delete(y, i)
+        distance = float(y[i] - np.median(others))
+        if is_apart(distance, float(np.std(others, ddof=1))):
+            found.append((int(number), float(np.exp(distance))))
+    return found
 
 
 def levels_of(fits: Sequence[Fit], tests: Sequence[int] | None = None) -> dict[str, Levels]:

@@ -138,6 +138,7 @@ class Acceptance:
                             blocks of neighbours this is taken from, and samples below which nothing is judged.
     repeat_scatter          scatter of mu, K and the convection from a test to its repeat, in their logarithms: a test
                             that is only predicted speaks of the shape, not of the level.
+    level_apart             scatters by which the level of a test lies apart from those of the others.
     near_bound              share of a parameter's range from a bound at which it counts as being there.
     most_refused            other answers that are judged where the best raises an error, before parts of these are.
     spare_stops             fewer profiles beyond the parameters than this hardly test the form of a law of wear.
@@ -162,6 +163,7 @@ class Acceptance:
     judged_blocks: int = 12
     fewest_judged: int = 6
     repeat_scatter: float = 0.03
+    level_apart: float = 5.0
     near_bound: float = 1e-3
     most_refused: int = 4
     spare_stops: int = 3

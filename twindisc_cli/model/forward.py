@@ -430,9 +430,13 @@ class _Chain:
         return not any(loads.changes for loads in self._loads(state, section))
 
     def _loads(self, state: State, section: Floats) -> list[LoadHistory]:
-        """Sections and loads of every set."""
+        """Sections and loads of every set; the whole history in proportion where it wears beyond the reach."""
         ratio = np.broadcast_to(state.normal_load / state.nominal_load, section.shape)
-        return [LoadHistory(np.maximum.accumulate(row), loads) for row, loads in zip(section, ratio, strict=True)]
+        worn = np.maximum.accumulate(section, axis=1)
+        if self.model.shows_wear:
+            most = worn[:, -1:]
+            worn = worn * (np.minimum(most, self.model.reach) / np.where(most > 0.0, most, 1.0))
+        return [LoadHistory(row, loads) for row, loads in zip(worn, ratio, strict=True)]
 
     def start(self) -> State:
         """The operating points before anything is known of energy and temperature."""
@@ -709,11 +713,12 @@ class _Chain:
         return plain + worn.departure(xi, patch.ratio, patch.square) if np.any(patch.square) else plain
 
     def section(self, state: State) -> Floats:
-        """Worn section at every point [m2], of both discs together."""
-        if state.wear_factor.shape[1] == 1:
-            return state.energy * (state.wear_factor * self._per_energy)
+        """Worn section at every point [m2], of both discs together; a law that takes K below zero wears nothing."""
+        factor = np.maximum(state.wear_factor, 0.0)
+        if factor.shape[1] == 1:
+            return state.energy * (factor * self._per_energy)
         before = np.where(state.begins > 0.0, 0.0, np.roll(state.energy, 1, axis=1))
-        return summed((state.energy - before) * state.wear_factor, state.begins) * self._per_energy
+        return summed((state.energy - before) * factor, state.begins) * self._per_energy
 
     @cached_property
     def _per_energy(self) -> Floats:
