@@ -177,7 +177,8 @@ def test_times_that_begin_anew_with_each_step_are_counted_on_by_the_spacing_with
 
 def test_a_patch_as_large_as_the_discs_is_beyond_the_theory(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     profile = "y [mm],height [um]\n" + "".join(f"{y / 10},{min(0.0, abs(y) / 10 - 5.0)}\n" for y in range(-90, 91, 3))
-    path = write(tmp_path, VALID.replace("mm = 30.0", "mm = 0.03"), profile=profile)
+    text = VALID.replace("mm = 30.0", "mm = 0.3").replace("normal_load_N = 72.0", "normal_load_N = 72000.0")
+    path = write(tmp_path, text, profile=profile)
     for command in ("check", "fit-k"):
         code, why = told(command, path, "-o", tmp_path, capsys=capsys)
         assert code == 4, why
