@@ -26,7 +26,7 @@ NO_CREEPAGE = "no_creepage"
 LIGHT_LINE = 0.98  # of saturation: from there T/N itself is mu within 2 %
 CONFIDENCE = 0.90
 """What every interval that is printed holds: the level of every command."""
-_LOWEST, HIGHEST = 1e-9, 1e4
+LOWEST, HIGHEST = 1e-9, 1e4
 HIGHEST_THAT_WEARS = 10.0
 """Largest mu tried where a trial also wears the discs: what a mu of 1e4 would take off is no track any more."""
 
@@ -36,7 +36,7 @@ def mu_from_traction(ratio: Floats, *, traction: Callable[[Floats], Floats], hig
 
     traction must grow with mu. 0 where even the smallest mu gives more, inf above the elastic limit (or highest_mu).
     """
-    low, high = np.full(ratio.shape, np.log(_LOWEST)), np.full(ratio.shape, np.log(highest_mu))
+    low, high = np.full(ratio.shape, np.log(LOWEST)), np.full(ratio.shape, np.log(highest_mu))
     lowest, highest = traction(np.exp(low)), traction(np.exp(high))
     ends = lowest - ratio, highest - ratio
     root = np.exp(bracketed_root(lambda log_mu: traction(np.exp(log_mu)) - ratio, low, high, ends))

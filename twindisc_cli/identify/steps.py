@@ -17,6 +17,7 @@ from twindisc_cli.identify.friction import (
     HIGHEST,
     HIGHEST_THAT_WEARS,
     LIGHT_LINE,
+    LOWEST,
     NO_CREEPAGE,
     half_interval,
     mean_and_interval,
@@ -34,8 +35,6 @@ FAR_BEYOND = 2.0
 """A step slides all over, whatever the contact's softness, at so many times the creepage of full slip."""
 REVERSED = 0.9
 """Share of the samples against the creepage from which the sign of T/N is not the program's."""
-LEAST = 1e-6
-"""A mu [1] that is as good as none."""
 Explanation = tuple[Callable[..., Floats], Callable[[Floats], Floats]]
 
 
@@ -43,22 +42,29 @@ Explanation = tuple[Callable[..., Floats], Callable[[Floats], Floats]]
 class StepFriction:
     """What the measured traction of each step says, each (step,); NaN where nothing was measured.
 
-    creepage and ratio T/N, means of the samples [1], with their signs; half, half the 90 % interval of ratio, from the
-    samples' scatter, the error of the torque's zero and that of the mean creepage, by the slope of the creep curve; mu
-    and its interval low ... high [1], inf above the elastic limit; share, T/(mu N) at mu; state, None where nothing was
-    measured. approximate: by how much mu is higher by the exact law, where FASTSIM is declared on two cylinders; it is
-    in the interval.
+    creepage and ratio T/N, means of the samples [1], with their signs; scatter, half the 90 % interval of ratio by the
+    scatter of the samples; zero, of_creepage: standard errors of ratio by the torque's zero, and by that of the mean
+    creepage with the slope of the creep curve; mu and its interval low ... high [1], inf above the elastic limit;
+    share, T/(mu N) at mu; state, None where nothing was measured. approximate: by how much mu is higher by the exact
+    law, where FASTSIM is declared on two cylinders; it is in the interval.
     """
 
     creepage: Floats
     ratio: Floats
-    half: Floats
+    scatter: Floats
+    zero: Floats
+    of_creepage: Floats
     mu: Floats
     low: Floats
     high: Floats
     share: Floats
     state: list[str | None]
     approximate: Floats
+
+    @property
+    def half(self) -> Floats:
+        """Half the 90 % interval of ratio (step,), from the samples' scatter and the error of the torque's zero."""
+        return np.hypot(self.scatter, half_interval(self.zero))
 
 
 class FrictionInUse(NamedTuple):
@@ -87,8 +93,8 @@ def identify_friction(model: ForwardModel) -> StepFriction:
         raise MeasurementError("no traction was measured; name its file under [measured]")
     refuse_reversed(model.experiment)
     steps = len(model.experiment.history.step_creepage)
-    ratio, half = mean_and_interval(samples.ratio, samples.uncertainty, samples.step, steps)
-    half = np.hypot(half, half_interval(zero_error(model.experiment)))
+    ratio, scatter = mean_and_interval(samples.ratio, samples.uncertainty, samples.step, steps)
+    zero, of_creepage = zero_error(model.experiment), np.zeros(steps)
     creepage, _ = mean_and_interval(samples.creepage, samples.uncertainty, samples.step, steps)
     sense = np.where(creepage < 0.0, -1.0, 1.0)
     plain = model.experiment.is_plain and model.experiment.history.is_constant and not _wears(model.experiment)
@@ -96,9 +102,10 @@ def identify_friction(model: ForwardModel) -> StepFriction:
     highest = HIGHEST_THAT_WEARS if _wears(model.experiment) else HIGHEST
     inverted = partial(mu_from_traction, traction=lambda mu: sense * traction(mu), highest_mu=highest)
     if np.any(error := creepage_error(model.experiment)):
-        mu = np.clip(np.nan_to_num(inverted((sense * ratio)[None]), nan=1.0), LEAST, highest)
+        mu = np.clip(np.nan_to_num(inverted((sense * ratio)[None]), nan=1.0), LOWEST, highest)
         off = traction(mu, error) - traction(mu, -error)
-        half = np.hypot(half, half_interval(0.5 * np.nan_to_num(off[0])))
+        of_creepage = 0.5 * np.nan_to_num(off[0])
+    half = np.hypot(scatter, half_interval(np.hypot(zero, of_creepage)))
     mu, low, high = inverted(np.stack([sense * ratio, sense * ratio - half, sense * ratio + half]))
     apart = model_error(model.experiment, samples, sense, sense * ratio)
     low, high = low + np.minimum(apart, 0.0), high + np.maximum(apart, 0.0)
@@ -107,7 +114,7 @@ def identify_friction(model: ForwardModel) -> StepFriction:
     mu, low, high, share = (np.where(idle, np.nan, values) for values in (mu, low, high, share))
     unseen = [NO_CREEPAGE if np.isfinite(r) else None for r in ratio]
     state = [none if no_slip else s for s, no_slip, none in zip(states(mu, share), idle, unseen, strict=True)]
-    return StepFriction(creepage, ratio, half, mu, low, high, share, state, approximate=apart)
+    return StepFriction(creepage, ratio, scatter, zero, of_creepage, mu, low, high, share, state, approximate=apart)
 
 
 def against_creepage(test: Experiment, samples: TractionSamples) -> float:
@@ -169,10 +176,9 @@ def friction_in_use(model: ForwardModel) -> FrictionInUse:
     given, constant = test.history.given_mu[first], test.options.friction_coefficient
     own, of_zero, result = np.zeros(len(first)), np.zeros(len(first)), np.full(len(first), np.nan)
     if test.measured.traction is not None:
-        friction, zero = identify_friction(model), zero_error(test)
+        friction = identify_friction(model)
         result, ratio = friction.mu, np.where(friction.mu > 0.0, friction.ratio, np.nan)
-        own = np.sqrt(np.maximum((friction.half / NINETY) ** 2 - zero**2, 0.0)) / ratio
-        of_zero = zero / ratio
+        own, of_zero = np.hypot(friction.scatter / NINETY, friction.of_creepage) / ratio, friction.zero / ratio
     choices = [("given", given), ("identified", np.where(result > 0.0, result, np.nan)), ("constant", constant)]
     mu, source = np.full(len(first), np.nan), np.full(len(first), "unknown", dtype=object)
     for name, values in reversed(choices):

@@ -87,7 +87,7 @@ def _worn_to(section: Floats, y: Floats, depth: Floats) -> Floats:
     """Depths (node, strip) [m] on strips y [m], changed so that each step takes off what is worn in it (node,) [m2]."""
     steps = np.maximum(np.diff(depth, axis=0), 0.0)
     taken = steps.sum(axis=1) * (y[1] - y[0])
-    steps *= np.where(taken > 0.0, np.diff(section) / np.where(taken > 0.0, taken, 1.0), 0.0)[:, None]
+    steps *= np.divide(np.diff(section), taken, out=np.zeros_like(taken), where=taken > 0.0)[:, None]
     return np.concatenate([depth[:1], depth[0] + np.cumsum(steps, axis=0)])
 
 
