@@ -349,7 +349,7 @@ def test_summary_is_ten_lines_with_the_verdict_first(test: Test, kind: Any) -> N
 def test_details_of_terms_give_way_to_what_decides(test: Test) -> None:
     """Five terms, two that are open, another test: mu and K, what is open, and how the other test is met stay."""
     diagnosis = found(test)
-    other = PredictedErrors("other", diagnosis.errors, {}, {})
+    other = PredictedErrors("other", diagnosis.errors, {}, {}, {})
     left = [Unexplained("traction", "time", "wave", 0.4, 1e-5)]
     terms = {
         name: replace(diagnosis.effects[0], name=name) for name in ("film_breakdown", "sensor_drift", "load_error")
@@ -763,7 +763,7 @@ def test_page_counts_what_was_held_out(test: Test) -> None:
 def test_a_test_that_was_only_predicted_is_told_apart(tmp_path: Path) -> None:
     first, other = made(tmp_path, "one"), made(tmp_path, "other")
     nowhere = replace(error("profile", 9.0, 1.5), before=math.nan, after=math.nan)
-    diagnosis = replace(found(first), validation=PredictedErrors("other", {"profile": nowhere}, {}, {}))
+    diagnosis = replace(found(first), validation=PredictedErrors("other", {"profile": nowhere}, {}, {}, {}))
     outcome = result_of(diagnosis, [first], other)
     reader = Reader(page(outcome))
     assert "other was not fitted" in reader.text("p")
@@ -923,6 +923,16 @@ def test_a_term_of_one_test_is_named_with_it_and_revises_that_one(tmp_path: Path
     assert [effect.get("test") for effect in result.json["effects"]] == ["two", None]
     assert result.json["laws"][0]["test"] == "two"
     assert "falling friction in two" in sentences.sentences(diagnosis)[0]
+
+
+def test_revised_definition_of_a_second_test_names_the_data_of_its_own_folder(tmp_path: Path) -> None:
+    """It is written as it would stand beside the definition of the first."""
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+    first, second = made(tmp_path / "a", "one"), made(tmp_path / "b", "two")
+    result = result_of(found(first), [first, second], None)
+    measured = tomllib.loads(str(result.extra_files["revised-two.toml"]))["measured"]
+    assert (tmp_path / "a" / measured["traction"]).resolve() == (tmp_path / "b" / "traction.csv").resolve()
 
 
 def test_revised_definition_takes_the_base_of_its_own_test(tmp_path: Path) -> None:

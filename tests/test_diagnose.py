@@ -320,7 +320,7 @@ def test_another_history_that_is_missed_is_said(as_predicted: float, own_level: 
     def error(after: float) -> ChannelError:
         return ChannelError("1", 0.01, 0.0, np.nan, np.nan, 0.1, 0.01 * after)
 
-    missed = PredictedErrors("other", {"traction": error(as_predicted)}, {"traction": error(own_level)}, {})
+    missed = PredictedErrors("other", {"traction": error(as_predicted)}, {"traction": error(own_level)}, {}, {})
     notes = predicted_badly([missed])
     assert len(notes) == bool(said)
     assert all(f"other: on this other history the traction is {said}" in note for note in notes)
@@ -340,11 +340,47 @@ def test_a_level_apart_from_those_that_agree_is_found(mu: tuple[float, ...], apa
 
 @pytest.mark.parametrize(("own", "said"), [(0.225, True), (0.46, False)])
 def test_a_predicted_test_of_another_level_is_said(own: float, said: bool) -> None:
-    predicted = PredictedErrors("other", {}, {}, {"mu": PredictedLevel(0.44, 0.419, 0.462, own)})
+    predicted = PredictedErrors("other", {}, {}, {"mu": PredictedLevel(0.44, 0.419, 0.462, own)}, {})
     assert (
         any("other: its mu is 0.51 times that of the tests fitted" in note for note in predicted_badly([predicted]))
         is said
     )
+
+
+# ------------------------------------------------------------------------------------------------ several tests
+
+
+def worn(name: str, k: float, seed: int) -> Experiment:
+    """A test in which nothing is missing, by its K."""
+    return replace(Instruments().record(Plant(COURSE, wear_coefficient=k), np.random.default_rng(seed)), name=name)
+
+
+@pytest.mark.parametrize("k", [(1e-3, 1.6e-3), (1e-3, 1e-3, 0.6e-3)])
+def test_the_test_that_wears_faster_than_the_others_is_named(k: tuple[float, ...]) -> None:
+    found = run(*(worn(name, each, seed) for seed, (name, each) in enumerate(zip("ABC", k, strict=False), 1)))
+    (effect,) = found.effects
+    assert (effect.name, effect.test) == ("wear_level", "ABC"[len(k) - 1])
+    value(effect, "factor", k[-1] / k[0])
+    assert found.laws == []
+    levels = found.levels["K"]
+    np.testing.assert_allclose(levels.value, k, rtol=0.05)
+    assert any("its K is 0.6 times that of the other tests" in note for note in found.notes) is (len(k) > 2)
+
+
+def test_what_k_scatters_between_repeats_is_nothing_missing() -> None:
+    found = run(worn("A", 1e-3, 4), worn("B", 1.04e-3, 5))
+    assert (found.verdict, found.effects, found.laws) == ("no_missing_effect", [], [])
+
+
+def test_the_k_of_a_predicted_test_is_compared_with_that_of_the_tests_fitted() -> None:
+    found = run(worn("A", 1e-3, 1), validate=worn("C", 1.6e-3, 3))
+    assert found.validation is not None
+    assert found.validation.level["K"].own == pytest.approx(1.6e-3, rel=0.05)
+    assert (
+        found.validation.at_own_level["profile"].held_out_after
+        < 0.5 * found.validation.errors["profile"].held_out_after
+    )
+    assert any("C: its K is 1.6 times that of the tests fitted" in note for note in found.notes)
 
 
 # ------------------------------------------------------------------------------------------------ declared effects
@@ -499,7 +535,20 @@ def test_what_is_predicted_worse_elsewhere_with_its_level_known_is_contradicted(
         {"traction": ChannelError("1", 1.0, 0.0, 1.0, 1.0, 1.5 if error > 1.2 else 1.0, error)}
         for error in (after, own)
     ]
-    assert contradicted_by(PredictedErrors("other", *errors, {})) == contradicted
+    assert contradicted_by(PredictedErrors("other", *errors, {}, {})) == contradicted
+
+
+@pytest.mark.parametrize(("own", "by_base", "contradicted"), [(1.6e-3, 1e-3, {"profile"}), (1.6e-3, 1.6e-3, set())])
+def test_what_alone_puts_the_level_of_another_test_apart_is_contradicted(
+    own: float, by_base: float, contradicted: set[str]
+) -> None:
+    """One final depth fits any K: an answer by which it is another than in the tests fitted, but for the base model."""
+    far, near = (
+        {"profile": ChannelError("um", 0.1, 0.0, np.nan, np.nan, before, after)}
+        for before, after in ((0.5, 3.0), (0.1, 0.1))
+    )
+    after, before = ({"K": PredictedLevel(1e-3, 0.95e-3, 1.05e-3, k)} for k in (own, by_base))
+    assert contradicted_by(PredictedErrors("other", far, near, after, before)) == contradicted
 
 
 @pytest.mark.parametrize(("stops", "few"), [(3, True), (6, False)])

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 from records.sources import sweeps
-from rigs import SPEED, experiment, history, spread, traction_samples
+from rigs import SPEED, Instruments, Plant, experiment, history, spread, traction_samples
 from scipy.special import betaincinv
 
 from twindisc_cli.effects import catalogue
@@ -87,6 +88,16 @@ def test_an_effect_of_some_tests_is_told_from_one_of_all() -> None:
     assert (found.name, found.holds, found.acts) == ("falling_friction", "some", (0, 1, 2))
     assert found.probability[3] < 0.2
     assert found.low < 0.75 < found.high
+
+
+def test_repeats_whose_k_scatters_lack_nothing() -> None:
+    """K scatters by tens of per cent between repeats of a wear test (ASTM G77, G99)."""
+    k = np.array([1.0e-3, 1.15e-3, 0.9e-3, 0.8e-3])
+    plants = [Plant(COURSE, wear_coefficient=float(each)) for each in k]
+    tests = [Instruments().record(plant, np.random.default_rng(10 + i)) for i, plant in enumerate(plants)]
+    found = diagnose_group([replace(test, name=f"t{i}") for i, test in enumerate(tests)], quiet)
+    assert (found.shared, found.refused) == ([], {})
+    np.testing.assert_allclose(found.levels["K"].value, k, rtol=0.03)
 
 
 def test_parameters_differ_between_tests_where_the_data_say_so() -> None:

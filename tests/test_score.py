@@ -304,8 +304,11 @@ def test_every_effect_shows_in_its_channel_and_grows(bench, name):
 
 
 def test_every_effect_of_the_catalogue_has_a_truth_of_its_own_here():
-    """By a formula written from the literature; see "Adding a physical effect" in CONTRIBUTING."""
-    assert {*catalogue()} == {*CATALOGUE}
+    """By a formula written from the literature; see "Adding a physical effect" in CONTRIBUTING.
+
+    But the level of one of several tests: the score's are fitted one by one.
+    """
+    assert {name for name, effect in catalogue().items() if not effect.level_of} == {*CATALOGUE}
 
 
 def test_a_law_acts_at_its_stage_alone(bench):

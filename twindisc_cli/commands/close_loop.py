@@ -14,7 +14,7 @@ from twindisc_cli.commands._base import laws_beyond
 from twindisc_cli.commands._loop_data import dataset_of
 from twindisc_cli.commands._step_friction import with_step_friction
 from twindisc_cli.commands.check import contradictions
-from twindisc_cli.definition import Test, dump, law_table
+from twindisc_cli.definition import Test, dump, law_table, relocate
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Param
 from twindisc_cli.errors import NEGATIVE_FINDING, DefinitionError, Problem
@@ -106,7 +106,7 @@ def result_of(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None
                 plots=plots_of(diagnosis, experiments),
             ),
             "revised.toml": revised(diagnosis, tests[0]),
-            **{f"revised-{test.experiment.name}.toml": revised(diagnosis, test) for test in tests[1:]},
+            **{f"revised-{test.experiment.name}.toml": _beside(tests[0], test, diagnosis) for test in tests[1:]},
         },
     )
 
@@ -372,6 +372,11 @@ def revised(diagnosis: Diagnosis, test: Test) -> str:
     learnt = [result for result in diagnosis.laws if result.test in own]
     laws = {result.name: law_table(result.law, digits=DIGITS) for result in learnt}
     return f"{_heading(diagnosis, test, [*found, *learnt])}\n{dump(document, effects, laws)}"
+
+
+def _beside(first: Test, test: Test, diagnosis: Diagnosis) -> str:
+    """The revised definition of another test as it stands beside that of the first."""
+    return relocate(revised(diagnosis, test), source=test.path.parent, target=first.path.parent)
 
 
 def _heading(diagnosis: Diagnosis, test: Test, terms: Sequence[FoundTerm]) -> str:

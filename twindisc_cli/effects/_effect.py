@@ -64,6 +64,8 @@ class Effect:
     strip to strip): each of its sizes would have to be integrated.
     A `local` effect of the stage `wear` is asked strip by strip: it gets the wear index of strips across the track, and
     may use nothing else that changes along the test.
+    `level_of` names the base parameter that tests share and of which the effect is the level in one of them: it is
+    tried only where several tests are explained together, and in one alone.
     `over` is the covariate of a learnt law that the effect changes over; "" where it is no law of a single one.
     `same_as` says what is outside the catalogue and does the same, or nearly, to all that is recorded.
     Where several tests are explained together, `test` names the only one that it acts in.
@@ -82,6 +84,7 @@ class Effect:
     needs_yaw: bool = False
     needs_crowns: bool = False
     local: bool = False
+    level_of: str = ""
     over: str = ""
     same_as: str = ""
     test: str = ""

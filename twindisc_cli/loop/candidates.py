@@ -101,11 +101,29 @@ def effects(fitted: Fit, names: Sequence[str] | None = None) -> list[Proposal]:
     for name in searched(fitted.problem):
         if names is not None and name not in names:
             continue
+        if catalogue()[name].level_of:
+            results += _levels(fitted, target, name)
+            continue
         sets, moved = _responses_of(fitted, target, name)
         results.append(_effect(fitted, name, sets, _beyond(moved, target)))
         for test, own in fitted.problem.own_samples(moved, catalogue()[name].channel):
             results.append(_effect(fitted, name, sets, _beyond(np.where(own, moved, 0.0), target), test))
     return sorted(results, key=by_promise)
+
+
+def _levels(fitted: Fit, target: tuple[Floats, Floats], name: str) -> list[Proposal]:
+    """The level of each test that has none of its own yet; the others have the one they share, one of them at least."""
+    shown = [(test, *_responses_of(fitted, target, name, test)) for test in without_level(fitted.problem, name)]
+    shown = [(test, sets, moved) for test, sets, moved in shown if np.any(moved != 0.0)]
+    return [
+        _effect(fitted, name, sets, _beyond(moved, target), test)
+        for test, sets, moved in (shown if len(shown) > 2 else shown[1:])
+    ]
+
+
+def without_level(problem: Problem, name: str) -> list[str]:
+    """Tests that may have a level of their own, as an effect of this name gives them, and have none yet."""
+    return [test for test in problem.own_terms if in_test(name, test) not in problem.terms]
 
 
 def _effect(fitted: Fit, name: str, sets: Floats, moved: Floats, test: str = "") -> Proposal:
@@ -261,7 +279,7 @@ def searched(problem: Problem) -> list[str]:
         name
         for name, effect in catalogue().items()
         if problem.shown_in(effect)
-        and not _is_in(problem, name)
+        and (without_level(problem, name) if effect.level_of else not _is_in(problem, name))
         and name not in declared
         and (stops > 1 or not effect.needs_stops)
         and (timed or not effect.needs_time)
@@ -275,13 +293,15 @@ def _is_in(problem: Problem, name: str) -> bool:
     return any(in_test(name, test) in problem.terms for test in ("", *problem.tests))
 
 
-def _responses_of(fitted: Fit, target: tuple[Floats, Floats], name: str) -> tuple[Floats, Floats]:
+def _responses_of(fitted: Fit, target: tuple[Floats, Floats], name: str, test: str = "") -> tuple[Floats, Floats]:
     """Inner parameters of an effect on a grid (set, parameter), and what each does to white samples (set, sample).
 
+    test: the only one it acts in.
     Beside those that say most the parameters of the fit are moved as they absorb it to first order: a load that is 15 %
     less moves mu by 16 %, where slopes are others.
     """
-    problem = fitted.problem.with_terms(*fitted.terms, name)
+    own = in_test(name, test)
+    problem = fitted.problem.with_terms(*fitted.terms, own, trial={own: replace(catalogue()[name], test=test)})
     sets = _grid(fitted, name)
     theta = np.concatenate([np.tile(fitted.theta, (len(sets), 1)), sets], axis=1)
     rows = _moved(problem, theta, target)

@@ -631,15 +631,23 @@ def _prediction(outcome: Outcome, case: Case) -> PredictedErrors:
     first = predict_test(case, outcome.judged.before)
     last = [predict_test(case, member.after) for member in outcome.mixture.members]
     own = at_its_own_level(first), [at_its_own_level(each) for each in last]
-    drawn = drawn_levels(outcome.judged.after)
-    level = {
-        key: PredictedLevel(float(value), *drawn.get(key, (np.nan, np.nan)), float(own[1][0].level[key]))
-        for key, value in last[0].level.items()
-        if np.isfinite(value) and own[1][0].level[key] != value
-    }
+    levels = (
+        _predicted_levels(last[0], own[1][0], outcome.judged.after),
+        _predicted_levels(first, own[0], outcome.judged.before),
+    )
     mixture = outcome.mixture.on_all
     errors = _predicted_errors(first, last, mixture), _predicted_errors(*own, mixture)
-    return PredictedErrors(case.test.name, *errors, level)
+    return PredictedErrors(case.test.name, *errors, *levels)
+
+
+def _predicted_levels(predicted: PredictedTest, own: PredictedTest, fitted: Fit) -> dict[str, PredictedLevel]:
+    """The level of a test as a fit of others predicts it, beside its own, by key, where they differ."""
+    drawn = drawn_levels(fitted)
+    return {
+        key: PredictedLevel(float(value), *drawn.get(key, (np.nan, np.nan)), float(own.level[key]))
+        for key, value in predicted.level.items()
+        if np.isfinite(value) and own.level[key] != value
+    }
 
 
 def _predicted_errors(first: PredictedTest, last: Sequence[PredictedTest], mixture: Mixture) -> dict[str, ChannelError]:
@@ -676,7 +684,7 @@ def predicted_badly(predictions: Sequence[PredictedErrors]) -> list[str]:
         f"{predicted.test}: its {key} is {level.own / level.predicted:.2g} times that of the tests fitted: {OTHER_KIND}"
         for predicted in predictions
         for key, level in predicted.level.items()
-        if is_apart(level.off, level.scatter)
+        if key in _levels_apart(predicted.level)
     ]
     return notes + [
         f"{predicted.test}: on this other history the {channels()[channel].label} is {how}"
@@ -687,9 +695,19 @@ def predicted_badly(predictions: Sequence[PredictedErrors]) -> list[str]:
 
 
 def contradicted_by(predicted: PredictedErrors) -> set[str]:
-    """Channels that the base model predicts better than the answer, with the level of the test known, too."""
+    """Channels that the base model predicts better than the answer, with the level of the test known, too.
+
+    Or as well, where by the answer alone that level lies apart from those of the tests fitted.
+    """
     own = predicted.at_own_level
-    return {channel for channel, e in predicted.errors.items() if _is_worse(e) and _is_worse(own[channel])}
+    lifted = _levels_apart(predicted.level) - _levels_apart(predicted.level_before)
+    by_level = {c for c in own if any(base.key in lifted for base in channels()[c].parameters)}
+    return {c for c, e in predicted.errors.items() if _is_worse(e) and (c in by_level or _is_worse(own[c]))}
+
+
+def _levels_apart(levels: Mapping[str, PredictedLevel]) -> set[str]:
+    """Base parameters of which a test that was only predicted has a level apart from those of the tests fitted."""
+    return {key for key, level in levels.items() if is_apart(level.off, level.scatter)}
 
 
 def _is_worse(error: ChannelError) -> bool:

@@ -212,14 +212,16 @@ class PredictedLevel:
 class PredictedErrors:
     """A test that was only predicted: the error of each channel before and after.
 
-    errors: with the level (mu, h S) of the tests that were fitted; at_own_level: with the level estimated on the test
-    itself, so that only its course is predicted. level: the base parameters that differ, by key.
+    errors: with the level (mu, K, h S) of the tests that were fitted; at_own_level: with the level estimated on the
+    test itself, so that only its course is predicted. level: the base parameters that differ, by key; level_before: by
+    the base model.
     """
 
     test: str
     errors: Mapping[str, ChannelError]
     at_own_level: Mapping[str, ChannelError]
     level: Mapping[str, PredictedLevel]
+    level_before: Mapping[str, PredictedLevel]
 
 
 @dataclass(frozen=True)

@@ -192,8 +192,9 @@ def _explained(
     progress: Progress,
 ) -> Outcome:
     """The same with these samples held out of every channel of the tests; missing: channels that lack something."""
-    seen_before = base_fit(problem_of([without(test, mask) for test, mask in zip(tests, masks, strict=True)]))
-    seen = replace(seen_before.problem, cases=remembered(seen_before.problem.cases, seen_before), unlike=True)
+    left = [without(test, mask) for test, mask in zip(tests, masks, strict=True)]
+    seen_before = base_fit(problem_of(left, unlike=True))
+    seen = replace(seen_before.problem, cases=remembered(seen_before.problem.cases, seen_before))
     validate = with_its_noise(validate, seen_before) if validate is not None else None
     other = elsewhere(validate, seen_before) if validate is not None else None
     result = search(seen, _by_stage(progress), other, missing=missing)
@@ -201,7 +202,7 @@ def _explained(
         [result.answer, *(e for rivals in result.rivals.values() for e in rivals), *result.others, result.base]
     )
     apart = holds_out(masks)
-    before = base_fit(problem_of(tests), seen_before) if apart else seen_before
+    before = base_fit(problem_of(tests, unlike=True), seen_before) if apart else seen_before
     progress("judging on held-out samples", 0.8)
     chances = np.full(len(members), np.nan) if quick else shares(members)
     compared = Compared(result.answer, members, chances, result.base)

@@ -5,6 +5,8 @@ log p_i = m + u_i + e_i,   cov(u_i, u_j) = tau^2 rho^|i - j|
 p_i   base parameter of test i in the order in which the tests are given
 u_i   its level about the mean of all, which scatters by tau and is correlated between neighbours by rho
 e_i   error of its estimate, widened by what the fit leaves
+
+Of a parameter that the tests share, as K, p_i is what a fit leaves of each of them, to first order beside its terms.
 """
 
 from __future__ import annotations
@@ -14,8 +16,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from twindisc_cli.effects import catalogue
 from twindisc_cli.identify.hierarchy import Wander, pool, prediction_half, wander
 from twindisc_cli.loop.fit import Fit
+from twindisc_cli.loop.problem import Case
 from twindisc_cli.loop.thresholds import ACCEPTANCE
 from twindisc_cli.model.experiment import Floats, Ints
 
@@ -80,7 +84,7 @@ def apart_from_others(levels: Levels) -> list[tuple[int, float]]:
 
 
 def levels_of(fits: Sequence[Fit], tests: Sequence[int] | None = None) -> dict[str, Levels]:
-    """Levels of the base parameters that at least two tests have, by key, from a fit of all tests or one of each.
+    """Levels of the base parameters that at least two tests show, by key, from a fit of all tests or one of each.
 
     tests: the number of each case in the order of the fits; from 0 on where not given.
     """
@@ -94,8 +98,42 @@ def levels_of(fits: Sequence[Fit], tests: Sequence[int] | None = None) -> dict[s
                 number = first + own if tests is None else tests[first + own]
                 std = float(np.sqrt(wide * fitted.covariance[i, i]))
                 rows.setdefault(p.key, []).append((number, float(fitted.theta[i]), std, p.unit))
+        for key, own, inner, std, unit in _of_shared(fitted) if len(fitted.problem.cases) > 1 else ():
+            number = first + own if tests is None else tests[first + own]
+            rows.setdefault(key, []).append((number, inner, std, unit))
         first += len(fitted.problem.cases)
     return {key: _levels(key, row) for key, row in rows.items() if len(row) > 1}
+
+
+def _of_shared(fitted: Fit) -> list[tuple[str, int, float, float, str]]:
+    """What each test says of base parameters that all share: key, test, inner value, its error, unit.
+
+    To first order: the other base parameters move with them, the terms stay as fitted.
+    """
+    problem, base = fitted.problem, [(i, p) for i, p in enumerate(fitted.problem.parameters) if p.term is None]
+    shared = [(i, p, number) for i, p in base if p.case is None for number in range(len(problem.cases))]
+    columns = [np.where(problem.owner == number, fitted.jacobian[:, i], 0.0) for i, _, number in shared]
+    others = [fitted.jacobian[:, i] for i, p in base if p.case is not None]
+    slopes = np.column_stack([*columns, *others])
+    covariance = fitted.excess * np.linalg.pinv(slopes.T @ slopes, hermitian=True)
+    moved = -covariance @ (slopes.T @ fitted.residual) / fitted.excess
+    return [
+        (
+            p.key,
+            number,
+            float(fitted.theta[i] + _declared(problem.cases[number], p.key) + moved[at]),
+            float(std),
+            p.unit,
+        )
+        for at, ((i, p, number), column) in enumerate(zip(shared, columns, strict=True))
+        if column.any() and (std := np.sqrt(covariance[at, at])) > 0.0
+    ]
+
+
+def _declared(case: Case, key: str) -> float:
+    """How far declared effects lift a base parameter of one test above that of the others, in its logarithm."""
+    levels = [values for name, values in case.test.effects.items() if catalogue()[name].level_of == key]
+    return float(sum(np.log(value) for values in levels for value in values.values()))
 
 
 def _levels(key: str, rows: Sequence[tuple[int, float, float, str]]) -> Levels:

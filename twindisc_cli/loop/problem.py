@@ -5,8 +5,9 @@
     y   measured channels, f the forward model, C the covariance of the noise
     D   what the inputs' tolerances could change (nuisances), one column each
 
-K belongs to the material and is shared by all tests, mu and the convection belong to each test, effects and laws to
-the rig and so to all tests, or to one of them alone. Parameters that span decades are fitted as logarithms.
+K belongs to the material and is shared by all tests but repeats, which show how it scatters; mu and the convection
+belong to each test, effects and laws to the rig and so to all tests, or to one of them alone. Parameters that span
+decades are fitted as logarithms.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.channels._channel import Base
 from twindisc_cli.loop.noise import Mask, Noise
 from twindisc_cli.loop.span import span_of
-from twindisc_cli.loop.thresholds import TOLERANCES
+from twindisc_cli.loop.thresholds import ACCEPTANCE, TOLERANCES
 from twindisc_cli.model.base import MODEL_KEYS
 from twindisc_cli.model.experiment import Experiment, Floats, Ints, Rig
 from twindisc_cli.model.forward import COUNTED, SETTLED, ForwardModel, IntegratedSets, Prediction
@@ -240,7 +241,8 @@ class Problem:
     """Tests and channels to be explained together, by base parameters and terms: effects by name, and trial laws.
 
     tracks: for each test how its track is found where K differs from strip to strip; by an integration where none are
-    given. unlike: whether a term may act in one of the tests alone; repeats of a test share all terms.
+    given. unlike: whether a term may act in one of the tests alone; repeats of a test share all terms, and each has a K
+    of its own.
     """
 
     cases: Sequence[Case]
@@ -300,14 +302,16 @@ class Problem:
     def _base(self) -> list[Parameter]:
         """One for every channel and test; those that are shared, once."""
         results: dict[tuple[str, int | None], Parameter] = {}
+        repeats = len(self.cases) > 1 and not self.unlike
         for name in self.channels:
             for base in channels()[name].parameters:
                 seen = [i for i, case in enumerate(self.cases) if name in case.noise]
                 given = [i for i, case in enumerate(self.cases) if np.isfinite(base.of(case.test))]
-                if base.shared and seen and not given:
+                shared = base.shared and not repeats
+                if shared and seen and not given:
                     start = float(np.median([self.cases[i].held[base.key] for i in seen]))
                     results.setdefault((base.key, None), _parameter(base, start, None))
-                for i in [] if base.shared else sorted({*seen} - {*given}):
+                for i in [] if shared else sorted({*seen} - {*given}):
                     results.setdefault((base.key, i), _parameter(base, self.cases[i].held[base.key], i))
         return list(results.values())
 
@@ -504,6 +508,7 @@ class Problem:
             *nearby._off_theory(theta, plain),
             nearby._off_track(theta, predictions),
             *nearby._off_creepage(theta),
+            *nearby._off_levels(theta, plain),
             *nearby._off_rig(theta),
             strict=True,
         )
@@ -604,6 +609,21 @@ class Problem:
             off += zip(names, rows, strict=True)
         return off
 
+    def _off_levels(self, theta: Floats, plain: Floats) -> list[_Off]:
+        """White predictions with what tests share, as K, off in one test after the other as it scatters in repeats."""
+        if len(self.cases) < 2:
+            return []
+        shared = {
+            p.key: p.outer(at) for p, at in zip(self.parameters, theta, strict=True) if (p.term, p.case) == (None, None)
+        }
+        more = {key: value * (1.0 + ACCEPTANCE.repeat_scatter) for key, value in shared.items()}
+        rows = {key: self.white(self.moved(theta[None], base={key: value}))[0] for key, value in more.items()}
+        return [
+            (f"{key} of {test}", np.where(self.owner == number, row, plain))
+            for key, row in rows.items()
+            for number, test in enumerate(self.tests)
+        ]
+
     def _off_rig(self, theta: Floats) -> list[_Off]:
         """White predictions with the geometry and the modulus off by their tolerances.
 
@@ -641,10 +661,10 @@ class Problem:
         return replace(self, cases=cases, tracks=None)
 
 
-def problem_of(tests: Sequence[Experiment]) -> Problem:
-    """All channels of the tests, with their noise."""
+def problem_of(tests: Sequence[Experiment], *, unlike: bool = False) -> Problem:
+    """All channels of the tests, with their noise; unlike: whether these are no repeats of one test."""
     cases = cases_of(tests)
-    return Problem(cases, tuple(c for c in channels() if any(c in case.noise for case in cases)))
+    return Problem(cases, tuple(c for c in channels() if any(c in case.noise for case in cases)), unlike=unlike)
 
 
 def _off(test: Experiment, name: str) -> Rig:

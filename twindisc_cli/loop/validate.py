@@ -67,9 +67,9 @@ def predict_test(test: Experiment | Case, fitted: Fit) -> PredictedTest:
 
 
 def at_its_own_level(predicted: PredictedTest) -> PredictedTest:
-    """The same with the level of the test known: base parameters that are no material's are fitted to it."""
+    """The same with the level of the test known: base parameters are fitted to it."""
     case = predicted.case
-    own = tuple(name for name in case.noise if any(not base.shared for base in channels()[name].parameters))
+    own = tuple(name for name in case.noise if channels()[name].parameters)
     fitted = plain_fit(Problem([case], own)) if own else None
     return _predicted(remembered([case], fitted)[0]) if fitted is not None else predicted
 
@@ -112,7 +112,7 @@ def drawn_levels(fitted: Fit) -> dict[str, tuple[float, float]]:
     """90 % interval of the level of one more test, by key: drawn from the scatter of those fitted, or of repeats."""
     intervals = {}
     for p in fitted.problem.parameters:
-        if p.term is None and p.case is not None:
+        if p.term is None:
             value, half = fitted.value(p)[0], NINETY * ACCEPTANCE.repeat_scatter
             intervals[p.key] = value * float(np.exp(-half)), value * float(np.exp(half))
     return intervals | {key: of.drawn()[1:] for key, of in levels_of([fitted]).items()}
