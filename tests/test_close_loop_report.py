@@ -932,7 +932,7 @@ def test_revised_definition_of_a_second_test_names_the_data_of_its_own_folder(tm
     first, second = made(tmp_path / "a", "one"), made(tmp_path / "b", "two")
     result = result_of(found(first), [first, second], None)
     measured = tomllib.loads(str(result.extra_files["revised-two.toml"]))["measured"]
-    assert (tmp_path / "a" / measured["traction"]).resolve() == (tmp_path / "b" / "traction.csv").resolve()
+    assert (tmp_path / "a" / measured["traction"]).resolve() == (tmp_path / "b" / "two_traction.csv").resolve()
 
 
 def test_revised_definition_takes_the_base_of_its_own_test(tmp_path: Path) -> None:

@@ -293,7 +293,9 @@ def test_two_tests_share_the_material_and_not_the_friction() -> None:
         case_of(Instruments().record(Plant(HISTORY, mu=lambda t, c, n, m=mu: m + 0.0 * t), np.random.default_rng(seed)))
         for seed, mu in enumerate((0.5, 0.6))
     ]
-    problem = Problem(cases, ("traction", "profile", "temperature"))
+    repeats = Problem(cases, ("traction", "profile", "temperature"))
+    assert [p.case for p in repeats.parameters if p.name == "K"] == [0, 1], "K scatters between repeats"
+    problem = replace(repeats, unlike=True)
     assert sorted((p.name, p.case) for p in problem.parameters if p.case is not None) == [
         ("convection_W_K", 0), ("convection_W_K", 1), ("mu", 0), ("mu", 1),
     ]  # fmt: skip

@@ -77,6 +77,17 @@ def test_a_torque_that_was_not_zeroed_is(tmp_path: Path, drift: float, sense: fl
         assert measured.traction.ratio[mine].mean() == pytest.approx(MU, rel=0.005)
 
 
+def test_a_torque_that_the_recorder_holds_is_taken_once(tmp_path: Path) -> None:
+    head, *rows = log().split("\n")
+    cells = [row.split(";") for row in rows]
+    held = [";".join([*mine[:3], cells[i - i % 5][3], mine[4]]) for i, mine in enumerate(cells)]
+    test = read(tmp_path, "\n".join([head, *held]))
+    (count,) = test.rows
+    assert count.left_out["of a reading held since the row before"] == pytest.approx(420 * 4 / 5, abs=2)
+    assert test.experiment.measured.traction is not None
+    assert test.experiment.measured.traction.ratio.mean() == pytest.approx(MU, rel=0.005)
+
+
 def test_the_error_of_the_zero_is_the_scatter_of_its_rows(tmp_path: Path) -> None:
     # the median of n Gaussian rows scatters by sqrt(pi / 2n) of their noise; two ends halve the variance
     errors = [read(tmp_path, log(offset=o)).experiment.measured.torque_zero for o in (0.0, 0.01)]

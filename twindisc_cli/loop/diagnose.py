@@ -83,11 +83,13 @@ def diagnose(
     others = [with_its_noise(case, outcome.judged.before) for case in others]
     predictions = [_prediction(outcome, case) for case in others]
     contradicted = contradicted_by(predictions[-1]) if unseen else set()
-    crowded = _crowded(outcome.answer)
-    effects, laws = _found(outcome, weights, contradicted, crowded | {rest.channel for rest in left})
+    errors = {channel: _error(channel, outcome) for channel in outcome.problem.channels}
+    missed = {channel: error for channel, error in errors.items() if _misses_held_out(error)}
+    doubtful = _crowded(outcome.answer) | missed.keys()
+    effects, laws = _found(outcome, weights, contradicted, doubtful | {rest.channel for rest in left})
     elsewhere = [predict_test(case, outcome.judged.after) for case in others] if laws else []
     separating = [*outcome.judged.prediction("after"), *(e.prediction for e in elsewhere[-1:] if unseen)]
-    laws, together = _of_this_history(laws, contradicted | crowded, separating)
+    laws, together = _of_this_history(laws, contradicted | doubtful, separating)
     not_excluded = _not_excluded(outcome)
     free = free_zero.with_free_zero(outcome.sure)
     levels = levels_of([outcome.judged.after])
@@ -98,13 +100,18 @@ def diagnose(
         effects=effects,
         laws=laws,
         unexplained=left,
-        errors={channel: _error(channel, outcome) for channel in outcome.problem.channels},
+        errors=errors,
         base=base_parameters(outcome, free),
         tried=_tried(outcome, weights, not_excluded),
         curves=_curves(outcome),
         p_values={channel: rest.p_value for channel, rest in before.items()},
         held_out_steps={test.name: steps_withheld(test) for test in tests},
-        notes=[*apart, *together, *_notes(outcome, effects, laws, weights, elsewhere, free)],
+        notes=[
+            *apart,
+            *_missed(missed, outcome.answer),
+            *together,
+            *_notes(outcome, effects, laws, weights, elsewhere, free),
+        ],
         next_experiment=_next(outcome, weights, left),
         validation=predictions[-1] if unseen else None,
         step_scatter=scattered,
@@ -179,7 +186,8 @@ def _found(
     """Effects and laws of the answer, each with what cannot be separated from it.
 
     contradicted: channels that another history shows to be predicted worse than without the answer; doubtful:
-    channels in which nothing is established, for something is left or many terms describe them.
+    channels in which nothing is established, for something is left, many terms describe them or held-out samples are
+    missed.
     """
     effects, laws = [], []
     for name in outcome.answer.terms:
@@ -254,6 +262,21 @@ def _strength(outcome: Outcome, name: str, probability: float, rivals: Sequence[
 def _crowded(answer: Explanation) -> set[str]:
     """Channels that so many terms describe that their sum describes the record more than it names causes."""
     return {c for c in answer.fit.problem.channels if len(answer.terms_in(c)) >= ACCEPTANCE.many_terms}
+
+
+def _misses_held_out(error: ChannelError) -> bool:
+    """Whether samples of a channel that were held out are missed, as a test that was not fitted is."""
+    return error.held_out_after > ACCEPTANCE.missed * error.noise
+
+
+def _missed(errors: Mapping[str, ChannelError], answer: Explanation) -> list[str]:
+    """Channels in which something was found and held-out samples are missed, with their errors."""
+    return [
+        f"held-out samples of the {channels()[channel].label} are missed by {error.held_out_after / error.noise:.1f} "
+        "times its noise: nothing in it is established, and its laws hold on this history alone"
+        for channel, error in errors.items()
+        if answer.terms_in(channel)
+    ]
 
 
 def _tied(outcome: Outcome) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 from twindisc_cli.measurement.content import Content
 from twindisc_cli.measurement.found_steps import Seen, begun_at_zero, find_steps, history_text, steps_of_curve
 from twindisc_cli.measurement.header import Column, Naming, declared
+from twindisc_cli.measurement.held import keep_readings
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
 from twindisc_cli.measurement.table import Table, read_table
@@ -55,6 +56,9 @@ def read_traction(
     if "uncertainty" in columns:
         table.flag(columns["uncertainty"] <= 0.0, "uncertainty", lambda _: "must be greater than 0")
     table.check()
+    if "time" in columns:
+        kept = keep_readings(table, "traction ratio")
+        columns, step = table.columns, step[kept]
     unknown = np.full(len(table), np.nan)
     samples = TractionSamples(
         time=columns.get("time", unknown),
@@ -95,6 +99,7 @@ def read_temperature(
     check_time(table, history, partner="temperature")
     check_kelvin(table)
     table.check()
+    keep_readings(table, "temperature")
     return TemperatureSamples(time=table.columns["time"], temperature=table.columns["temperature"]), table.count()
 
 

@@ -35,6 +35,8 @@ DRIFTS = 4.0
 MEMORY = 4.0
 """Standard errors from which neighbours' scatter of the creepage is said to be correlated."""
 
+ROUNDING = 1e-12  # of a mean; less is no scatter
+
 
 @dataclass(frozen=True)
 class Steadied:
@@ -88,7 +90,7 @@ def steadied(creepage: Floats, ratio: Floats, time: Floats, step: Ints) -> Stead
     if error < KNOWN and part + 2.0 * error < NOISE:
         return Steadied(steady, std, is_noise=True)
     slips = part - 2.0 * error > NOISE or alike > MEMORY * np.sqrt(pairs)
-    return Steadied(creepage) if slips else Steadied(steady, std)
+    return Steadied(creepage) if slips or std < ROUNDING else Steadied(steady, std)
 
 
 def _slopes(creepage: Floats, ratio: Floats, step: Ints) -> dict[int, float]:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from twindisc_cli.measurement.channels import LARGEST_RATIO, RATIOS, SLIP
 from twindisc_cli.measurement.content import Content
 from twindisc_cli.measurement.header import Column, Naming, declared
+from twindisc_cli.measurement.held import HELD, repeated
 from twindisc_cli.measurement.sheet import Bools, Floats, Ints
 from twindisc_cli.measurement.table import Table, read_table
 from twindisc_cli.measurement.units import COUNT, FORCE, PERCENTAGE, RATIO, SPEED, TIME, TORQUE, rim_speed
@@ -26,7 +27,7 @@ from twindisc_cli.model.experiment import Rig
 Codes = NDArray[np.int8]
 REASONS = (
     "", "unloaded", "standing still", "turning the other way", "outlier",
-    "running up", "running down", "at a change of step", "at the creepage of no step", "no signal under load",
+    "running up", "running down", "at a change of step", "at the creepage of no step", "no signal under load", HELD,
 )  # fmt: skip
 """Why a row says nothing of the traction; the first: it does."""
 CLOCK = (
@@ -265,6 +266,12 @@ def dead_rows(log: Log, reason: Codes) -> None:
     size = np.abs(log.signal[driven & ~dead])
     if np.quantile(size, _MOST_DEAD) > 0.5 * np.median(size):
         reason[dead] = REASONS.index("no signal under load")
+
+
+def held_rows(log: Log, reason: Codes) -> None:
+    """Mark rows under load that repeat the signal of the row before, where the recorder holds it."""
+    driven = np.flatnonzero(reason == 0)
+    reason[driven[repeated(log.signal[driven])]] = REASONS.index(HELD)
 
 
 def outliers(log: Log, ratio: Floats, reason: Codes) -> None:

@@ -21,6 +21,7 @@ from twindisc_cli.measurement.channels import FEWEST, check_kelvin, tolerance
 from twindisc_cli.measurement.content import Content
 from twindisc_cli.measurement.found_steps import MOST_AVERAGES, Seen, find_steps, history_text
 from twindisc_cli.measurement.header import Column, Naming
+from twindisc_cli.measurement.held import keep_readings
 from twindisc_cli.measurement.log import (
     CLOCK,
     REASONS,
@@ -29,6 +30,7 @@ from twindisc_cli.measurement.log import (
     Log,
     check_time,
     dead_rows,
+    held_rows,
     idle_rows,
     outliers,
 )
@@ -95,6 +97,7 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
         ratio = (log.signal - _offset(log.time, result, torque_zero)) / log.per_ratio(log.load)
     dead_rows(log, reason)
     outliers(log, ratio, reason)
+    held_rows(log, reason)
     driven = reason == 0
     mean = _averages(log, driven, ratio, _length(log.time[driven], history))
     sense = float(np.sign(np.median(mean.ratio * np.sign(mean.creepage))) or 1.0)
@@ -151,6 +154,7 @@ def log_temperature(
     check_time(table)
     check_kelvin(table)
     table.check()
+    keep_readings(table, "temperature")
     time, kelvin, end = table.columns["time"] - begin, table.columns["temperature"], float(history.end_time[-1])
     inside = (time >= 0.0) & (time <= end)
     for reason, outside in (("before the history", time < 0.0), ("after the history", time > end)):

@@ -83,6 +83,15 @@ class Table:
         """Note a problem of the file, of a column, or of a cell; block: lines of a definition that cure it."""
         self.problems.append(Problem(what, self.file, line, self.headers.get(name, name), block))
 
+    def keep(self, kept: Bools, reason: str) -> None:
+        """Leave out the other rows, for a reason that is counted."""
+        if np.all(kept):
+            return
+        self.left_out[reason] = self.left_out.get(reason, 0) + int(np.sum(~kept))
+        self.columns = {name: values[kept] for name, values in self.columns.items()}
+        self.lines = self.lines[kept]
+        self.block = None if self.block is None else self.block[kept]
+
     def count(self, used: int | None = None) -> RowCount:
         """What became of the rows; all that could be read were used unless said."""
         return RowCount(self.file, len(self) if used is None else used, self.left_out, tuple(self.notes))

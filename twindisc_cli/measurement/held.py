@@ -1,0 +1,41 @@
+"""Readings that a recorder holds until the next: a slow instrument beside a fast clock writes each several times.
+
+Rows that repeat a reading are no measurements: as such their noise would be that of the readings, correlated over as
+long as these are held, and each would stand at the times of its neighbours. Held readings last about equally long
+and differ as far as the instrument scatters; equal neighbours of a number of few digits mostly differ by its last one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from twindisc_cli.measurement.sheet import Bools, Floats
+from twindisc_cli.measurement.table import Table
+
+HELD = "of a reading held since the row before"
+"""Why a row was left out."""
+FEWEST_READINGS = 12
+"""Readings below which equal neighbours say nothing of the recorder."""
+REGULAR = 0.9
+"""Share of the readings that last a multiple of the usual number of rows, or one more or less."""
+LAST_DIGITS = 1.5
+"""Change from one reading to the next, in the smallest one, up to which it is the last digit that changes."""
+
+
+def repeated(values: Floats) -> Bools:
+    """Rows (row,) that only repeat the reading of the row before; none where readings are not held."""
+    again = np.append(False, values[1:] == values[:-1])
+    begin = np.flatnonzero(~again)
+    rows, change = np.diff(begin)[1:], np.abs(np.diff(values[begin]))
+    if len(rows) < FEWEST_READINGS or np.median(rows) < 2:
+        return np.zeros_like(again)
+    usual = np.round(np.median(rows))
+    is_regular = np.mean(np.abs(rows - usual * np.round(rows / usual)) <= 1.0) >= REGULAR
+    return again if is_regular and np.median(change) > LAST_DIGITS * change.min() else np.zeros_like(again)
+
+
+def keep_readings(table: Table, name: str) -> Bools:
+    """Leave out the rows of a table that only repeat a reading of this column; the rows that are kept (row,)."""
+    kept = ~repeated(table.columns[name])
+    table.keep(kept, HELD)
+    return kept
