@@ -23,6 +23,7 @@ from twindisc_cli.loop.explanation import Explanation, by_falling, evidence_of
 from twindisc_cli.loop.fit import MOST_STEPS, Fit, finite, fit
 from twindisc_cli.loop.learn import Pair, Response, seen_again
 from twindisc_cli.loop.problem import Problem
+from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.loop.ties import by_falling_value
 from twindisc_cli.loop.validate import Elsewhere, LinearPrediction
@@ -262,18 +263,25 @@ def _edged(explanation: Explanation, name: str, law: Trial, pair: Pair | None) -
 def refine_edges(fitted: Fit, name: str, trial: Trial, pair: Pair | None) -> Fit:
     """A fit with the edges of a step or a window, which have no slope, where they explain most: two finer scans.
 
-    The first reaches over all places between which no sample distinguishes.
+    The first reaches over the bins beside, between whose edges a window was sought, and over all places between which
+    no sample distinguishes, the second from each place to the next.
     """
     assert pair is not None
     width = float(np.median(np.diff(pair.edges)))
-    for share, gaps in ((1.0, 1.0), (0.12, 0.0)):
-        for key in trial.fixed:
-            reach = share * width + gaps * pair.gap(trial.fixed[key])
-            tried = trial.fixed[key] + reach * np.linspace(-1.0, 1.0, SEARCH.edge_places)
-            chi2 = np.sum(_missed_at(fitted.problem, fitted.theta, name, key, tried) ** 2, axis=1)
-            trial = trial.fixed_at({key: middle_of_least(tried, chi2)})
+    reach = {key: 2.0 * width + pair.gap(place) for key, place in trial.fixed.items()}
+    for _ in range(2):
+        for key, place in trial.fixed.items():
+            tried = place + reach[key] * np.linspace(-1.0, 1.0, SEARCH.edge_places)
+            trial = trial.fixed_at({key: middle_of_least(tried, _chi2_at(fitted, name, key, tried))})
             fitted = fit(_with_trial(fitted, name, trial), fitted.theta)
+            reach[key] = float(tried[1] - tried[0])
     return fitted
+
+
+def _chi2_at(fitted: Fit, name: str, key: str, places: Floats) -> Floats:
+    """chi2 (place,) of a fit with an edge of a law at other places, to first order fitted anew at each."""
+    missed, span = _missed_at(fitted.problem, fitted.theta, name, key, places), span_of(fitted.jacobian)
+    return np.asarray(np.sum((missed - (missed @ span) @ span.T) ** 2, axis=1))
 
 
 def _missed_at(problem: Problem, theta: Floats, name: str, key: str, places: Floats) -> Floats:
@@ -301,7 +309,7 @@ def _edges_elsewhere(explanation: Explanation, name: str, other: Elsewhere, pair
     for key, place in trial.fixed.items():
         fitted = explanation.fit
         near = np.linspace(*pair.between(place), SEARCH.edge_places)
-        chi2 = np.sum(_missed_at(fitted.problem, fitted.theta, name, key, near) ** 2, axis=1)
+        chi2 = _chi2_at(fitted, name, key, near)
         places = near[chi2 < fitted.chi2 + 2.0 * SEARCH.evidence_error]
         if len(places) < 2:
             continue

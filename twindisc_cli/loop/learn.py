@@ -130,6 +130,18 @@ class Pair:
         seen = length > NOTHING * max(float(length.max(initial=0.0)), 1e-300)
         return np.where(seen, length, 0.0), np.where(seen, columns.T @ self.g, 0.0)
 
+    def _with_edges_free(self, column: Floats) -> float:
+        """Fall of chi2 by a step or a window (bin,) if the bins beside its edges may be anything.
+
+        An edge within a bin, and a change that is many times the noise: of the whole fall that to the edge of the bin
+        may be half, and a smooth formula that is wrong promises more.
+        """
+        edge = np.flatnonzero(np.diff(column))
+        free = np.eye(len(column))[:, np.unique([edge, edge + 1])]
+        every = np.column_stack([column, free])
+        along = every.T @ self.g
+        return float(along @ np.linalg.pinv(every.T @ self.A @ every, hermitian=True) @ along)
+
     @property
     def odd(self) -> bool:
         """Whether a recorded signal would change with something else than time, as sensors hardly do."""
@@ -143,12 +155,15 @@ class Pair:
             length, along = self._seen(columns)
             gain = np.where(length > 0.0, along**2 / np.maximum(length, 1e-300), 0.0)
             best = first_of_most(gain)
+            promised = float(gain[best])
+            if shape in CHOSEN:
+                promised = max(promised, self._with_edges_free(columns[:, best]) - float(np.log(samples)))
             size = float(np.clip(along[best] / max(length[best], 1e-300), -self.most, self.most))
             start = {QUANTITIES[self.quantity].size_key: size, **self._keyed(starts[best])}
             trial = replace(formula(self.quantity, self.covariate, shape, start, self.span, self.most), test=self.test)
             cost = choice + 0.5 * float(np.log(samples)) * CHOSEN.get(shape, 0)
             paid = cost + 0.5 * np.log(samples) * len(trial.params)
-            results.append((0.5 * float(gain[best]) - paid, trial, cost))
+            results.append((0.5 * promised - paid, trial, cost))
         if self.most_knots < FEWEST_KNOTS or QUANTITIES[self.quantity].shapes:
             return sorted(results, key=lambda f: falling(f[0]))
         cost = choice + float(np.log(len(self._curves[1])))
