@@ -279,9 +279,18 @@ def refine_edges(fitted: Fit, name: str, trial: Trial, pair: Pair | None) -> Fit
 
 
 def _chi2_at(fitted: Fit, name: str, key: str, places: Floats) -> Floats:
-    """chi2 (place,) of a fit with an edge of a law at other places, to first order fitted anew at each."""
-    missed, span = _missed_at(fitted.problem, fitted.theta, name, key, places), span_of(fitted.jacobian)
-    return np.asarray(np.sum((missed - (missed @ span) @ span.T) ** 2, axis=1))
+    """chi2 (place,) of a fit with an edge of a law at other places, to first order fitted anew at each.
+
+    The response to its size is what the law does there; those to the other parameters stay.
+    """
+    own = fitted.own(name)
+    off = np.where(own, 0.0, fitted.theta)
+    missed = _missed_at(fitted.problem, fitted.theta, name, key, places)
+    without = _missed_at(fitted.problem, off, name, key, places[:1])
+    span = span_of(fitted.jacobian[:, ~own])
+    rest, moved = (rows - (rows @ span) @ span.T for rows in (without, without - missed))
+    along = np.sum(moved * rest, axis=1)
+    return np.asarray(np.sum(rest**2) - along**2 / np.maximum(np.sum(moved**2, axis=1), 1e-300))
 
 
 def _missed_at(problem: Problem, theta: Floats, name: str, key: str, places: Floats) -> Floats:

@@ -47,6 +47,8 @@ UNTIMED = ("creepage", "y_over_edge", "load", "pressure", "rolling_speed", "orde
 """Covariates that samples recorded without time can show."""
 CHOSEN = {"step": 1, "window": 2}
 """Parameters of a formula that are chosen among the bins and not fitted."""
+PARTS = np.linspace(-1.0, 1.0, 9)
+"""Of the bins beside an edge, which lie inside where it stands elsewhere."""
 NOTHING = 1e-12  # rounding, relative to the longest response
 
 
@@ -130,18 +132,6 @@ class Pair:
         seen = length > NOTHING * max(float(length.max(initial=0.0)), 1e-300)
         return np.where(seen, length, 0.0), np.where(seen, columns.T @ self.g, 0.0)
 
-    def _with_edges_free(self, column: Floats) -> float:
-        """Fall of chi2 by a step or a window (bin,) if the bins beside its edges may be anything.
-
-        An edge within a bin, and a change that is many times the noise: of the whole fall that to the edge of the bin
-        may be half, and a smooth formula that is wrong promises more.
-        """
-        edge = np.flatnonzero(np.diff(column))
-        free = np.eye(len(column))[:, np.unique([edge, edge + 1])]
-        every = np.column_stack([column, free])
-        along = every.T @ self.g
-        return float(along @ np.linalg.pinv(every.T @ self.A @ every, hermitian=True) @ along)
-
     @property
     def odd(self) -> bool:
         """Whether a recorded signal would change with something else than time, as sensors hardly do."""
@@ -153,17 +143,17 @@ class Pair:
         choice = float(np.log(SEARCH.curve_families)) + SEARCH.odd_signal_cost * self.odd
         for shape, starts, columns in self.members:
             length, along = self._seen(columns)
-            gain = np.where(length > 0.0, along**2 / np.maximum(length, 1e-300), 0.0)
+            gain = _gain(length, along)
             best = first_of_most(gain)
-            promised = float(gain[best])
+            promised = gain[best]
             if shape in CHOSEN:
-                promised = max(promised, self._with_edges_free(columns[:, best]) - float(np.log(samples)))
+                promised = _gain(*self._seen(_shifted(columns[:, best]))).max()
             size = float(np.clip(along[best] / max(length[best], 1e-300), -self.most, self.most))
             start = {QUANTITIES[self.quantity].size_key: size, **self._keyed(starts[best])}
             trial = replace(formula(self.quantity, self.covariate, shape, start, self.span, self.most), test=self.test)
             cost = choice + 0.5 * float(np.log(samples)) * CHOSEN.get(shape, 0)
             paid = cost + 0.5 * np.log(samples) * len(trial.params)
-            results.append((0.5 * promised - paid, trial, cost))
+            results.append((0.5 * float(promised) - paid, trial, cost))
         if self.most_knots < FEWEST_KNOTS or QUANTITIES[self.quantity].shapes:
             return sorted(results, key=lambda f: falling(f[0]))
         cost = choice + float(np.log(len(self._curves[1])))
@@ -228,6 +218,26 @@ class Pair:
         if self.quantity in MULTIPLIED.values():
             mix -= mix.mean(axis=0)
         return replace(curve(self.quantity, self.covariate, places, mix), test=self.test)
+
+
+def _gain(length: Floats, along: Floats) -> Floats:
+    """Fall of chi2 by each member (member,), whose response has a squared length and a product with the residual."""
+    return np.where(length > 0.0, along**2 / np.maximum(length, 1e-300), 0.0)
+
+
+def _shifted(column: Floats) -> Floats:
+    """A step or a window (bin,) with its edges elsewhere in the bins beside them: (bin, member).
+
+    A bin counts by its part inside. Where a change is many times the noise, the whole of the bins at the edges may
+    cost so much that a smooth formula, which is wrong, promises more.
+    """
+    members = column[:, None]
+    for edge in np.flatnonzero(np.diff(column)):
+        outside, inside = (edge, edge + 1) if column[edge + 1] > column[edge] else (edge + 1, edge)
+        part = np.zeros((len(column), len(PARTS)))
+        part[outside], part[inside] = np.maximum(PARTS, 0.0), np.minimum(PARTS, 0.0)
+        members = (members[:, :, None] + part[:, None, :]).reshape(len(column), -1)
+    return np.clip(members, 0.0, 1.0)
 
 
 def _matern(at: Floats, length: float) -> Floats:
