@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from rigs import SPEED, Floats, Instruments, Plant, history, rig
+from rigs import SPEED, Floats, Instruments, Plant, history, one_of, rig
 
 from twindisc_cli.identify.hierarchy import wander
 from twindisc_cli.loop.diagnose import contradicted_by, diagnose, few_stops, predicted_badly
@@ -347,40 +347,42 @@ def test_a_predicted_test_of_another_level_is_said(own: float, said: bool) -> No
     )
 
 
-# ------------------------------------------------------------------------------------------------ several tests
+# ------------------------------------------------------------------------------------------------ many times the noise
 
 
-def worn(name: str, k: float, seed: int) -> Experiment:
-    """A test in which nothing is missing, by its K."""
-    return replace(Instruments().record(Plant(COURSE, wear_coefficient=k), np.random.default_rng(seed)), name=name)
+LONG = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015, 0.05, 0.025), 3)
 
 
-@pytest.mark.parametrize("k", [(1e-3, 1.6e-3), (1e-3, 1e-3, 0.6e-3)])
-def test_the_test_that_wears_faster_than_the_others_is_named(k: tuple[float, ...]) -> None:
-    found = run(*(worn(name, each, seed) for seed, (name, each) in enumerate(zip("ABC", k, strict=False), 1)))
-    (effect,) = found.effects
-    assert (effect.name, effect.test) == ("wear_level", "ABC"[len(k) - 1])
-    value(effect, "factor", k[-1] / k[0])
-    assert found.laws == []
-    levels = found.levels["K"]
-    np.testing.assert_allclose(levels.value, k, rtol=0.05)
-    assert any("its K is 0.6 times that of the other tests" in note for note in found.notes) is (len(k) > 2)
+def strong(mu: Law, seed: int = 1) -> Diagnosis:
+    return run(Instruments(each=10, traction=0.003).record(Plant(LONG, mu=mu), np.random.default_rng(seed)))
 
 
-def test_what_k_scatters_between_repeats_is_nothing_missing() -> None:
-    found = run(worn("A", 1e-3, 4), worn("B", 1.04e-3, 5))
-    assert (found.verdict, found.effects, found.laws) == ("no_missing_effect", [], [])
+@pytest.mark.parametrize("seed", one_of([2, 1, 3]))
+def test_friction_that_is_halved_for_a_while_is_one_law_of_time(seed: int) -> None:
+    """A hundred times the noise: an edge that is wrong by half a bin misses more than any smooth formula does."""
+    found = strong(lambda time, v, n: 0.6 * (1.0 - 0.5 * ((time > 410.0) & (time < 765.0))), seed)
+    (law,) = found.laws
+    assert (found.effects, law.name, law.law.shape) == ([], "mu_over_time", "window")
+    assert law.law.parameters["begin_s"] == pytest.approx(410.0, abs=10.0)
+    assert law.law.parameters["end_s"] == pytest.approx(765.0, abs=10.0)
+    assert law.law.parameters["size"] == pytest.approx(-0.5, abs=0.01)
+    assert all(error.after < 1.2 * error.noise for error in found.errors.values())
 
 
-def test_the_k_of_a_predicted_test_is_compared_with_that_of_the_tests_fitted() -> None:
-    found = run(worn("A", 1e-3, 1), validate=worn("C", 1.6e-3, 3))
-    assert found.validation is not None
-    assert found.validation.level["K"].own == pytest.approx(1.6e-3, rel=0.05)
-    assert (
-        found.validation.at_own_level["profile"].held_out_after
-        < 0.5 * found.validation.errors["profile"].held_out_after
-    )
-    assert any("C: its K is 1.6 times that of the tests fitted" in note for note in found.notes)
+@pytest.mark.parametrize(
+    ("shape", "mu"),
+    [
+        ("bump", lambda time, v, n: 0.6 * (1.0 - 0.4 * np.exp(-0.5 * ((time - 900.0) / 50.0) ** 2))),
+        ("logistic", lambda time, v, n: 0.6 * (1.0 - 0.4 / (1.0 + np.exp(-(time - 900.0) / 50.0)))),
+    ],
+)
+def test_a_formula_many_times_the_noise_is_found_between_the_places_it_is_sought_at(shape: str, mu: Law) -> None:
+    """A place and a width on a coarse grid promise less than a curve."""
+    (law,) = strong(mu).laws
+    assert (law.name, law.law.shape) == ("mu_over_time", shape)
+    assert law.law.parameters["at_s"] == pytest.approx(900.0, abs=5.0)
+    assert law.law.parameters["width_s"] == pytest.approx(50.0, rel=0.05)
+    assert law.law.parameters["size"] == pytest.approx(-0.4, abs=0.01)
 
 
 # ------------------------------------------------------------------------------------------------ declared effects
@@ -486,6 +488,39 @@ def test_nothing_that_fixes_the_friction_is_said() -> None:
 
 
 # ------------------------------------------------------------------------------------------------ several tests
+
+
+def worn(name: str, k: float, seed: int) -> Experiment:
+    """A test in which nothing is missing, by its K."""
+    return replace(Instruments().record(Plant(COURSE, wear_coefficient=k), np.random.default_rng(seed)), name=name)
+
+
+@pytest.mark.parametrize("k", [(1e-3, 1.6e-3), (1e-3, 1e-3, 0.6e-3)])
+def test_the_test_that_wears_faster_than_the_others_is_named(k: tuple[float, ...]) -> None:
+    found = run(*(worn(name, each, seed) for seed, (name, each) in enumerate(zip("ABC", k, strict=False), 1)))
+    (effect,) = found.effects
+    assert (effect.name, effect.test) == ("wear_level", "ABC"[len(k) - 1])
+    value(effect, "factor", k[-1] / k[0])
+    assert found.laws == []
+    levels = found.levels["K"]
+    np.testing.assert_allclose(levels.value, k, rtol=0.05)
+    assert any("its K is 0.6 times that of the other tests" in note for note in found.notes) is (len(k) > 2)
+
+
+def test_what_k_scatters_between_repeats_is_nothing_missing() -> None:
+    found = run(worn("A", 1e-3, 4), worn("B", 1.04e-3, 5))
+    assert (found.verdict, found.effects, found.laws) == ("no_missing_effect", [], [])
+
+
+def test_the_k_of_a_predicted_test_is_compared_with_that_of_the_tests_fitted() -> None:
+    found = run(worn("A", 1e-3, 1), validate=worn("C", 1.6e-3, 3))
+    assert found.validation is not None
+    assert found.validation.level["K"].own == pytest.approx(1.6e-3, rel=0.05)
+    assert (
+        found.validation.at_own_level["profile"].held_out_after
+        < 0.5 * found.validation.errors["profile"].held_out_after
+    )
+    assert any("C: its K is 1.6 times that of the tests fitted" in note for note in found.notes)
 
 
 def test_tests_of_different_rigs_are_fitted_with_a_note() -> None:

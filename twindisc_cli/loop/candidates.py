@@ -188,7 +188,9 @@ def laws(fitted: Fit, known: Sequence[Response] | None = None, there: LinearPred
     for pair in pairs(fitted, known):
         if _is_in(fitted.problem, law_key(pair.quantity, pair.covariate)) or pair.log_evidence < 0.0:
             continue
-        forms = _forms(fitted, pair)[: SEARCH.forms_fitted]
+        forms = _forms(fitted, pair)
+        is_strong = forms[0].promise > SEARCH.strong and not fitted.problem.is_integrated
+        forms = forms[: SEARCH.strong_forms_fitted if is_strong else SEARCH.forms_fitted]
         if there is not None and not pair.test:
             forms.append(_forms(fitted, with_elsewhere(fitted, pair, there))[0])
         results += {form.shape: form for form in sorted(forms, key=by_promise, reverse=True)}.values()

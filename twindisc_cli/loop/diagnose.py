@@ -40,7 +40,7 @@ from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.holdout import steps_withheld
 from twindisc_cli.loop.intervals import base_parameters
-from twindisc_cli.loop.judge import Kind
+from twindisc_cli.loop.judge import Judged, Kind
 from twindisc_cli.loop.learn import confounded
 from twindisc_cli.loop.levels import Levels, apart_from_others, is_apart, levels_of
 from twindisc_cli.loop.mixture import Mixture
@@ -83,8 +83,7 @@ def diagnose(
     others = [with_its_noise(case, outcome.judged.before) for case in others]
     predictions = [_prediction(outcome, case) for case in others]
     contradicted = contradicted_by(predictions[-1]) if unseen else set()
-    errors = {channel: _error(channel, outcome) for channel in outcome.problem.channels}
-    missed = {channel: error for channel, error in errors.items() if _misses_held_out(error)}
+    missed = _missed(outcome.judged)
     doubtful = _crowded(outcome.answer) | missed.keys()
     effects, laws = _found(outcome, weights, contradicted, doubtful | {rest.channel for rest in left})
     elsewhere = [predict_test(case, outcome.judged.after) for case in others] if laws else []
@@ -100,7 +99,7 @@ def diagnose(
         effects=effects,
         laws=laws,
         unexplained=left,
-        errors=errors,
+        errors={channel: _error(channel, outcome) for channel in outcome.problem.channels},
         base=base_parameters(outcome, free),
         tried=_tried(outcome, weights, not_excluded),
         curves=_curves(outcome),
@@ -108,7 +107,7 @@ def diagnose(
         held_out_steps={test.name: steps_withheld(test) for test in tests},
         notes=[
             *apart,
-            *_missed(missed, outcome.answer),
+            *_of_missed(missed),
             *together,
             *_notes(outcome, effects, laws, weights, elsewhere, free),
         ],
@@ -201,7 +200,9 @@ def _found(
         strength = _strength(outcome, name, probability, rivals)
         strength = "probable" if strength == "established" and channel in doubtful else strength
         if isinstance(effect, Trial):
-            laws.append(_law(outcome, name, effect, probability, rivals, strength, remains))
+            on_all = outcome.judged.estimated.problem.effect(name)
+            assert isinstance(on_all, Trial)
+            laws.append(_law(outcome, name, on_all, probability, rivals, strength, remains))
         else:
             parameters = term_parameters(outcome.sure, name)
             strength = "possible" if unfixed(effect, parameters) else strength
@@ -264,18 +265,21 @@ def _crowded(answer: Explanation) -> set[str]:
     return {c for c in answer.fit.problem.channels if len(answer.terms_in(c)) >= ACCEPTANCE.many_terms}
 
 
-def _misses_held_out(error: ChannelError) -> bool:
-    """Whether samples of a channel that were held out are missed, as a test that was not fitted is."""
-    return error.held_out_after > ACCEPTANCE.missed * error.noise
+def _missed(judged: Judged) -> dict[str, float]:
+    """Channels in which something was found and held-out samples are missed, as a test that was not fitted is: by how
+    many times the noise."""
+    answer = judged.explanation
+    found = [channel for channel in answer.fit.problem.channels if answer.terms_in(channel)]
+    errors = {c: rms(judged.misses(c, "unseen_after", held_out=True, decided=True)) / judged.noise(c) for c in found}
+    return {channel: error for channel, error in errors.items() if error > ACCEPTANCE.missed}
 
 
-def _missed(errors: Mapping[str, ChannelError], answer: Explanation) -> list[str]:
-    """Channels in which something was found and held-out samples are missed, with their errors."""
+def _of_missed(errors: Mapping[str, float]) -> list[str]:
+    """What follows where held-out samples are missed."""
     return [
-        f"held-out samples of the {channels()[channel].label} are missed by {error.held_out_after / error.noise:.1f} "
-        "times its noise: nothing in it is established, and its laws hold on this history alone"
+        f"held-out samples of the {channels()[channel].label} are missed by {error:.1f} times its noise: nothing in it "
+        "is established, and its laws hold on this history alone"
         for channel, error in errors.items()
-        if answer.terms_in(channel)
     ]
 
 

@@ -12,6 +12,7 @@ from twindisc_cli.loop.alternatives import Compared, Weighed, by_probability, we
 from twindisc_cli.loop.candidates import proposals_in
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.choose import chosen, preferred
+from twindisc_cli.loop.edges import edges_anew
 from twindisc_cli.loop.explanation import Explanation, by_falling_share, on_samples_of, ranked
 from twindisc_cli.loop.extend import each_promising
 from twindisc_cli.loop.fit import Fit, base_fit, carried, fit, refit, remembered
@@ -238,7 +239,8 @@ def chosen_on_all(judged: Judged, members: Sequence[Explanation]) -> frozenset[T
     near = [m for m in near if (answer.evidence - m.evidence) / answer.temperature < 2.0 * SEARCH.equivalent]
     for member in near[: SEARCH.most_rivals]:
         problem = whole.problem.with_terms(*member.terms, trial=member.fit.problem.trial)
-        again.append(on_samples_of(base, member, fit(problem, carried(problem, whole, member.fit))))
+        fitted = edges_anew(fit(problem, carried(problem, whole, member.fit)))
+        again.append(on_samples_of(base, member, fitted))
     best = preferred(again) if answer.terms else chosen(again[0], again[1:]) or again[0]
     return best.labels
 

@@ -19,15 +19,14 @@ from twindisc_cli.loop.candidates import (
     warmed,
 )
 from twindisc_cli.loop.channels import channels
+from twindisc_cli.loop.edges import chi2_at, middle_of_least, missed_at, refined_edges, with_trial
 from twindisc_cli.loop.explanation import Explanation, by_falling, evidence_of
-from twindisc_cli.loop.fit import MOST_STEPS, Fit, finite, fit
+from twindisc_cli.loop.fit import MOST_STEPS, Fit, fit
 from twindisc_cli.loop.learn import Pair, Response, seen_again
 from twindisc_cli.loop.problem import Problem
-from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.loop.ties import by_falling_value
 from twindisc_cli.loop.validate import Elsewhere, LinearPrediction
-from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import IntegratedSets
 from twindisc_cli.model.patch import Paths
 
@@ -209,7 +208,7 @@ def _smoothed(explanation: Explanation, proposal: Proposal) -> Explanation:
     own = fitted.own(name)
     assert after.mix is not None
     start, *_ = np.linalg.lstsq(after.mix, before.heights(fitted.theta[own], np.array(after.at)))
-    again = fit(_with_trial(fitted, name, after), np.concatenate([fitted.theta[~own], start]))
+    again = fit(with_trial(fitted, name, after), np.concatenate([fitted.theta[~own], start]))
     return replace(explanation, fit=again) if again.evidence > fitted.evidence else explanation
 
 
@@ -256,56 +255,11 @@ def _tracks(fitted: Fit) -> Sequence[IntegratedSets | Paths]:
 
 def _edged(explanation: Explanation, name: str, law: Trial, pair: Pair | None) -> Explanation:
     """The same with the edges of a law where they explain most, here and, of what ties, in the test only predicted."""
-    refined = replace(explanation, fit=refine_edges(explanation.fit, name, law, pair))
-    return refined if explanation.elsewhere is None else _edges_elsewhere(refined, name, explanation.elsewhere, pair)
-
-
-def refine_edges(fitted: Fit, name: str, trial: Trial, pair: Pair | None) -> Fit:
-    """A fit with the edges of a step or a window, which have no slope, where they explain most: two finer scans.
-
-    The first reaches over the bins beside, between whose edges a window was sought, and over all places between which
-    no sample distinguishes, the second from each place to the next.
-    """
     assert pair is not None
     width = float(np.median(np.diff(pair.edges)))
-    reach = {key: 2.0 * width + pair.gap(place) for key, place in trial.fixed.items()}
-    for _ in range(2):
-        for key, place in trial.fixed.items():
-            tried = place + reach[key] * np.linspace(-1.0, 1.0, SEARCH.edge_places)
-            trial = trial.fixed_at({key: middle_of_least(tried, _chi2_at(fitted, name, key, tried))})
-            fitted = fit(_with_trial(fitted, name, trial), fitted.theta)
-            reach[key] = float(tried[1] - tried[0])
-    return fitted
-
-
-def _chi2_at(fitted: Fit, name: str, key: str, places: Floats) -> Floats:
-    """chi2 (place,) of a fit with an edge of a law at other places, to first order fitted anew at each.
-
-    The response to its size is what the law does there; those to the other parameters stay.
-    """
-    own = fitted.own(name)
-    off = np.where(own, 0.0, fitted.theta)
-    missed = _missed_at(fitted.problem, fitted.theta, name, key, places)
-    without = _missed_at(fitted.problem, off, name, key, places[:1])
-    span = span_of(fitted.jacobian[:, ~own])
-    rest, moved = (rows - (rows @ span) @ span.T for rows in (without, without - missed))
-    along = np.sum(moved * rest, axis=1)
-    return np.asarray(np.sum(rest**2) - along**2 / np.maximum(np.sum(moved**2, axis=1), 1e-300))
-
-
-def _missed_at(problem: Problem, theta: Floats, name: str, key: str, places: Floats) -> Floats:
-    """White residuals (place, sample) at inner parameters (parameter,), with an edge of a law at other places."""
-    trial = problem.effect(name)
-    assert isinstance(trial, Trial)
-    sets, known = np.tile(theta, (len(places), 1)), {k: np.array([v]) for k, v in trial.fixed.items()}
-    values = {**problem.terms_of(theta)[name], **known, key: places}
-    predictions = problem.moved(sets, extra={name: values}, trial={name: trial.unfixed})
-    return finite(problem.discount(problem.measured - problem.white(predictions)))
-
-
-def _with_trial(fitted: Fit, name: str, trial: Trial) -> Problem:
-    """The problem of a fit with another form of a law."""
-    return fitted.problem.with_terms(*fitted.terms, trial={name: trial})
+    reach = {key: 2.0 * width + pair.gap(place) for key, place in law.fixed.items()}
+    refined = replace(explanation, fit=refined_edges(explanation.fit, name, law, reach))
+    return refined if explanation.elsewhere is None else _edges_elsewhere(refined, name, explanation.elsewhere, pair)
 
 
 def _edges_elsewhere(explanation: Explanation, name: str, other: Elsewhere, pair: Pair | None) -> Explanation:
@@ -318,30 +272,20 @@ def _edges_elsewhere(explanation: Explanation, name: str, other: Elsewhere, pair
     for key, place in trial.fixed.items():
         fitted = explanation.fit
         near = np.linspace(*pair.between(place), SEARCH.edge_places)
-        chi2 = _chi2_at(fitted, name, key, near)
+        chi2 = chi2_at(fitted, name, key, near)
         places = near[chi2 < fitted.chi2 + 2.0 * SEARCH.evidence_error]
         if len(places) < 2:
             continue
         there = other.to_first_order(fitted)
-        misses = _missed_at(there.problem, there.theta, name, key, places)
+        misses = missed_at(there.problem, there.theta, name, key, places)
         densities = np.array([replace(there, miss=miss).density for miss in misses])
         likely = int(np.sum(densities > densities.max() - SEARCH.evidence_error))
         if likely < len(densities):
             trial = trial.fixed_at({key: middle_of_least(places, -2.0 * densities)})
             cost = explanation.costs[name] + float(np.log(len(densities) / likely))
-            again = fit(_with_trial(fitted, name, trial), fitted.theta)
+            again = fit(with_trial(fitted, name, trial), fitted.theta)
             explanation = replace(explanation, fit=again, costs={**explanation.costs, name: cost})
     return explanation
-
-
-def middle_of_least(places: Floats, chi2: Floats) -> float:
-    """Middle of the first run of places (n,) at which chi2 (n,) is least, to within its numerical error.
-
-    Between two samples an edge may stand anywhere: which of the places has the least rounding error says nothing.
-    """
-    least = np.flatnonzero(chi2 <= chi2.min() + 2.0 * SEARCH.evidence_error)
-    run = least[: 1 + int(np.argmin(np.append(np.diff(least) == 1, False)))]
-    return float(0.5 * (places[run[0]] + places[run[-1]]))
 
 
 def _trial(proposal: Proposal) -> dict[str, Effect]:

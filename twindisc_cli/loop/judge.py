@@ -13,8 +13,10 @@ from twindisc_cli.laws.covariates import covariate_of
 from twindisc_cli.laws.law import law_key
 from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.channels import channels
+from twindisc_cli.loop.edges import edges_anew
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import Fit, carried, plain_fit, refit
+from twindisc_cli.loop.holdout import holds_out
 from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case
 from twindisc_cli.loop.terms import EffectTerm, term_of
@@ -49,7 +51,8 @@ class Judged:
         if not member.terms:
             return self.base_estimated
         problem = self.before.problem.with_terms(*member.terms, trial=member.problem.trial)
-        return refit(problem, carried(problem, self.before, member))
+        again = refit(problem, carried(problem, self.before, member))
+        return edges_anew(again) if holds_out(self.masks) else again
 
     @cached_property
     def base_estimated(self) -> Fit:

@@ -23,6 +23,7 @@ from twindisc_cli.effects._effect import FIRST_SEEN
 from twindisc_cli.laws.covariates import Column, covariate_of
 from twindisc_cli.laws.law import law_key
 from twindisc_cli.laws.quantities import MULTIPLIED, QUANTITIES
+from twindisc_cli.laws.shapes import SHAPES
 from twindisc_cli.laws.trial import Trial, bins, curve, formula
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.noise import Mask
@@ -38,7 +39,7 @@ from twindisc_cli.model.forward import Prediction
 MOST_BINS = 28  # of a covariate, more than a curve has knots
 TIME_BINS = 60  # steps in time are sharper than any other change
 ACROSS_BINS = 40  # across the track: narrower than a shoulder
-KNOTS = 20  # of a curve, at the most
+KNOTS, STRONG_KNOTS = 20, 40  # of a curve, at the most, and of one that says much
 FEWEST_KNOTS = 3  # of a curve: two are a line
 ACROSS_KNOTS = 27  # of a curve across the track, both sides of it
 LEVELS = np.array([0.1, 0.3, 1.0, 3.0])
@@ -49,6 +50,10 @@ CHOSEN = {"step": 1, "window": 2}
 """Parameters of a formula that are chosen among the bins and not fitted."""
 PARTS = np.linspace(-1.0, 1.0, 9)
 """Of the bins beside an edge, which lie inside where it stands elsewhere."""
+POSITIVE = ("width", "scale", "period")
+"""Parameters of formulas that are positive."""
+CLOSE, CLOSER = 7, 3
+"""Values of a parameter of a strong change that are tried between its neighbours on a grid, and how often."""
 NOTHING = 1e-12  # rounding, relative to the longest response
 
 
@@ -132,6 +137,31 @@ class Pair:
         seen = length > NOTHING * max(float(length.max(initial=0.0)), 1e-300)
         return np.where(seen, length, 0.0), np.where(seen, columns.T @ self.g, 0.0)
 
+    def _closer(
+        self, shape: str, starts: Sequence[Mapping[str, float]], best: int, column: Floats
+    ) -> tuple[dict[str, float], Floats]:
+        """The best start of a family and its values (bin,), sought closer and closer between its neighbours.
+
+        Where a change is many times the noise, a formula that is right promises less than another, or a curve, as long
+        as its place or its width is that of a coarse grid.
+        """
+        free = [key for key in starts[best] if key not in SHAPES[shape].fixed]
+        start = {key: _unbounded(key, starts[best][key]) for key in free}
+        reach = {key: _apart(sorted({_unbounded(key, each[key]) for each in starts}), start[key]) for key in free}
+        values = dict(starts[best])
+        for _ in range(CLOSER if free else 0):
+            axes = [start[key] + reach[key] * np.linspace(-1.0, 1.0, CLOSE) for key in free]
+            sets = dict(zip(free, (axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")), strict=True))
+            tried = {key: _bounded(key, each) for key, each in sets.items()}
+            columns = SHAPES[shape].value(self.places[:, None], **{**values, **tried})
+            gain = _gain(*self._seen(columns))
+            at = first_of_most(gain)
+            if gain[at] > _gain(*self._seen(column[:, None]))[0]:
+                start, column = {key: float(each[at]) for key, each in sets.items()}, columns[:, at]
+                values |= {key: float(each[at]) for key, each in tried.items()}
+            reach = {key: 2.0 * each / (CLOSE - 1) for key, each in reach.items()}
+        return values, column
+
     @property
     def odd(self) -> bool:
         """Whether a recorded signal would change with something else than time, as sensors hardly do."""
@@ -145,11 +175,14 @@ class Pair:
             length, along = self._seen(columns)
             gain = _gain(length, along)
             best = first_of_most(gain)
-            promised = gain[best]
-            if shape in CHOSEN:
-                promised = _gain(*self._seen(_shifted(columns[:, best]))).max()
-            size = float(np.clip(along[best] / max(length[best], 1e-300), -self.most, self.most))
-            start = {QUANTITIES[self.quantity].size_key: size, **self._keyed(starts[best])}
+            start, column = starts[best], columns[:, best]
+            if 0.5 * gain[best] > SEARCH.strong:
+                start, column = self._closer(shape, starts, best, column)
+            members = _shifted(column) if shape in CHOSEN else column[:, None]
+            promised = _gain(*self._seen(members)).max()
+            length, along = self._seen(column[:, None])
+            size = float(np.clip(along[0] / max(length[0], 1e-300), -self.most, self.most))
+            start = {QUANTITIES[self.quantity].size_key: size, **self._keyed(start)}
             trial = replace(formula(self.quantity, self.covariate, shape, start, self.span, self.most), test=self.test)
             cost = choice + 0.5 * float(np.log(samples)) * CHOSEN.get(shape, 0)
             paid = cost + 0.5 * np.log(samples) * len(trial.params)
@@ -189,7 +222,8 @@ class Pair:
     @property
     def most_knots(self) -> int:
         """Knots of a curve at the most: no more than a third of the samples that it is learnt from."""
-        return min(ACROSS_KNOTS if self.covariate == "y_over_edge" else KNOTS, self.samples // 3)
+        most = STRONG_KNOTS if self._curves[0].max() > SEARCH.strong else KNOTS
+        return min(ACROSS_KNOTS if self.covariate == "y_over_edge" else most, self.samples // 3)
 
     @property
     def most(self) -> float:
@@ -223,6 +257,22 @@ class Pair:
 def _gain(length: Floats, along: Floats) -> Floats:
     """Fall of chi2 by each member (member,), whose response has a squared length and a product with the residual."""
     return np.where(length > 0.0, along**2 / np.maximum(length, 1e-300), 0.0)
+
+
+def _unbounded(key: str, value: float) -> float:
+    """A parameter of a formula, the logarithm of one that is positive."""
+    return float(np.log(value)) if key in POSITIVE else value
+
+
+def _bounded(key: str, value: Floats) -> Floats:
+    """The parameter of such a number."""
+    return np.exp(value) if key in POSITIVE else value
+
+
+def _apart(values: Sequence[float], value: float) -> float:
+    """How far a value of a grid is from the farther of its neighbours."""
+    at = values.index(value)
+    return max((abs(other - value) for other in values[max(at - 1, 0) : at + 2]), default=0.0)
 
 
 def _shifted(column: Floats) -> Floats:

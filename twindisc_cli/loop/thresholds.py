@@ -56,6 +56,9 @@ class Search:
     odd_signal_cost         evidence [nats] that a law of a recorded signal needs more where it changes with creepage or
                             temperature, and not with time as sensors do: a law of the contact is meant in most cases.
     forms_fitted            forms of each law that are fitted: its best and its second best.
+    strong, strong_forms_fitted
+                            promise [nats] from which a change is so many times the noise that the bins it is seen in
+                            decide which form promises most; then more forms are fitted.
     fitted_each_round       effects, and laws, that are fitted in every round, by what they promise.
     least_share             share of the best found so far that a term must promise to be fitted at all, and that a
                             law must say for its edges or the smoothness of its curve to be sought; share of what
@@ -90,6 +93,8 @@ class Search:
     curve_families: int = 9
     odd_signal_cost: float = 2.0
     forms_fitted: int = 2
+    strong: float = 100.0
+    strong_forms_fitted: int = 4
     fitted_each_round: int = 7
     least_share: float = 0.3
     fitted_at_least: int = 4
