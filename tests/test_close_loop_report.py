@@ -856,7 +856,7 @@ def test_a_law_is_told_in_the_same_words_everywhere(test: Test) -> None:
         "it holds inside its range on any history",
         second,
         "takes away 60 % of the misfit",
-        "dissipated energy cannot be separated from what changed with it",
+        "on which dissipated energy may stand for what changed with it",
         "running-in of friction (93 % of it)",
     )
     for text in told_of_laws:

@@ -184,7 +184,7 @@ def transfer_text(law: Law) -> str:
     """Whether the law can be carried over to another history."""
     if law.transfer == "inside":
         return "it holds inside its range on any history"
-    what = f"on this history {law.over.label} cannot be separated from what changed with it"
+    what = f"it is known of this history alone, on which {law.over.label} may stand for what changed with it"
     return f"{what}: on another the law may not hold"
 
 
