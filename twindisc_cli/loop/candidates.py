@@ -189,8 +189,9 @@ def laws(fitted: Fit, known: Sequence[Response] | None = None, there: LinearPred
         if _is_in(fitted.problem, law_key(pair.quantity, pair.covariate)) or pair.log_evidence < 0.0:
             continue
         forms = _forms(fitted, pair)
-        is_strong = forms[0].promise > SEARCH.strong and not fitted.problem.is_integrated
-        forms = forms[: SEARCH.strong_forms_fitted if is_strong else SEARCH.forms_fitted]
+        more = forms[0].promise > SEARCH.strong and not fitted.problem.is_integrated
+        more = more and not fitted.problem.assumed(fitted.problem.shown_in(forms[0].effect)).any()
+        forms = forms[: SEARCH.strong_forms_fitted if more else SEARCH.forms_fitted]
         if there is not None and not pair.test:
             forms.append(_forms(fitted, with_elsewhere(fitted, pair, there))[0])
         results += {form.shape: form for form in sorted(forms, key=by_promise, reverse=True)}.values()

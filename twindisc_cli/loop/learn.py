@@ -163,6 +163,11 @@ class Pair:
         return values, column
 
     @property
+    def several_in_a_bin(self) -> bool:
+        """Whether bins hold several samples, so that an edge may stand within one."""
+        return self.samples >= 2 * len(self.places)
+
+    @property
     def odd(self) -> bool:
         """Whether a recorded signal would change with something else than time, as sensors hardly do."""
         return QUANTITIES[self.quantity].stage == "sensor" and self.covariate not in ("time", "y_over_edge")
@@ -178,7 +183,7 @@ class Pair:
             start, column = starts[best], columns[:, best]
             if 0.5 * gain[best] > SEARCH.strong:
                 start, column = self._closer(shape, starts, best, column)
-            members = _shifted(column) if shape in CHOSEN else column[:, None]
+            members = _shifted(column) if shape in CHOSEN and self.several_in_a_bin else column[:, None]
             promised = _gain(*self._seen(members)).max()
             length, along = self._seen(column[:, None])
             size = float(np.clip(along[0] / max(length[0], 1e-300), -self.most, self.most))
