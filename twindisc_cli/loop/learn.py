@@ -164,7 +164,7 @@ class Pair:
 
     @property
     def several_in_a_bin(self) -> bool:
-        """Whether bins hold several samples, so that an edge may stand within one."""
+        """Whether bins hold several samples, so that places and widths within them mean something."""
         return self.samples >= 2 * len(self.places)
 
     @property
@@ -181,7 +181,7 @@ class Pair:
             gain = _gain(length, along)
             best = first_of_most(gain)
             start, column = starts[best], columns[:, best]
-            if 0.5 * gain[best] > SEARCH.strong:
+            if self.several_in_a_bin and 0.5 * gain[best] > SEARCH.strong:
                 start, column = self._closer(shape, starts, best, column)
             members = _shifted(column) if shape in CHOSEN and self.several_in_a_bin else column[:, None]
             promised = _gain(*self._seen(members)).max()
