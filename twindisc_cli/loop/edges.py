@@ -39,9 +39,9 @@ def edges_anew(fitted: Fit) -> Fit:
     An edge that these let stand there stays: another test may have placed it.
     """
     jumping = {name: t for name, t in fitted.problem.trial.items() if isinstance(t, Trial) and t.jumps.size}
+    states = [prediction.state for prediction in fitted.problem.predict(fitted.theta[None])] if jumping else []
     for name, trial in jumping.items():
         of = covariate_of(trial.covariate)
-        states = [prediction.state for prediction in fitted.problem.predict(fitted.theta[None])]
         values = np.concatenate([np.ravel(of.of(state)) for state in states])
         reach = ANEW * of.quantity.difference.per_si * float(np.ptp(values))
         for key in trial.fixed:

@@ -133,7 +133,7 @@ class Pair:
 
     def _seen(self, columns: Floats) -> tuple[Floats, Floats]:
         """Squared length of each member's response (member,), and how far the residual goes along it."""
-        length = np.einsum("jm,jk,km->m", columns, self.A, columns)
+        length = np.sum(columns * (self.A @ columns), axis=0)
         seen = length > NOTHING * max(float(length.max(initial=0.0)), 1e-300)
         return np.where(seen, length, 0.0), np.where(seen, columns.T @ self.g, 0.0)
 
@@ -192,7 +192,7 @@ class Pair:
             cost = choice + 0.5 * float(np.log(samples)) * CHOSEN.get(shape, 0)
             paid = cost + 0.5 * np.log(samples) * len(trial.params)
             results.append((0.5 * float(promised) - paid, trial, cost))
-        if self.most_knots < FEWEST_KNOTS or QUANTITIES[self.quantity].shapes:
+        if QUANTITIES[self.quantity].shapes or self.most_knots < FEWEST_KNOTS:
             return sorted(results, key=lambda f: falling(f[0]))
         cost = choice + float(np.log(len(self._curves[1])))
         results.append((float(self._curves[0].max()) - cost, self.curve(*self.smoothness), cost))

@@ -115,18 +115,18 @@ def _of_shared(fitted: Fit) -> list[tuple[str, int, float, float, str]]:
     columns = [np.where(problem.owner == number, fitted.jacobian[:, i], 0.0) for i, _, number in shared]
     others = [fitted.jacobian[:, i] for i, p in base if p.case is not None]
     slopes = np.column_stack([*columns, *others])
-    covariance = fitted.excess * np.linalg.pinv(slopes.T @ slopes, hermitian=True)
-    moved = -covariance @ (slopes.T @ fitted.residual) / fitted.excess
+    inverse = np.linalg.pinv(slopes.T @ slopes, hermitian=True)
+    moved, std = -inverse @ (slopes.T @ fitted.residual), np.sqrt(fitted.excess * np.diag(inverse))
     return [
         (
             p.key,
             number,
             float(fitted.theta[i] + _declared(problem.cases[number], p.key) + moved[at]),
-            float(std),
+            float(std[at]),
             p.unit,
         )
         for at, ((i, p, number), column) in enumerate(zip(shared, columns, strict=True))
-        if column.any() and (std := np.sqrt(covariance[at, at])) > 0.0
+        if column.any() and std[at] > 0.0
     ]
 
 

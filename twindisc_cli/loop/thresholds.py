@@ -139,6 +139,7 @@ class Acceptance:
     missed                  error over the noise above which a test that was not fitted is said to be missed, with its
                             level known [1]: of 1017 channels of seeds 31, 32 and 37 it is above in 17, in which the
                             answer is wrong, incomplete or extrapolated; where nothing is missing it is 1.23 at most.
+                            The same for samples of a channel that were held out, on which it was not calibrated.
     judged_blocks, fewest_judged
                             blocks of neighbours this is taken from, and samples below which nothing is judged.
     repeat_scatter          scatter of mu, K and the convection from a test to its repeat, in their logarithms: a test
