@@ -5,7 +5,8 @@
 Blocks never cross the end of an iteration, which is where power and friction may jump, nor the end of a profile; inside
 one they differ by a sample at most, so that one noise holds for all means. It is estimated from the means themselves,
 and what is held out are means. Where the noise has a memory, its neighbours say the same and less than 1 / sqrt(n_b) is
-lost; what lasts for less than a block is not seen.
+lost; what lasts for less than a block is not seen. Of rounded readings, the error of which a mean does not take out,
+the one in the middle of a block is taken.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from twindisc_cli.loop.channels import channels
+from twindisc_cli.measurement.rounded import is_coarse, middles
 from twindisc_cli.model.experiment import Experiment, Floats, Ints
 
 MOST_SAMPLES = 1500
@@ -39,10 +41,15 @@ def averaged(test: Experiment) -> tuple[Experiment, list[str]]:
         count = int(blocks.max()) + 1
         if count == len(at):
             continue
+        begin = f"{test.name}: {len(at)} samples of the {channels()[name].label}"
+        if name != "profile" and is_coarse(channels()[name].values(samples)):
+            measured = measured.with_samples(name, _some(samples, np.sort(middles(blocks))))
+            notes.append(f"{begin} are rounded too far to be averaged: {count} of them are taken")
+            continue
         measured = measured.with_samples(name, _means(samples, blocks))
         notes.append(
-            f"{test.name}: {len(at)} samples of the {channels()[name].label} are averaged to {count} means, none of "
-            f"them over the end of {'a profile' if name == 'profile' else 'an iteration'}; what is shorter is not seen"
+            f"{begin} are averaged to {count} means, none of them over the end of "
+            f"{'a profile' if name == 'profile' else 'an iteration'}; what is shorter is not seen"
         )
     return replace(test, measured=measured), notes
 
@@ -64,6 +71,11 @@ def _blocks(at: Floats, group: Ints, size: int) -> Ints:
     blocks = np.empty(len(at), dtype=np.int64)
     blocks[order] = (np.cumsum(parts) - parts)[own] + inside
     return blocks
+
+
+def _some(samples: Any, at: Ints) -> Any:
+    """Some of the samples, by index (sample,)."""
+    return replace(samples, **{column.name: getattr(samples, column.name)[at] for column in fields(samples)})
 
 
 def _means(samples: Any, blocks: Ints) -> Any:

@@ -34,6 +34,7 @@ from twindisc_cli.measurement.log import (
     idle_rows,
     outliers,
 )
+from twindisc_cli.measurement.rounded import is_coarse, middles
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
 from twindisc_cli.measurement.table import read_table
@@ -165,6 +166,10 @@ def log_temperature(
         table.note(f"{inside.sum()} temperatures lie in the history, 0 to {end:g} s after its begin", "temperature")
         table.check()
     block = _blocks(time[inside], _length(time[inside], None))
+    if is_coarse(kelvin[inside]):
+        table.notes.append("the temperatures are rounded too far to be averaged: one of each stretch of time is taken")
+        at = np.flatnonzero(inside)[middles(block)]
+        return TemperatureSamples(time[at], kelvin[at]), table.count(int(inside.sum()))
     samples = TemperatureSamples(*(_means(values[inside], block) for values in (time, kelvin)))
     return samples, table.count(int(inside.sum()))
 

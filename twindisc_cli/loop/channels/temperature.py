@@ -10,6 +10,7 @@ from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, kn
 from twindisc_cli.loop.channels._held_out import held_out_samples
 from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, waves
 from twindisc_cli.loop.noise import Noise, estimate, relaxations
+from twindisc_cli.loop.rounding import with_rounding
 from twindisc_cli.model.energy import measured_energy
 from twindisc_cli.model.experiment import Experiment, Floats, Ints, TemperatureSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
@@ -50,7 +51,8 @@ def noise_about(test: Experiment, left: Floats) -> Noise:
     trends = [relaxations(samples.time, step, shapes, 4) for shapes in range(1, 6)]
     size = float(np.ptp(samples.temperature))
     series = step if test.history.separate else np.zeros_like(step)
-    return estimate(left, trends, samples.time, series, size, correlated=True)
+    result = estimate(left, trends, samples.time, series, size, correlated=True)
+    return with_rounding(result, samples.temperature, trends[-1], step)
 
 
 def _generic(model: ForwardModel, prediction: Prediction) -> Iterator[Generic]:

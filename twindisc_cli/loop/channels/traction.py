@@ -13,6 +13,7 @@ from twindisc_cli.loop.channels._held_out import held_out_samples
 from twindisc_cli.loop.creep_curve import Curve, creepage_error
 from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, waves
 from twindisc_cli.loop.noise import Noise, detrended, estimate, given, growth, likelier, polynomials, recurring
+from twindisc_cli.loop.rounding import with_rounding
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, TractionSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.points import sample_times
@@ -69,7 +70,7 @@ def _curve(test: Experiment) -> Curve | None:
 
 
 def noise(test: Experiment) -> Noise:
-    """Noise of the traction ratio, from the scatter inside the steps."""
+    """Noise of the traction ratio, from the scatter inside the steps and the rounding of its readings."""
     samples = known(test.measured.traction)
     timed = bool(np.isfinite(samples.time).all())
     times = sample_times(test.history, samples)
@@ -94,7 +95,7 @@ def noise(test: Experiment) -> Noise:
     level = np.log(np.maximum(np.abs(samples.ratio - left), LEAST_LEVEL * size))
     sizes = growth(result, left, [load, level, *([times] if timed else [])])
     if sizes is None:
-        return result
+        return with_rounding(result, samples.ratio, trends[-1], samples.step) if timed else result
     grown = replace(estimated(samples.ratio / sizes, [trend / sizes[:, None] for trend in trends]), sizes=sizes)
     return grown if grown.estimated and likelier(grown, result, left) else result
 
