@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 from twindisc_cli.loop.channels import channels
-from twindisc_cli.measurement.rounded import is_coarse, middles
 from twindisc_cli.model.experiment import Experiment, Floats, Ints
+from twindisc_cli.model.rounded import is_coarse, middles
 
 MOST_SAMPLES = 1500
 """Samples of a channel that are kept apart: 25 in each of 60 iterations. Costs go with them, what is seen hardly."""

@@ -53,6 +53,7 @@ from twindisc_cli.loop.thresholds import ACCEPTANCE, RESAMPLING, SEARCH
 from twindisc_cli.loop.validate import PredictedTest, at_its_own_level, drawn_levels, predict_test, rms, with_its_noise
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.model.forward import Prediction
+from twindisc_cli.quantities import for_reading
 
 PLACES = 60  # on the axis of a curve that is drawn
 DRAWS = 400  # of a band that is drawn
@@ -583,9 +584,17 @@ def _notes_on(case: Case) -> Iterator[str]:
     """What one test does not say, or what is assumed of it."""
     test = case.test
     for channel, noise in case.noise.items():
-        dropped = int(np.sum(~noise.kept))
+        dropped, label = int(np.sum(~noise.kept)), channels()[channel].label
+        if noise.rounded:
+            step = channels()[channel].quantity.difference
+            size = f"{step.of_si(noise.rounded):.3g} {for_reading(step.name)}".strip()
+            back = f"; {dropped} that go a step and come back are left out" if dropped else ""
+            yield (
+                f"readings of the {label} are rounded to steps of {size}, which is most of their noise: the error of "
+                f"one lasts as long as it is read{back}"
+            )
+            continue
         if dropped:
-            label = channels()[channel].label
             yield f"{dropped} {'samples' if dropped > 1 else 'sample'} of the {label} far from the others left out"
         if not noise.estimated:
             yield (

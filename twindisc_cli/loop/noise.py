@@ -144,7 +144,8 @@ class Noise:
     cautious: standard deviation and correlation to whiten with, the longest correlation near the likeliest. What is
     taken for noise too long is missed only in the smallest effects, what is taken too short becomes an effect.
     sizes (sample,): standard deviation of each sample over std; None: they are equal. slow: a part of the noise with
-    memories of its own, in place of the one correlation.
+    memories of its own, in place of the one correlation. rounded: step of the readings, in the channel's unit, where
+    their rounding is most of the noise.
     """
 
     std: float
@@ -156,6 +157,7 @@ class Noise:
     cautious: tuple[float, float] | None = None
     sizes: Floats | None = None
     slow: Slow | None = None
+    rounded: float = 0.0
 
     def at(self, kept: Mask, position: Floats, series: Ints) -> Noise:
         """The same noise for other samples."""

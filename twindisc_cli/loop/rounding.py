@@ -15,8 +15,8 @@ from dataclasses import replace
 import numpy as np
 
 from twindisc_cli.loop.noise import FAR, Mask, Noise, Slow, detrended
-from twindisc_cli.measurement.rounded import is_coarse, lasting, scatter_before, step_of, usual
 from twindisc_cli.model.experiment import Floats, Ints
+from twindisc_cli.model.rounded import is_coarse, lasting, scatter_before, step_of, usual
 
 MEMORY = 0.25
 """Of the error, in steps of the reading: a straight rise through one step is then as likely as white noise."""
@@ -39,8 +39,7 @@ def with_rounding(noise: Noise, readings: Floats, trend: Floats, step: Ints) -> 
         return noise
     size, before = step_of(readings), scatter_before(readings)
     rare = before < FEW * size
-    least = float(np.hypot(size / np.sqrt(12.0), before))
-    std = max(noise.std, least) if noise.estimated else least
+    std = max(noise.std, float(np.hypot(size / np.sqrt(12.0), before)))
     if size**2 / 12.0 < 0.5 * std**2:
         return noise
     share = lasting(size, 0.0 if rare else before) / std**2
@@ -56,7 +55,7 @@ def with_rounding(noise: Noise, readings: Floats, trend: Floats, step: Ints) -> 
     position = np.cumsum(seen + APART * new) + UNSEEN * _settling(new, begins)
     slow = Slow(share, (MEMORY,))
     known = replace(noise, std=std, correlation=share, cautious=None, estimated=True)
-    return replace(known, kept=kept, position=position, slow=slow)
+    return replace(known, kept=kept, position=position, slow=slow, rounded=size)
 
 
 def _settling(new: Mask, begins: Mask) -> Floats:

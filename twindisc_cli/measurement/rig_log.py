@@ -34,13 +34,13 @@ from twindisc_cli.measurement.log import (
     idle_rows,
     outliers,
 )
-from twindisc_cli.measurement.rounded import is_coarse, middles
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
 from twindisc_cli.measurement.table import read_table
 from twindisc_cli.measurement.torque_zero import Zero, find_zero, zero_of_both_ways
 from twindisc_cli.measurement.units import TEMPERATURE
 from twindisc_cli.model.experiment import History, RecordedColumn, Rig, TemperatureSamples, TorqueZero, TractionSamples
+from twindisc_cli.model.rounded import is_coarse, middles
 
 Bools = NDArray[np.bool_]
 ZeroSetting = Literal["unloaded", "as recorded"] | float | None

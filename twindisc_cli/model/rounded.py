@@ -12,8 +12,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import median_filter
 
-from twindisc_cli.measurement.sheet import Floats
-from twindisc_cli.model.experiment import Ints
+from twindisc_cli.model.experiment import Floats, Ints
 
 FEWEST_CHANGES = 8
 """Changes of the reading that must be whole steps: of half the step, one record in 256 would show none."""
