@@ -283,6 +283,8 @@ def test_numbers_for_reading() -> None:
     assert words.apart(0.394, 0.430) == ("0.394", "0.430")
     assert words.apart(0.00199, 0.0019901) == ("0.00199000", "0.00199010")
     assert words.apart(2.0, 2.0) == ("2.00", "2.00")
+    assert words.with_interval(0.00199005, 0.00199, 0.0019901) == "0.00199005 (0.00199000 to 0.00199010)"
+    assert words.with_interval(0.41, 0.394, 0.430) == "0.410 (0.394 to 0.430)"
     assert [words.number(v) for v in (0.0, 4200.0, 0.00412, 7e-5, math.nan)] == ["0", "4200", "0.00412", "7.00e-5", "–"]
     assert [words.percent(v) for v in (0.31, 0.999, 0.001)] == ["31 %", "> 99 %", "< 1 %"]
     assert [words.p_value(v) for v in (0.0, 0.03)] == ["p < 0.001", "p = 0.03"]

@@ -17,7 +17,7 @@ from twindisc_cli.campaign.table import Table
 from twindisc_cli.identify import hierarchy
 from twindisc_cli.identify.least_squares import NINETY
 from twindisc_cli.model.experiment import Floats, Ints
-from twindisc_cli.report.words import p_value
+from twindisc_cli.report.words import p_value, with_interval
 
 SINGLE = 0.05
 """One value for all tests is refused below this probability."""
@@ -88,10 +88,10 @@ class Group:
         one = f"one {self.quantity} for all {'agrees' if self.one_for_all else 'is refused'} ({p_value(p.p_one)})"
         between = f"{_percent(p.between)} ({_percent(p.between_low)} to {_percent(p.between_high)})"
         named = f"; outlier: {', '.join(self.outliers)}" if self.outliers else ""
+        level = with_interval(np.exp(p.mean), np.exp(p.low), np.exp(p.high))
         return (
-            f"group {self.name}, {len(self.tests)} tests: {self.quantity} = {np.exp(p.mean):.3g} "
-            f"({np.exp(p.low):.3g} to {np.exp(p.high):.3g}), scatter between tests "
-            f"{between}, within {_percent(self.within)}; {one}{named}"
+            f"group {self.name}, {len(self.tests)} tests: {self.quantity} = {level}, scatter between tests {between}, "
+            f"within {_percent(self.within)}; {one}{named}"
         )
 
     @property

@@ -13,7 +13,7 @@ from twindisc_cli.campaign.table import Row
 from twindisc_cli.loop.group import SINGLE, GroupDiagnosis, Shared, diagnose_group
 from twindisc_cli.loop.members import SharedParameter
 from twindisc_cli.report.levels import level_json, level_text
-from twindisc_cli.report.words import p_value
+from twindisc_cli.report.words import p_value, with_interval
 
 Progress = Callable[[str, float], None]
 
@@ -97,7 +97,7 @@ def _value(p: SharedParameter) -> str:
     unit = "" if p.unit == "1" else f" {p.unit}"
     if not np.isfinite(p.low):
         return f"{p.mean:.3g}{unit}"
-    return f"{p.mean:.3g} ({p.low:.3g} to {p.high:.3g}){unit}"
+    return f"{with_interval(p.mean, p.low, p.high)}{unit}"
 
 
 def _json(term: Shared, tests: Sequence[str]) -> dict[str, Any]:

@@ -124,4 +124,5 @@ def _traction(axes: Axes, steps: StepFriction, test: Experiment) -> None:
         label=f"{measured.provenance}, mean of a step, 90 % interval",
     )
     name_axes(axes, CREEPAGE, APPARENT, f"{measured.provenance} traction")
-    axes.set_xlim(min(0.0, 105.0 * float(samples.creepage.min())), max(0.0, 105.0 * float(samples.creepage.max())))
+    if np.any(samples.creepage):
+        axes.set_xlim(*(105.0 * np.array([min(0.0, samples.creepage.min()), max(0.0, samples.creepage.max())])))

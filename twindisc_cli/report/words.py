@@ -102,11 +102,22 @@ def with_error(value: float, std: float, symbol: str = "1") -> str:
 
 def apart(low: float, high: float) -> tuple[str, str]:
     """Both ends of an interval, with as many digits as distinguish them, and three at least."""
+    digits = _digits(low, high)
+    return number(low, digits), number(high, digits)
+
+
+def with_interval(value: float, low: float, high: float) -> str:
+    """A value with its interval, `0.451 (0.448 to 0.454)`, all with as many digits as distinguish the ends."""
+    digits = _digits(low, high)
+    return f"{number(value, digits)} ({number(low, digits)} to {number(high, digits)})"
+
+
+def _digits(low: float, high: float) -> int:
+    """How many digits distinguish the ends of an interval, three at least."""
     width, size = abs(high - low), max(abs(low), abs(high))
     if not (math.isfinite(width) and width > 0.0):
-        return number(low), number(high)
-    digits = min(max(3, 1 + math.ceil(math.log10(size / width))), MOST_DIGITS)
-    return number(low, digits), number(high, digits)
+        return 3
+    return min(max(3, 1 + math.ceil(math.log10(size / width))), MOST_DIGITS)
 
 
 def percent(share: float) -> str:
