@@ -331,7 +331,12 @@ def _summarised(problem: Problem, theta: Floats, residual: Floats, jacobian: Flo
     try:
         covariance = np.linalg.inv(hessian)
     except np.linalg.LinAlgError:
-        covariance = np.linalg.pinv(hessian, hermitian=True)
+        covariance = np.zeros_like(hessian)
+    if not np.all(np.diag(covariance) > 0.0):
+        scale = 1.0 / np.sqrt(np.diag(hessian))
+        values, vectors = np.linalg.eigh(hessian * scale * scale[:, None])
+        root = scale[:, None] * vectors / np.sqrt(np.maximum(values, len(values) * np.finfo(float).eps))
+        covariance = root @ root.T
     return Fit(problem, theta, residual, jacobian, np.asarray(covariance))
 
 
