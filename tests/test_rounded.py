@@ -43,9 +43,13 @@ def found(tests: list[Experiment]) -> Diagnosis:
     return diagnose(tests, validate=None, progress=lambda stage, part: None)
 
 
-def readings(test: Experiment) -> Floats:
+def thermometer(test: Experiment) -> TemperatureSamples:
     assert test.measured.temperature is not None
-    return test.measured.temperature.temperature
+    return test.measured.temperature
+
+
+def readings(test: Experiment) -> Floats:
+    return thermometer(test).temperature
 
 
 @given(step=st.sampled_from([0.1, 0.2, 0.25, 0.5, 1.0, 2.0]), before=st.floats(0.0, 0.25), seed=st.integers(0, 999))
@@ -95,7 +99,7 @@ def test_an_error_that_lasts_counts_once_however_often_it_is_read() -> None:
     counts = []
     for every in (10.0, 1.0):
         test = recorded(1.0, 0.0, 3, every=every)
-        time = test.measured.temperature.time  # type: ignore[union-attr]
+        time = thermometer(test).time
         last = COURSE.iteration_at(time) >= COURSE.driven.size - 6
         counts.append(squared(noise(test), 0.3 * last))
     assert counts[1] < 3.0 * counts[0], "ten times, if readings were independent"
@@ -107,7 +111,7 @@ def test_the_error_of_rounding_is_as_long_as_its_noise() -> None:
     chi2, along = [], []
     for seed in range(12):
         test = recorded(1.0, 0.03, seed)
-        found, time = noise(test), test.measured.temperature.time  # type: ignore[union-attr]
+        found, time = noise(test), thermometer(test).time
         error = readings(test) - cooled(seed).temperature(time)
         step = COURSE.step[COURSE.iteration_at(time)]
         columns = found.whiten((step == np.arange(8)[:, None]).astype(float)).T

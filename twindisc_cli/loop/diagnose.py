@@ -44,6 +44,7 @@ from twindisc_cli.loop.judge import Judged, Kind
 from twindisc_cli.loop.learn import confounded
 from twindisc_cli.loop.levels import Levels, apart_from_others, is_apart, levels_of
 from twindisc_cli.loop.mixture import Mixture
+from twindisc_cli.loop.noise import Noise
 from twindisc_cli.loop.problem import Case, case_of
 from twindisc_cli.loop.screen import Residual, is_unexplained, unexplained_residual
 from twindisc_cli.loop.step_scatter import step_scatter
@@ -580,37 +581,42 @@ def few_stops(answer: Explanation, stops: int) -> Iterator[str]:
             )
 
 
+def _notes_on_noise(channel: str, noise: Noise) -> Iterator[str]:
+    """What is left out of a channel, and what is assumed of its noise or special in it."""
+    dropped, label = int(np.sum(~noise.kept)), channels()[channel].label
+    if noise.rounded:
+        step = channels()[channel].quantity.difference
+        size = f"{step.of_si(noise.rounded):.3g} {for_reading(step.name)}".strip()
+        back = f"; {dropped} that go a step and come back are left out" if dropped else ""
+        yield (
+            f"readings of the {label} are rounded to steps of {size}, which is most of their noise: the error of "
+            f"one lasts as long as it is read{back}"
+        )
+        return
+    if dropped:
+        yield f"{dropped} {'samples' if dropped > 1 else 'sample'} of the {label} far from the others left out"
+    if not noise.estimated:
+        yield (
+            f"the {channel} has no scatter to estimate its noise from; one percent of its size is "
+            f"assumed, and every significance in that channel rests on this; its {int(noise.kept.sum())} samples "
+            f"are asked for no more than {int(noise.kept.sum()) // SEARCH.samples_each} parameters"
+        )
+    if noise.slow is not None:
+        one, many = (
+            f"a memory of {noise.slow.memories[0]:.0f} samples",
+            "memories from a sample to the whole record",
+        )
+        yield (
+            f"the noise of the {channel} wanders: {100.0 * noise.slow.share:.0f} % of its variance has "
+            f"{many if len(noise.slow.memories) > 1 else one}; a slow change has to stand out of that"
+        )
+
+
 def _notes_on(case: Case) -> Iterator[str]:
     """What one test does not say, or what is assumed of it."""
     test = case.test
     for channel, noise in case.noise.items():
-        dropped, label = int(np.sum(~noise.kept)), channels()[channel].label
-        if noise.rounded:
-            step = channels()[channel].quantity.difference
-            size = f"{step.of_si(noise.rounded):.3g} {for_reading(step.name)}".strip()
-            back = f"; {dropped} that go a step and come back are left out" if dropped else ""
-            yield (
-                f"readings of the {label} are rounded to steps of {size}, which is most of their noise: the error of "
-                f"one lasts as long as it is read{back}"
-            )
-            continue
-        if dropped:
-            yield f"{dropped} {'samples' if dropped > 1 else 'sample'} of the {label} far from the others left out"
-        if not noise.estimated:
-            yield (
-                f"the {channel} has no scatter to estimate its noise from; one percent of its size is "
-                f"assumed, and every significance in that channel rests on this; its {int(noise.kept.sum())} samples "
-                f"are asked for no more than {int(noise.kept.sum()) // SEARCH.samples_each} parameters"
-            )
-        if noise.slow is not None:
-            one, many = (
-                f"a memory of {noise.slow.memories[0]:.0f} samples",
-                "memories from a sample to the whole record",
-            )
-            yield (
-                f"the noise of the {channel} wanders: {100.0 * noise.slow.share:.0f} % of its variance has "
-                f"{many if len(noise.slow.memories) > 1 else one}; a slow change has to stand out of that"
-            )
+        yield from _notes_on_noise(channel, noise)
     if test.effects:
         yield (
             f"{' and '.join(test.effects)} declared: the parameters stay as given; taken out of the "

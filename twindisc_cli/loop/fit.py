@@ -325,7 +325,8 @@ def _is_sound(state: State, case: Case) -> bool:
 def _summarised(problem: Problem, theta: Floats, residual: Floats, jacobian: Floats) -> Fit:
     """Covariance at a minimum; a wide prior keeps it finite where the data do not see a parameter.
 
-    Where a trial goes so far off that this is lost to rounding, it is that of what is left.
+    Where a trial goes so far off that this is lost to rounding, it is inverted in parameters of like size, and no
+    variance is less than rounding allows.
     """
     hessian = jacobian.T @ jacobian + np.diag(precision(problem))
     try:
