@@ -191,6 +191,11 @@ def test_hashes_are_of_the_files(tmp_path: Path) -> None:
             "traction.csv:3: creepage [%]: 1.5 % is not the history's: step 2 has 1 %",
         ),
         (TRACTION.replace("[%]", "[1]"), "creepage [1]: 50 % is not the history's: step 3 has 2 %"),
+        (TRACTION.replace("[%]", "[1]"), "step 3 has 2 %; is it creepage [%]?"),
+        (
+            "creepage [%],traction ratio [1]\n0.005,0.49\n0.01,0.55\n0.02,0.58\n",
+            "0.005 % is not the history's: step 1 has 0.5 %; is it creepage [1]?",
+        ),
         (TRACTION.replace("0.58", "58"), "traction.csv:4: traction ratio [1]: T/N of 58 cannot be; is it in %"),
         ("creepage [%],traction ratio [1]\n0.49,0.5\n0.55,1\n0.58,2\n", "swapped with creepage [%]?"),
         ("creepage [%],traction ratio [1]\n0.30,0.5\n0.31,1\n0.32,2\n", "swapped with creepage [%]?"),

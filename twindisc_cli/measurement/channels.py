@@ -213,28 +213,30 @@ def _check_creepage(table: Table, history: History, step: Ints) -> None:
     """Creepages are those of the history."""
     creepage, steps, allowed = table.columns["creepage"], history.step_creepage, tolerance(history)
     expected = steps[step]
+    units = {"1": 100.0, "%": 0.01}
+    hint = "".join(f"; is it creepage [{u}]?" for u, factor in units.items() if _matched(factor * creepage, history)[0])
 
     def what(row: int) -> str:
         other = int(np.argmin(np.abs(steps - creepage[row])))
         text = f"{creepage[row] * 100:g} % is not the history's: step {step[row] + 1} has {expected[row] * 100:g} %"
         near = abs(steps[other] - creepage[row]) <= allowed[other]
-        return f"{text}, step {other + 1} has {steps[other] * 100:g} %" if near and other != step[row] else text
+        return f"{text}, step {other + 1} has {steps[other] * 100:g} %" if near and other != step[row] else text + hint
 
     table.flag(np.abs(creepage - expected) > allowed[step], "creepage", what)
 
 
+def _matched(values: Floats, history: History) -> tuple[bool, int]:
+    """Whether all values are creepages of the history's steps, and how many of these occur among them."""
+    steps, nearest = history.step_creepage, _nearest(values, history)
+    fits = np.abs(values - steps[nearest]) <= tolerance(history)[nearest]
+    return bool(np.all(fits)), len(np.unique(steps[nearest[fits]]))
+
+
 def _swapped(table: Table, history: History) -> bool:
     """Whether the traction ratios look like the history's creepages, and better than the creepages do."""
-    steps = history.step_creepage
     creepage, (factor, _) = table.columns["creepage"], table.scales["creepage"]
     ratio = table.written("traction ratio") * factor
-
-    def matched(values: Floats) -> tuple[bool, int]:
-        nearest_step = _nearest(values, history)
-        fits = np.abs(values - steps[nearest_step]) <= tolerance(history)[nearest_step]
-        return bool(np.all(fits)), len(np.unique(steps[nearest_step[fits]]))
-
-    (fits, many), (_, few) = matched(ratio), matched(creepage)
+    (fits, many), (_, few) = _matched(ratio, history), _matched(creepage, history)
     if len(ratio) and fits and many > max(1, few):
         table.note(
             f"these look like the history's creepages: swapped with {table.headers['creepage']}?",
