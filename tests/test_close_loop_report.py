@@ -383,6 +383,9 @@ def test_summary_holds_what_decides(test: Test) -> None:
     ):
         assert needed in text
     assert "depends on time (31 % of the variance) or dissipated energy" in summary(unknown(test))[0]
+    follows_none = [replace(each, share_of_variance=0.004) for each in unknown(test).unexplained]
+    text = summary(replace(unknown(test), unexplained=follows_none))[0]
+    assert "follows no covariate: time or dissipated energy explains < 1 % of its variance" in text
 
 
 # --- figure

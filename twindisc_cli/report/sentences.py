@@ -278,8 +278,13 @@ def open_questions(diagnosis: Diagnosis) -> list[str]:
     for channel in channels():
         here = [u for u in diagnosis.unexplained if u.channel == channel]
         if here:
-            shares = [f"{covariate_name(u.covariate)} ({percent(u.share_of_variance)} of the variance)" for u in here]
-            phrases.append(f"what is left of the {channel_name(channel)} depends on {listed(shares, 'or')}")
+            names, left = [covariate_name(u.covariate) for u in here], f"what is left of the {channel_name(channel)}"
+            shares = [percent(u.share_of_variance) for u in here]
+            if set(shares) == {percent(0.0)}:
+                phrases.append(f"{left} follows no covariate: {listed(names, 'or')} explains {shares[0]} of its variance")
+            else:
+                of_each = [f"{name} ({share} of the variance)" for name, share in zip(names, shares, strict=True)]
+                phrases.append(f"{left} depends on {listed(of_each, 'or')}")
     return phrases
 
 
