@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from rigs import HARDNESS, LOAD, RADIUS, ROOM, SPEED, experiment, history, rig, running, spread, traction_samples
 
+from twindisc_cli.laws.law import Law
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import (
     Contact,
@@ -226,20 +228,35 @@ def test_twice_the_samples_give_the_same_test() -> None:
 
 @pytest.mark.parametrize("per_kelvin", [-0.06, -0.02, 0.005])
 def test_friction_that_depends_on_the_heat_it_makes(per_kelvin: float) -> None:
-    """C dT/dt = mu_0 e^(k (T - T_0)) N v V - hS (T - T_0), in 20 ms steps of Euler beside the program's own passes."""
-    course, step = history((0.03, 0.09, 0.05), 2), 0.02
+    course = history((0.03, 0.09, 0.05), 2)
+    test = measured(course, each=8)
+    rise = warming_in_small_steps(test, lambda warming: 0.6 * np.exp(per_kelvin * warming))
+    found = predict(test, {"temperature_dependent_friction": {"per_kelvin": per_kelvin}}, K=0.0)
+    assert found.temperature[0] - ROOM == pytest.approx(rise, abs=0.012 * rise.max())
+    assert found.traction[0] == pytest.approx(0.6 * np.exp(per_kelvin * rise), abs=0.003)
+
+
+@pytest.mark.parametrize(("size", "width"), [(-0.45, 1.5), (-0.88, 1.5), (-0.7, 0.7)])
+def test_friction_that_falls_steeply_at_a_temperature(size: float, width: float) -> None:
+    """The disc then stays near that temperature, and each pass settles the next few points only."""
+    creepages = (0.01, 0.03, 0.09, 0.015, 0.15, 0.06, 0.24, 0.025, 0.12, 0.045, 0.09, 0.24, 0.06)
+    test = measured(history(creepages, 2), each=8)
+    rise = warming_in_small_steps(test, lambda warming: 0.6 * (1.0 + size / (1.0 + np.exp((30.0 - warming) / width))))
+    law = Law("mu", "temperature", "logistic", {"size": size, "at_C": 50.0, "width_C": width})
+    found = predict(replace(test, laws={"mu_over_temperature": law}), K=0.0)
+    assert found.temperature[0] - ROOM == pytest.approx(rise, abs=0.03 * rise.max())
+
+
+def warming_in_small_steps(test: Experiment, mu: Callable[[float], float]) -> Floats:
+    """C dT/dt = mu(T - T_0) N v V - hS (T - T_0) in 20 ms steps of Euler, at the samples of the temperature [K]."""
+    course, step = test.history, 0.02
     instants = np.arange(0.0, course.end_time[-1], step)
     creepage = course.creepage[running(course, instants + 0.5 * step)]
     rise = np.zeros(len(instants) + 1)
     for i, sliding in enumerate(creepage * SPEED):
-        power = 0.6 * np.exp(per_kelvin * rise[i]) * LOAD * sliding
-        rise[i + 1] = rise[i] + step / 100.0 * (power - 1.6 * rise[i])
-    test = measured(course, each=8)
+        rise[i + 1] = rise[i] + step / 100.0 * (mu(rise[i]) * LOAD * sliding - 1.6 * rise[i])
     assert test.measured.temperature is not None
-    closed = np.interp(test.measured.temperature.time, np.append(instants, course.end_time[-1]), rise)
-    found = predict(test, {"temperature_dependent_friction": {"per_kelvin": per_kelvin}}, K=0.0)
-    assert found.temperature[0] - ROOM == pytest.approx(closed, abs=0.012 * rise.max())
-    assert found.traction[0] == pytest.approx(0.6 * np.exp(per_kelvin * closed), abs=0.003)
+    return np.interp(test.measured.temperature.time, np.append(instants, course.end_time[-1]), rise)
 
 
 # ------------------------------------------------------------------------------------------------ effects

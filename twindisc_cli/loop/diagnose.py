@@ -35,7 +35,7 @@ from twindisc_cli.loop.diagnosis import (
     Unexplained,
     Verdict,
 )
-from twindisc_cli.loop.explain import Outcome, Progress, explain
+from twindisc_cli.loop.explain import Outcome, Progress, explain, significant_on_all
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.holdout import steps_withheld
@@ -79,13 +79,13 @@ def diagnose(
     outcome = explain(tests, validate=unseen, quick=quick, progress=progress)
     progress("intervals", 0.9)
     before = {channel: unexplained_residual(outcome.search.base.fit, channel) for channel in outcome.problem.channels}
-    left, scattered = _left(outcome, before), step_scatter(outcome.answer.fit)
+    missed = _missed(outcome.judged)
+    left, scattered = _left(outcome, before, missed), step_scatter(outcome.answer.fit)
     weights = {name: weighed(outcome.compared, name) for name in outcome.answer.terms}
     others = [*(case_of(test) for test in predict), *([unseen] if unseen else [])]
     others = [with_its_noise(case, outcome.judged.before) for case in others]
     predictions = [_prediction(outcome, case) for case in others]
     contradicted = contradicted_by(predictions[-1]) if unseen else set()
-    missed = _missed(outcome.judged)
     doubtful = _crowded(outcome.answer) | missed.keys()
     effects, laws = _found(outcome, weights, contradicted, doubtful | {rest.channel for rest in left})
     elsewhere = [predict_test(case, outcome.judged.after) for case in others] if laws else []
@@ -148,8 +148,8 @@ def _verdict(
 # ------------------------------------------------------------------------------------------------- what is left
 
 
-def _left(outcome: Outcome, before: Mapping[str, Residual]) -> list[Unexplained]:
-    """What stays unexplained, with the covariates that say most."""
+def _left(outcome: Outcome, before: Mapping[str, Residual], missed: Container[str]) -> list[Unexplained]:
+    """What stays unexplained, with the covariates that say most; of all samples where those held out are missed."""
     left: list[Unexplained] = []
     fitted, base = outcome.answer.fit, outcome.search.base.fit
     for channel in outcome.problem.channels:
@@ -159,7 +159,8 @@ def _left(outcome: Outcome, before: Mapping[str, Residual]) -> list[Unexplained]
         elif _is_far_off(fitted, channel):
             left += [replace(each, p_value=_chance(fitted, channel)) for each in _listed(rest)]
     known = {each.channel for each in left}
-    return left + [each for rest in outcome.left_on_all if rest.channel not in known for each in _listed(rest)]
+    on_all = {rest.channel: rest for rest in outcome.left_on_all} | significant_on_all(outcome, missed)
+    return left + [each for channel, rest in on_all.items() if channel not in known for each in _listed(rest)]
 
 
 def _is_far_off(fitted: Fit, channel: str) -> bool:

@@ -112,7 +112,7 @@ def _left_by_effects(outcome: Outcome) -> dict[str, Residual]:
 
     A law need not reach beyond the samples it was learnt on.
     """
-    return _significant(outcome, _left_on_all(outcome, _held_out(outcome) & _by_effects(outcome.answer)))
+    return significant_on_all(outcome, _held_out(outcome) & _by_effects(outcome.answer))
 
 
 def _is_another_effect(outcome: Outcome, left: Residual) -> bool:
@@ -152,6 +152,11 @@ def _left_on_all(outcome: Outcome, among: Container[str]) -> dict[str, Residual]
     return {c: unexplained_residual(whole, c) for c in outcome.problem.channels if c in among}
 
 
+def significant_on_all(outcome: Outcome, among: Container[str]) -> dict[str, Residual]:
+    """What the answer leaves of all samples that is more than noise and the formulas' own error, by channel."""
+    return _significant(outcome, _left_on_all(outcome, among))
+
+
 def _significant(outcome: Outcome, left: Mapping[str, Residual]) -> dict[str, Residual]:
     """That of it which is more than noise and the formulas' own error."""
     judged = outcome.judged
@@ -163,7 +168,7 @@ def _explains_all(again: Outcome, first: Outcome, channel: str) -> bool:
     seen = replace(again.judged, masks=first.judged.masks)
     before = first.judged.error(channel, "unseen_after", held_out=False)
     after = seen.error(channel, "after", held_out=False)
-    complete = channel in _by_effects(again.answer) and not _significant(again, _left_on_all(again, [channel]))
+    complete = channel in _by_effects(again.answer) and not significant_on_all(again, [channel])
     return complete and after <= (1.0 + ACCEPTANCE.growth) * before
 
 

@@ -64,8 +64,9 @@ from twindisc_cli.model.wear_path.carried import PIECE
 from twindisc_cli.physics import combined, disc_heat, line_contact, polach, spin, third_body, unlike
 from twindisc_cli.physics.flash import Solid, flash_temperature
 
-MOST_PASSES = 20
-"""Passes after which nothing more is gained: what has not settled by then asks for a step in the temperature."""
+SURE_PASSES, MOST_PASSES = 20, 200
+"""Passes that are made in any case, and at the most: between them they end where nothing more is gained, as where a
+step in the temperature has no fixed point."""
 CARRIED = ("temperature", "energy", "wear_index", "normalised_creepage", "flash_before")
 """What a pass begins with as the one before it left it; the power left becomes `power_before`."""
 SPIN_ARM_OF_A_LINE = 0.5
@@ -323,6 +324,12 @@ def _standing(last: State, state: State, within: float) -> bool:
     return max(warmth, wear) < 100.0 * within
 
 
+def _moved(last: State, state: State, whole: Floats) -> Floats:
+    """How far energy, over the whole (set, 1) [J], and temperature, a hundredth of it [K], moved: (set, point)."""
+    warmth = np.nan_to_num(np.abs(state.temperature - last.temperature)) / 100.0
+    return np.asarray(np.maximum(np.abs(state.energy - last.energy) / whole, warmth))
+
+
 def _are_same(one: State, other: State) -> bool:
     """Whether two states are the same at every point, but for what a pass begins with from the one before it."""
     return all(
@@ -385,8 +392,10 @@ class _Chain:
         passes, last, driven = Passes(), state, self.driven(state)
         state = self.run(driven)
         whole = np.maximum(state.energy.max(axis=1, keepdims=True), 1e-30)
-        for _ in range(MOST_PASSES - 1):
+        for number in range(1, MOST_PASSES):
             if _standing(last, state, within) or self._repeats(driven, state):
+                break
+            if number >= SURE_PASSES and not passes.progress(_moved(last, state, whole) / within):
                 break
             last = _mixed(passes, last, state, whole)
             driven = self.driven(last)

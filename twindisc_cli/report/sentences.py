@@ -281,7 +281,9 @@ def open_questions(diagnosis: Diagnosis) -> list[str]:
             names, left = [covariate_name(u.covariate) for u in here], f"what is left of the {channel_name(channel)}"
             shares = [percent(u.share_of_variance) for u in here]
             if set(shares) == {percent(0.0)}:
-                phrases.append(f"{left} follows no covariate: {listed(names, 'or')} explains {shares[0]} of its variance")
+                phrases.append(
+                    f"{left} follows no covariate: {listed(names, 'or')} explains {shares[0]} of its variance"
+                )
             else:
                 of_each = [f"{name} ({share} of the variance)" for name, share in zip(names, shares, strict=True)]
                 phrases.append(f"{left} depends on {listed(of_each, 'or')}")
