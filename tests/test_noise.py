@@ -322,6 +322,13 @@ def test_without_scatter_the_noise_is_assumed_and_said_to_be() -> None:
     assert not profile_noise(with_profile(exact, y)).estimated
 
 
+def test_steps_without_scatter_do_not_make_the_noise_vanish() -> None:
+    """A meter at its limit in all steps but the first: with a slow part of the noise, only the others had counted."""
+    first = HISTORY.end_time[2] > TIME
+    ratio = np.where(first, 0.5 + 0.004 * np.random.default_rng(3).standard_normal(len(TIME)), 0.6)
+    assert traction_noise(with_traction(ratio)).std > 1e-4
+
+
 def test_a_constant_channel_has_no_noise() -> None:
     y = np.linspace(-2e-3, 2e-3, 201)
     constant = [

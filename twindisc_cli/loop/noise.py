@@ -343,7 +343,10 @@ def estimate(
         return found
     level = trends[0][order]
     still = homogeneous & _homogeneous(detrended(values, level, homogeneous), level, homogeneous)
-    return _wandering(found, record.only(still), [level[still], trend[still]])
+    if np.sum(still) - trend.shape[1] < FEWEST_FREE:
+        return found
+    slow = _wandering(found, record.only(still), [level[still], trend[still]])
+    return slow if slow.std > STILL * size else found
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from twindisc_cli.measurement.limit import LIMIT, at_limit
 from twindisc_cli.measurement.sheet import Bools, Floats
 from twindisc_cli.measurement.table import Table
 
@@ -35,7 +36,8 @@ def repeated(values: Floats) -> Bools:
 
 
 def keep_readings(table: Table, name: str) -> Bools:
-    """Leave out the rows of a table that only repeat a reading of this column; the rows that are kept (row,)."""
-    kept = ~repeated(table.columns[name])
-    table.keep(kept, HELD)
-    return kept
+    """Leave out the rows that repeat a reading of this column, or whose reading is at a limit; those kept (row,)."""
+    held, limit = repeated(table.columns[name]), at_limit(table.columns[name])
+    table.keep(~held, HELD)
+    table.keep(~limit[~held], LIMIT)
+    return ~(held | limit)
