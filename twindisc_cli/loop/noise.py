@@ -545,13 +545,19 @@ def in_a_run(far: Mask) -> Mask:
 
 
 def _homogeneous(left: Floats, trend: Floats, kept: Mask) -> Mask:
-    """Samples of the groups whose trend fits as well as that of most groups: a jump inside a group is no noise."""
+    """Samples of the groups whose trend fits as well as that of most groups: a jump inside a group is no noise.
+
+    All of them where these are most groups, or too few samples are in the others.
+    """
     group = np.argmax(trend != 0.0, axis=1)
     numbers = np.unique(group)
     sizes = np.array([np.sum(kept & (group == g)) for g in numbers])
     powers = np.array([np.sum(left[kept & (group == g)] ** 2) for g in numbers]) / np.maximum(sizes, 1)
     wild = numbers[powers > 2.5 * max(float(np.median(powers)), 1e-300)]
-    return np.asarray(~np.isin(group, wild)) if len(wild) < len(numbers) // 2 else np.ones(len(left), dtype=bool)
+    even = np.asarray(~np.isin(group, wild))
+    free = np.sum(kept & even) - np.sum(np.any(trend[kept & even] != 0.0, axis=0))
+    enough = len(wild) < len(numbers) // 2 and free >= FEWEST_FREE
+    return even if enough else np.ones(len(left), dtype=bool)
 
 
 def _reml(record: _Record, trend: Floats) -> tuple[tuple[float, float], tuple[float, float]]:
