@@ -6,7 +6,8 @@ Base parameters: a mixture of normals of their inner numbers, one for every expl
     sum over i of share_i N(theta_i, C_i + S S'),   S = C J' D
 
     share_i   how often explanation i is chosen in the resamples, among those with the answer's laws of the parameter: a
-              law over creepage takes its mu where the creepage is least, another elsewhere
+              law over creepage takes its mu where the creepage is least, another elsewhere; and where nothing in the
+              answer acts on the parameter, it is a mean, which it is not beside what does
     C_i       covariance of its fit, under the longest correlation that the noise may have, widened by what it leaves
     D         what the tolerances of the inputs do to the samples, as far as base parameters can absorb it
 
@@ -16,11 +17,12 @@ Where the zero of the torque is not known and would move mu, an interval holds t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.special import ndtri
 
+from twindisc_cli.effects._effect import Stage
 from twindisc_cli.identify.least_squares import NINETY
 from twindisc_cli.laws.quantities import MULTIPLIED
 from twindisc_cli.loop.diagnosis import BaseEstimate
@@ -32,6 +34,7 @@ from twindisc_cli.model.experiment import Floats
 
 LEVELS = (0.05, 0.95)  # the interval of 90 %
 TINY = 1e-300  # keeps a logarithm finite
+STAGE_OF: Mapping[str, Stage] = {"mu": "friction", "K": "wear"}
 NORMAL = np.asarray(ndtri((np.arange(401) + 0.5) / 401))
 
 
@@ -65,7 +68,7 @@ def _spread(outcome: Outcome, wide: Sequence[Floats], name: str, case: int | Non
     shares = outcome.shares if np.isfinite(outcome.shares).all() else only
     draws, weights = [], []
     for member, share, wider in zip(outcome.members, shares, wide, strict=True):
-        if _laws_of(member, name) != _laws_of(outcome.answer, name):
+        if not _means_the_same(name, member, outcome.answer):
             continue
         fitted = member.fit
         own = _number(fitted, name, case)
@@ -83,6 +86,17 @@ def _holding(inner: Floats, free: Fit, name: str, case: int | None) -> Floats:
     number = _number(free, name, case)
     half = NINETY * np.sqrt(widened(free)[number, number])
     return np.array([min(inner[0], free.theta[number] - half), max(inner[1], free.theta[number] + half)])
+
+
+def _means_the_same(name: str, member: Explanation, answer: Explanation) -> bool:
+    """Whether a base parameter is the same thing in a member as in the answer."""
+    same_laws = _laws_of(member, name) == _laws_of(answer, name)
+    return same_laws and (_acts_on(name, answer) or not _acts_on(name, member))
+
+
+def _acts_on(name: str, explanation: Explanation) -> bool:
+    """Whether any term acts where a base parameter does: friction that changes on mu, wear that does on K."""
+    return any(explanation.effect(term).stage == STAGE_OF.get(name) for term in explanation.terms)
 
 
 def _laws_of(explanation: Explanation, name: str) -> list[str]:
