@@ -24,8 +24,8 @@ from twindisc_cli.model.forward import ForwardModel, Prediction
 NAMES = sorted(catalogue())
 CONTRACT = {
     "traction": """falling_friction film_breakdown temperature_dependent_friction running_in_friction third_body_layer
-        two_slope_factors lubricated_film saturating_friction creepage_offset torque_offset sensor_drift misalignment
-        load_error exact_elasticity""",
+        two_slope_factors lubricated_film saturating_friction creepage_offset torque_offset sensor_drift gain_drift
+        misalignment load_error exact_elasticity""",
     "profile": """half_space_contact lateral_wander lateral_offset wear_partition severe_wear_transition wear_threshold
         running_in_wear temperature_dependent_wear wear_level shoulder_pileup profile_tilt stylus_smoothing""",
     "temperature": """thermocouple_lag clock_offset ambient_drift parasitic_heat heat_partition shaft_conduction

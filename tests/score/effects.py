@@ -155,6 +155,12 @@ def sensor_drift(rng: Generator, rig: Rig, base: Trace) -> Drawn:
     return Drawn(lambda size: Hidden(read_traction=lambda t, r: r + sign * size * t / end), 0.2)
 
 
+def gain_drift(rng: Generator, rig: Rig, base: Trace) -> Drawn:
+    """The torque meter reads steadily more, or less, of the torque."""
+    sign, end = _either(rng), float(base.time[-1])
+    return Drawn(lambda size: Hidden(read_traction=lambda t, r: r * (1.0 + sign * size * t / end)), 0.4)
+
+
 def misalignment(rng: Generator, rig: Rig, base: Trace) -> Drawn:
     """The axes cross at a small angle: a lateral creepage as large as the angle."""
     return Drawn(lambda size: Hidden(lateral=size), 0.03)
@@ -341,7 +347,7 @@ CATALOGUE: dict[str, tuple[str, Draw]] = {
             falling_friction, film_breakdown, temperature_dependent_friction, running_in_friction,
             two_stage_running_in, third_body_layer,
             two_slope_factors, lubricated_film, saturating_friction,
-            creepage_offset, torque_offset, sensor_drift, misalignment, load_error,
+            creepage_offset, torque_offset, sensor_drift, gain_drift, misalignment, load_error,
             exact_elasticity,
         ),
         "profile": (
@@ -362,7 +368,7 @@ COVARIATE = {
     "falling_friction": "sliding_speed", "film_breakdown": "creepage", "temperature_dependent_friction": "temperature",
     "running_in_friction": "cycles", "two_stage_running_in": "cycles", "two_slope_factors": "creepage",
     "lubricated_film": "sliding_speed", "saturating_friction": "creepage",
-    "sensor_drift": "time", "severe_wear_transition": "wear_index",
+    "sensor_drift": "time", "gain_drift": "time", "severe_wear_transition": "wear_index",
     "wear_threshold": "wear_index", "running_in_wear": "cycles", "temperature_dependent_wear": "temperature",
     "ambient_drift": "time", "nonlinear_convection": "temperature",
 }  # fmt: skip
