@@ -95,16 +95,20 @@ class Judged:
         return float(np.sqrt(np.mean(np.square(stds))))
 
     def _open(self, number: int, channel: str) -> Mask:
-        """Samples of a test held out where a law jumps between two that are fitted: in which, no sample shows."""
+        """Samples of a test held out where a law jumps between two that are fitted: in which, no sample shows.
+
+        Not those that a window of its own covers: a law that acts on them alone is judged by them alone.
+        """
         held_out = self.masks[number][channel]
-        laws = self.explanation.laws.values()
-        places = np.concatenate([law.jumps for law in laws if law.covariate == "time"] or [np.empty(0)])
+        of_time = [law.jumps for law in self.explanation.laws.values() if law.covariate == "time" and law.jumps.size]
         model, prediction = self.before.problem.cases[number].model, self.prediction("unseen_before")[number]
-        over = channels()[channel].covariates(model, prediction) if places.size else {}
+        over = channels()[channel].covariates(model, prediction) if of_time else {}
         if "time" not in over:
             return np.zeros_like(held_out)
         time = np.asarray(over["time"], dtype=float)
-        return held_out & about_jumps("time", places, np.sort(time[~held_out]), time)
+        fitted = np.sort(time[~held_out])
+        across = [jumps for jumps in of_time if len(set(np.searchsorted(fitted, jumps))) == len(jumps)]
+        return held_out & about_jumps("time", np.concatenate(across or [np.empty(0)]), fitted, time)
 
     def rises(self, *, held_out: bool) -> list[str]:
         """Channels in which the revised model errs more than the base, on samples held out or on the others.
