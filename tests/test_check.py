@@ -99,6 +99,14 @@ def test_no_disc_gets_colder_than_its_environment(tmp_path: Path) -> None:
     assert found(tmp_path, traction=TRACTION, temperature=temperatures(5.0))["the disc below its environment"].ok
 
 
+@pytest.mark.parametrize(("coldest", "ok"), [(20.0, True), (5.0, False)])
+def test_a_noisy_thermometer_may_read_less_than_the_disc_has(tmp_path: Path, coldest: float, ok: bool) -> None:
+    """Of 40 readings that scatter by 2 K the coldest lies 4 to 6 K below a disc that stays at its environment."""
+    readings = coldest + 2.0 * np.random.default_rng(1).standard_normal(40)
+    text = "time [s],temperature [degC]\n" + "\n".join(f"{10 * i + 10},{v}" for i, v in enumerate(readings))
+    assert found(tmp_path, traction=TRACTION, temperature=text)["the disc below its environment"].ok == ok
+
+
 @pytest.mark.parametrize(("ratio", "ok"), [(0.47, True), (0.56, False)])
 def test_no_friction_explains_more_than_the_elastic_limit(tmp_path: Path, ratio: float, ok: bool) -> None:
     # CONTACT rev 2707: a = 0.170591 mm, b = 0.270524 mm, C11 = 3.9388 at G = 79.3 GPa (79.23 here)

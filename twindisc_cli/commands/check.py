@@ -28,6 +28,7 @@ from twindisc_cli.errors import NEGATIVE_FINDING
 from twindisc_cli.identify.steps import against_creepage
 from twindisc_cli.identify.track import Track, last_profile, worn_track
 from twindisc_cli.loop.channels import channels, measured_channels
+from twindisc_cli.loop.noise import scatter
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.traction_law import creep_stiffness, slip_of_pressure
 from twindisc_cli.physics import kalker, shakedown
@@ -44,6 +45,8 @@ GAIN_MARGIN = 0.05  # of the mass lost, by which a disc may gain where no uncert
 GAIN_ERRORS = 5.0  # standard errors by which it may where one was: less than one weighing in a million by chance
 ENERGY_MARGIN = 1.5  # of W H / E: a volume and an energy enter, each with its own error
 LIMIT_MARGIN = 1.05  # of what nothing can exceed, for the values that it is computed from
+NOISES, FEWEST_READINGS = 3.0, 12
+"""Standard deviations of the noise by which the coldest reading may lie below the disc, and readings that show it."""
 COLDER = 2.0  # [K]; thermocouples err by 1.5 (class 1) to 2.5 (class 2), IEC 60584-1
 
 
@@ -310,7 +313,7 @@ def heat_and_temperature(facts: Facts) -> Iterator[Finding]:
             subject="the disc below its environment",
             value=max(coldest - float(samples.temperature.min()), 0.0),
             low=0.0,
-            high=COLDER,
+            high=COLDER + NOISES * _noise(samples.temperature),
             unit="K",
             why="friction, which only heats,",
         )
@@ -323,6 +326,11 @@ def heat_and_temperature(facts: Facts) -> Iterator[Finding]:
         for why, limit in limits.items():
             if np.isfinite(rise) and np.isfinite(limit):
                 yield Finding("heat and temperature", subject, rise, 0.0, (limit + drift) * LIMIT_MARGIN, "K", why)
+
+
+def _noise(readings: Floats) -> float:
+    """Standard deviation of what readings (sample,) scatter from one to the next; 0 where they are too few."""
+    return scatter(np.diff(readings, 2)) / np.sqrt(6.0) if len(readings) >= FEWEST_READINGS else 0.0
 
 
 def elastic_limit(facts: Facts) -> Iterator[Finding]:
