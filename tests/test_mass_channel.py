@@ -120,3 +120,18 @@ def test_regimes_are_marked_where_the_data_show_them(tmp_path: Path, monkeypatch
     assert any("2 regimes" in line for line in found.summary)
     even = fit_k.run(load(suros.write(tmp_path, replace(truth, severe=1.0))))
     assert even.json["regimes_from_N_mm2"] == []
+
+
+@pytest.mark.parametrize("debris_mg", [0.0, 9.0])
+def test_a_weighing_with_debris_on_the_disc_is_named(tmp_path: Path, debris_mg: float) -> None:
+    """The weighing in the middle of the test is too heavy by thirty standard deviations of the balance."""
+    test = load(suros.write(tmp_path, Truth(balance_mg=0.3))).experiment
+    mass = test.measured.mass
+    assert mass is not None
+    at = len(mass.loss) // 2
+    heavy = replace(mass, loss=mass.loss - 1e-6 * debris_mg * (np.arange(len(mass.loss)) == at))
+    found = diagnosed(replace(test, measured=replace(test.measured, mass=heavy)))
+    time = test.history.end_time[mass.iteration[at] - 1]
+    named = [note for note in found.notes if f"one sample of the mass lost, at {time:.6g} s, lies" in note]
+    assert len(named) == (debris_mg > 0.0)
+    assert sum("one sample of the mass lost" in note for note in found.notes) == len(named)

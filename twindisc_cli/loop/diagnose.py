@@ -13,7 +13,7 @@ from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.covariates import covariate_of
 from twindisc_cli.laws.law import Law, formula_text, law_key, warnings
 from twindisc_cli.laws.trial import Trial
-from twindisc_cli.loop import free_zero
+from twindisc_cli.loop import free_zero, single_sample
 from twindisc_cli.loop.alternatives import Weighed, by_probability, weighed
 from twindisc_cli.loop.candidates import stops_of_wear
 from twindisc_cli.loop.channels import channels, measured_channels
@@ -110,6 +110,7 @@ def diagnose(
         notes=[
             *apart,
             *_of_missed(missed),
+            *single_sample.notes(outcome.judged.estimated, {rest.channel for rest in left}),
             *together,
             *_notes(outcome, effects, laws, weights, elsewhere, free),
         ],
