@@ -68,7 +68,7 @@ def _spread(outcome: Outcome, wide: Sequence[Floats], name: str, case: int | Non
     shares = outcome.shares if np.isfinite(outcome.shares).all() else only
     draws, weights = [], []
     for member, share, wider in zip(outcome.members, shares, wide, strict=True):
-        if not _means_the_same(name, member, outcome.answer):
+        if not means_the_same(name, member, outcome.answer):
             continue
         fitted = member.fit
         own = _number(fitted, name, case)
@@ -88,7 +88,7 @@ def _holding(inner: Floats, free: Fit, name: str, case: int | None) -> Floats:
     return np.array([min(inner[0], free.theta[number] - half), max(inner[1], free.theta[number] + half)])
 
 
-def _means_the_same(name: str, member: Explanation, answer: Explanation) -> bool:
+def means_the_same(name: str, member: Explanation, answer: Explanation) -> bool:
     """Whether a base parameter is the same thing in a member as in the answer."""
     same_laws = _laws_of(member, name) == _laws_of(answer, name)
     return same_laws and (_acts_on(name, answer) or not _acts_on(name, member))
