@@ -25,7 +25,7 @@ from twindisc_cli.loop.channels.profile import noise as profile_noise
 from twindisc_cli.loop.channels.temperature import noise as temperature_noise
 from twindisc_cli.loop.channels.traction import noise as traction_noise
 from twindisc_cli.loop.fit import base_fit
-from twindisc_cli.loop.noise import ASSUMED_SHARE, Noise, Past, Slow, estimate, relaxations
+from twindisc_cli.loop.noise import ASSUMED_SHARE, Mask, Noise, Past, Slow, estimate, relaxations
 from twindisc_cli.loop.problem import problem_of
 from twindisc_cli.model.experiment import Experiment, Measured, ProfileSamples, TemperatureSamples, Thermal
 
@@ -507,3 +507,40 @@ def test_what_settles_between_two_samples_is_no_noise_where_the_model_follows_it
     assert noise.kept.all()
     assert noise.std == pytest.approx(0.2, rel=0.3)
     assert base_fit(alone).problem.cases[0].noise["traction"] is alone.cases[0].noise["traction"]
+
+
+def loud_in_one_step(seed: int, times: float) -> tuple[Floats, Mask]:
+    """Ratios whose noise of 0.004 is so many times as large in the fourth of six steps, and which these are."""
+    here = HISTORY.step[HISTORY.iteration_at(TIME)] == 3
+    noise = 0.004 * np.random.default_rng(seed).standard_normal(len(TIME))
+    return 0.6 + np.where(here, times, 1.0) * noise, here
+
+
+@pytest.mark.parametrize("times", [4.0, 8.0])
+def test_a_step_that_chatters_has_a_noise_of_its_own(times: float) -> None:
+    """In nearly all draws; what the others scatter by is as it was."""
+    ratios, quiet = [], []
+    for seed in range(DRAWS):
+        values, here = loud_in_one_step(seed, times)
+        found = traction_noise(with_traction(values))
+        sizes = np.ones(len(values)) if found.sizes is None else found.sizes
+        ratios.append(float(np.median(sizes[here]) / np.median(sizes[~here])))
+        quiet.append(float(found.std * np.median(sizes[~here])))
+    assert np.median(quiet) == pytest.approx(0.004, rel=0.1)
+    assert np.median(ratios) == pytest.approx(times, rel=0.2)
+    assert np.mean(np.array(ratios) > 0.5 * times) > 0.9
+
+
+def test_noise_is_not_louder_in_a_step_by_chance_or_by_what_happens_there() -> None:
+    """Even noise; a jump and a decay within one step."""
+    at = HISTORY.step[HISTORY.iteration_at(TIME)]
+    begin = TIME[at == 3].min()
+    events = {
+        "nothing": 0.0 * TIME,
+        "jump": 0.1 * (begin + 100.0 < TIME),
+        "decay": 0.3 * (begin + 60.0 < TIME) * np.exp(-np.maximum(TIME - begin - 60.0, 0.0) / 200.0),
+    }
+    for name, event in events.items():
+        for seed in range(DRAWS // 2):
+            values, _ = loud_in_one_step(seed, 1.0)
+            assert traction_noise(with_traction(values + event)).sizes is None, name

@@ -52,6 +52,10 @@ PASSES = 3  # of outliers and trend in turn
 MOST_OUTLIERS = 0.05  # of the samples: more are no outliers
 GROWS = 8.0
 """Gain in log likelihood [nats] from which a noise is taken to grow: one record of even noise in 16,000 shows it."""
+LOUDER, FEWEST_BENDS, FEWEST_GROUPS = 2.0, 8, 4
+"""How many times as much a step scatters that has a noise of its own, second differences that show it, and steps of so
+many."""
+NEAR_BY = 3.0  # standard deviations of its own beyond which a difference is cut off
 GROWTHS = np.linspace(-3.0, 3.0, 61)
 ONE_MEMORY = np.linspace(0.0, 0.9, 10)  # correlations of neighbours that a slow part is held against
 FLICKER_SHARES = (0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99)  # of flicker noise in the variance
@@ -65,6 +69,8 @@ _SAME = 6
 """Decimals of a distance, in median distances, that count as different."""
 _ALIKE = 2.0 / 3.0
 """Squares of differences of neighbours that count as one on their own: each shares a sample with the next."""
+_BENT_ALIKE = 0.5
+"""The same of second differences: of white noise 1 / (1 + 2 (16 + 1) / 36)."""
 
 
 @dataclass(frozen=True)
@@ -244,8 +250,41 @@ def growth(noise: Noise, left: Floats, over: Iterable[Floats]) -> Floats | None:
     return sizes
 
 
-def likelier(grown: Noise, even: Noise, left: Floats) -> bool:
-    """Whether what is left of samples beside their trend (sample,) is likelier by GROWS nats with a noise that grows.
+def louder(noise: Noise, values: Floats, group: Ints) -> Floats | None:
+    """Standard deviation of each sample over their mean (sample,), where single groups (sample,) scatter far more.
+
+    By the second differences of the values (sample,), in which a slope does not count: their median, in which a jump or
+    a burst hardly does, says which groups these are; their mean square, cut off where they are far, by how much.
+    """
+    order = np.lexsort((noise.position, noise.series))
+    here = group[order]
+    inside = (here[2:] == here[1:-1]) & (here[1:-1] == here[:-2])
+    bends, where = np.diff(values[order], 2)[inside], here[2:][inside]
+    numbers, counts = np.unique(where, return_counts=True)
+    numbers, counts = numbers[counts >= FEWEST_BENDS], counts[counts >= FEWEST_BENDS]
+    if not noise.estimated or len(numbers) < FEWEST_GROUPS:
+        return None
+    of_each = [bends[where == number] for number in numbers]
+    by_median = np.array([scatter(each) for each in of_each])
+    loud = by_median > LOUDER * np.median(by_median)
+    if not loud.any() or 2 * loud.sum() > len(numbers) or not np.median(by_median) > 0.0:
+        return None
+    cut = [np.clip(each, -NEAR_BY * own, NEAR_BY * own) for each, own in zip(of_each, by_median, strict=True)]
+    quiet = np.concatenate([each for each, far in zip(cut, loud, strict=True) if not far])
+    ratio = np.array([np.sqrt(np.mean(each**2)) for each, far in zip(cut, loud, strict=True) if far]) / max(
+        float(np.sqrt(np.mean(quiet**2))), 1e-300
+    )
+    gain = _BENT_ALIKE * np.sum(counts[loud] * (0.5 * (ratio**2 - 1.0) - np.log(ratio)))
+    if gain < GROWS + len(ratio) * np.log(len(numbers)):
+        return None
+    sizes = np.ones(len(values))
+    for number, times in zip(numbers[loud], ratio, strict=True):
+        sizes[group == number] = times
+    return np.asarray(sizes / np.sqrt(np.mean(sizes[noise.kept] ** 2)))
+
+
+def likelier(grown: Noise, even: Noise, left: Floats, by: float = GROWS) -> bool:
+    """Whether what is left of samples beside their trend (sample,) is likelier by so many nats with a noise that grows.
 
     One that is far off costs the logarithm of how many it may be: jumps are rare outliers of an even noise, and what
     an even noise takes for outliers of a growing one is many. Correlation is left out of both.
@@ -255,7 +294,7 @@ def likelier(grown: Noise, even: Noise, left: Floats) -> bool:
         std = noise.std * (np.ones_like(left) if noise.sizes is None else noise.sizes)
         far = np.minimum(0.5 * (left / std) ** 2, np.log(len(left)))
         costs.append(float(np.sum(np.log(std / even.std) + far)))
-    return costs[0] - costs[1] > GROWS
+    return costs[0] - costs[1] > by
 
 
 def polynomials(at: Floats, group: Ints, degree: int, samples_each: int) -> Floats:

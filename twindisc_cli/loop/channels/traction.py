@@ -12,7 +12,18 @@ from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, kn
 from twindisc_cli.loop.channels._held_out import held_out_samples
 from twindisc_cli.loop.creep_curve import Curve, creepage_error
 from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, waves
-from twindisc_cli.loop.noise import Noise, detrended, estimate, given, growth, likelier, polynomials, recurring
+from twindisc_cli.loop.noise import (
+    GROWS,
+    Noise,
+    detrended,
+    estimate,
+    given,
+    growth,
+    likelier,
+    louder,
+    polynomials,
+    recurring,
+)
 from twindisc_cli.loop.rounding import with_rounding
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, TractionSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
@@ -93,11 +104,16 @@ def noise(test: Experiment) -> Noise:
     left = detrended(samples.ratio, trends[-1], result.kept)
     load = np.log(test.history.load_factor[test.history.iteration_at(times)])
     level = np.log(np.maximum(np.abs(samples.ratio - left), LEAST_LEVEL * size))
-    sizes = growth(result, left, [load, level, *([times] if timed else [])])
-    if sizes is None:
-        return with_rounding(result, samples.ratio, trends[-1], samples.step) if timed else result
-    grown = replace(estimated(samples.ratio / sizes, [trend / sizes[:, None] for trend in trends]), sizes=sizes)
-    return grown if grown.estimated and likelier(grown, result, left) else result
+    grows = growth(result, left, [load, level, *([times] if timed else [])])
+    by_step = (
+        louder(result, samples.ratio, samples.step) if timed else None
+    )  # which has shown that it is no few outliers
+    for sizes, by in ((grows, GROWS), (by_step, 0.0)):
+        if sizes is not None:
+            grown = replace(estimated(samples.ratio / sizes, [trend / sizes[:, None] for trend in trends]), sizes=sizes)
+            if grown.estimated and likelier(grown, result, left, by):
+                return grown
+    return with_rounding(result, samples.ratio, trends[-1], samples.step) if timed else result
 
 
 def _conditions(history: History) -> Ints:
