@@ -108,7 +108,7 @@ def noise(test: Experiment) -> Noise:
     by_step = (
         louder(result, samples.ratio, samples.step) if timed else None
     )  # which has shown that it is no few outliers
-    for sizes, by in ((grows, GROWS), (by_step, 0.0)):
+    for sizes, by in ((by_step, 0.0), (grows, GROWS)):
         if sizes is not None:
             grown = replace(estimated(samples.ratio / sizes, [trend / sizes[:, None] for trend in trends]), sizes=sizes)
             if grown.estimated and likelier(grown, result, left, by):
