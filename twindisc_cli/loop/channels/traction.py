@@ -108,12 +108,12 @@ def noise(test: Experiment) -> Noise:
     by_step = (
         louder(result, samples.ratio, samples.step) if timed else None
     )  # which has shown that it is no few outliers
-    for sizes, by in ((by_step, 0.0), (grows, GROWS)):
+    best = result
+    for sizes, by in ((grows, GROWS), (by_step, 0.0)):
         if sizes is not None:
             grown = replace(estimated(samples.ratio / sizes, [trend / sizes[:, None] for trend in trends]), sizes=sizes)
-            if grown.estimated and likelier(grown, result, left, by):
-                return grown
-    return with_rounding(result, samples.ratio, trends[-1], samples.step) if timed else result
+            best = grown if grown.estimated and likelier(grown, best, left, by) else best
+    return with_rounding(result, samples.ratio, trends[-1], samples.step) if timed and best is result else best
 
 
 def _conditions(history: History) -> Ints:
