@@ -270,10 +270,9 @@ def louder(noise: Noise, values: Floats, group: Ints) -> Floats | None:
     if not loud.any() or 2 * loud.sum() > len(numbers) or not np.median(by_median) > 0.0:
         return None
     cut = [np.clip(each, -NEAR_BY * own, NEAR_BY * own) for each, own in zip(of_each, by_median, strict=True)]
-    quiet = np.concatenate([each for each, far in zip(cut, loud, strict=True) if not far])
-    ratio = np.array([np.sqrt(np.mean(each**2)) for each, far in zip(cut, loud, strict=True) if far]) / max(
-        float(np.sqrt(np.mean(quiet**2))), 1e-300
-    )
+    power = np.array([np.mean(each**2) for each in cut])
+    quiet = np.sum((counts * power)[~loud]) / np.sum(counts[~loud])
+    ratio = np.sqrt(power[loud] / max(float(quiet), 1e-300))
     gain = _BENT_ALIKE * np.sum(counts[loud] * (0.5 * (ratio**2 - 1.0) - np.log(ratio)))
     if gain < GROWS + len(ratio) * np.log(len(numbers)):
         return None

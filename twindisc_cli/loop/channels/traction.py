@@ -105,11 +105,9 @@ def noise(test: Experiment) -> Noise:
     load = np.log(test.history.load_factor[test.history.iteration_at(times)])
     level = np.log(np.maximum(np.abs(samples.ratio - left), LEAST_LEVEL * size))
     grows = growth(result, left, [load, level, *([times] if timed else [])])
-    by_step = (
-        louder(result, samples.ratio, samples.step) if timed else None
-    )  # which has shown that it is no few outliers
+    by_step = louder(result, samples.ratio, samples.step) if timed else None
     best = result
-    for sizes, by in ((grows, GROWS), (by_step, 0.0)):
+    for sizes, by in ((grows, GROWS), (by_step, 0.0)):  # that of steps has been shown to be no few outliers
         if sizes is not None:
             grown = replace(estimated(samples.ratio / sizes, [trend / sizes[:, None] for trend in trends]), sizes=sizes)
             best = grown if grown.estimated and likelier(grown, best, left, by) else best
