@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence, Set
 from dataclasses import replace
 from time import monotonic
 
@@ -80,7 +80,7 @@ def diagnose(
     progress("intervals", 0.9)
     before = {channel: unexplained_residual(outcome.search.base.fit, channel) for channel in outcome.problem.channels}
     missed = _missed(outcome.judged)
-    left, scattered = _left(outcome, before, missed), step_scatter(outcome.answer.fit)
+    left, scattered = _left(outcome, before, missed.keys()), step_scatter(outcome.answer.fit)
     weights = {name: weighed(outcome.compared, name) for name in outcome.answer.terms}
     others = [*(case_of(test) for test in predict), *([unseen] if unseen else [])]
     others = [with_its_noise(case, outcome.judged.before) for case in others]
@@ -149,7 +149,7 @@ def _verdict(
 # ------------------------------------------------------------------------------------------------- what is left
 
 
-def _left(outcome: Outcome, before: Mapping[str, Residual], missed: Container[str]) -> list[Unexplained]:
+def _left(outcome: Outcome, before: Mapping[str, Residual], missed: Set[str]) -> list[Unexplained]:
     """What stays unexplained, with the covariates that say most; of all samples where those held out are missed."""
     left: list[Unexplained] = []
     fitted, base = outcome.answer.fit, outcome.search.base.fit
@@ -160,8 +160,9 @@ def _left(outcome: Outcome, before: Mapping[str, Residual], missed: Container[st
         elif _is_far_off(fitted, channel):
             left += [replace(each, p_value=_chance(fitted, channel)) for each in _listed(rest)]
     known = {each.channel for each in left}
-    on_all = {rest.channel: rest for rest in outcome.left_on_all} | significant_on_all(outcome, missed)
-    return left + [each for channel, rest in on_all.items() if channel not in known for each in _listed(rest)]
+    on_all = {rest.channel: rest for rest in outcome.left_on_all if rest.channel not in known}
+    on_all |= significant_on_all(outcome, missed - known)
+    return left + [each for rest in on_all.values() for each in _listed(rest)]
 
 
 def _is_far_off(fitted: Fit, channel: str) -> bool:

@@ -25,9 +25,10 @@ FAR = 5.0
 
 def notes(fitted: Fit, among: Collection[str]) -> Iterator[str]:
     """The sample of each of these channels without which nothing of it is unexplained, where there is one."""
+    if not among:
+        return
     leverage = np.sum(np.linalg.qr(fitted.jacobian)[0] ** 2, axis=1)
     fall = fitted.residual**2 / np.maximum(1.0 - leverage, 1e-6)
-    predictions = fitted.problem.predict(fitted.theta[None])
     for (number, channel), at in fitted.problem.places.items():
         case = fitted.problem.cases[number]
         noise = case.noise[channel]
@@ -37,8 +38,8 @@ def notes(fitted: Fit, among: Collection[str]) -> Iterator[str]:
         left = fitted.power(channel) - here[first]
         chance = float(chdtrc(max(fitted.problem.count(channel) - 1, 1), max(left, 0.0)))
         if here[first] > FAR**2 and chance > SEARCH.nothing_left:
-            over = channels()[channel].covariates(case.model, predictions[number])
-            time = np.asarray(over["time"])[noise.order[first]]
+            prediction = fitted.problem.predict(fitted.theta[None])[number]
+            time = np.asarray(channels()[channel].covariates(case.model, prediction)["time"])[noise.order[first]]
             yield (
                 f"{case.test.name}: one sample of the {channels()[channel].label}, at {time:.6g} s, lies "
                 f"{np.sqrt(here[first]):.1f} standard deviations of the noise from what all others make it; without it "
