@@ -38,7 +38,7 @@ class Quantity:
     @property
     def size_key(self) -> str:
         """The key of a formula's size."""
-        return {"1": "size", "%": "size_percent", "K": "size_K", "um": "size_um"}[self.unit]
+        return {"1": "size", "%": "size_percent", "K": "size_K", "W": "size_W", "um": "size_um"}[self.unit]
 
 
 def _mu(s: State, change: Floats) -> State:
@@ -76,6 +76,10 @@ def _wear_across(s: State, change: Floats) -> State:
 
 def _heat(s: State, change: Floats) -> State:
     return s.replace(heat=s.heat * (1.0 + change))
+
+
+def _bearing_heat(s: State, change: Floats) -> State:
+    return s.replace(heat=s.heat + change * (s.rolling_speed > 0.0))
 
 
 def _convection(s: State, change: Floats) -> State:
@@ -116,6 +120,8 @@ QUANTITIES: Mapping[str, Quantity] = {
                             _wear_across),
     "heat": Quantity("heat", "temperature", "factor", "the heat into the disc", (*_DRIVEN[:-1], "time_in_step"),
                      _heat),
+    "bearing_heat": Quantity("heat", "temperature", "shift", "the heat from bearings and drag",
+                             ("rolling_speed", "load"), _bearing_heat, "W"),
     "convection": Quantity("heat", "temperature", "factor", "the convection",
                            ("creepage", "time", "temperature", "power", "rolling_speed"), _convection),
     "environment": Quantity("heat", "temperature", "shift", "the temperature of the environment",

@@ -532,6 +532,9 @@ def typical_change(fitted: Fit, quantity: str) -> float:
     if quantity == "creepage":
         return 30.0 * float(np.median([np.median(np.abs(case.test.history.creepage)) for case in cases]))
     sizes = [np.ptp(case.values(of.channel)) for case in cases if of.channel in case.noise]
+    if quantity == "bearing_heat":
+        cooling = [fitted.base(number)["convection_W_K"] for number, case in enumerate(cases) if of.channel in case.noise]
+        return 0.2 * float(np.max(np.multiply(sizes, cooling)))
     return 0.2 * float(np.max(sizes)) / of.scale
 
 
