@@ -12,6 +12,7 @@ from scipy.special import chdtrc
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.covariates import covariate_of
 from twindisc_cli.laws.law import Law, formula_text, law_key, warnings
+from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop import free_zero, single_sample
 from twindisc_cli.loop.alternatives import Weighed, by_probability, weighed
@@ -91,6 +92,7 @@ def diagnose(
     elsewhere = [predict_test(case, outcome.judged.after) for case in others] if laws else []
     separating = [*outcome.judged.prediction("after"), *(e.prediction for e in elsewhere[-1:] if unseen)]
     laws, together = _of_this_history(laws, contradicted | doubtful, separating)
+    effects, as_others = _not_over_others(effects, separating)
     not_excluded = _not_excluded(outcome)
     free = free_zero.with_free_zero(outcome.sure)
     levels = levels_of([outcome.judged.after])
@@ -112,6 +114,7 @@ def diagnose(
             *_of_missed(missed),
             *single_sample.notes(outcome.judged.estimated, {rest.channel for rest in left}),
             *together,
+            *as_others,
             *_notes(outcome, effects, laws, weights, elsewhere, free),
         ],
         next_experiment=_next(outcome, weights, left),
@@ -234,6 +237,25 @@ def _of_this_history(
         if names:
             labels = " and ".join(covariate_of(name).label for name in names)
             notes.append(f"{law.name}: {labels} runs with it on this history, and may be what counts")
+    return found, notes
+
+
+def _not_over_others(
+    effects: Sequence[FoundEffect], predictions: list[Prediction]
+) -> tuple[list[FoundEffect], list[str]]:
+    """The effects, none established whose covariate runs as another of its quantity does; notes say so of these."""
+    found, notes = [], []
+    for effect in effects:
+        over, stage = catalogue()[effect.name].over, catalogue()[effect.name].stage
+        own = [key for key, of in QUANTITIES.items() if over in of.covariates and of.stage == stage]
+        names = list(dict.fromkeys(name for key in own for name in confounded(predictions, key, over)))
+        weaker = names and effect.strength == "established"
+        found.append(replace(effect, strength="probable") if weaker else effect)
+        if names:
+            labels = " and ".join(covariate_of(name).label for name in names)
+            notes.append(
+                f"{effect.name}: {labels} runs with {covariate_of(over).label} on this history, and may be what counts"
+            )
     return found, notes
 
 

@@ -531,11 +531,17 @@ def typical_change(fitted: Fit, quantity: str) -> float:
     cases = fitted.problem.cases
     if quantity == "creepage":
         return 30.0 * float(np.median([np.median(np.abs(case.test.history.creepage)) for case in cases]))
-    sizes = [np.ptp(case.values(of.channel)) for case in cases if of.channel in case.noise]
-    if quantity == "bearing_heat":
-        cooling = [fitted.base(number)["convection_W_K"] for number, case in enumerate(cases) if of.channel in case.noise]
-        return 0.2 * float(np.max(np.multiply(sizes, cooling)))
+    sizes = [
+        np.ptp(case.values(of.channel)) * (_cooling(fitted, number) if of.unit == "W" else 1.0)
+        for number, case in enumerate(cases)
+        if of.channel in case.noise
+    ]
     return 0.2 * float(np.max(sizes)) / of.scale
+
+
+def _cooling(fitted: Fit, number: int) -> float:
+    """The power that a kelvin of a test's disc is worth [W/K]."""
+    return float(fitted.problem.base_of(number, fitted.theta[None])["convection_W_K"][0])
 
 
 def _distinct(predictions: list[Prediction], covariates: Sequence[str]) -> list[str]:
