@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from rigs import history, rig
 
 from twindisc_cli.measurement.channels import read_temperature, read_traction
-from twindisc_cli.measurement.held import FEWEST_READINGS, HELD, repeated
+from twindisc_cli.measurement.held import FEWEST_READINGS, HELD, frozen, repeated
 from twindisc_cli.model.experiment import Floats
 
 COURSE = history((0.01, 0.02, 0.03), 4)
@@ -45,6 +45,27 @@ def test_few_readings_say_nothing_of_the_recorder() -> None:
     values = held(readings(40), 5, 5 * FEWEST_READINGS)
     assert not repeated(values).any()
     assert repeated(held(readings(40), 5, 5 * (FEWEST_READINGS + 3))).any()
+
+
+@given(begin=st.integers(0, 150), rows=st.integers(5, 60), seed=st.integers(0, 99))
+def test_what_a_dead_sensor_repeats_is_left_out(begin: int, rows: int, seed: int) -> None:
+    """All but its first row, which was read before it died."""
+    values = np.round(readings(220, seed), 9)
+    values[begin : begin + rows] = values[begin]
+    repeats = np.arange(220)[begin + 1 : begin + rows]
+    np.testing.assert_array_equal(np.flatnonzero(frozen(values)), repeats)
+
+
+@given(
+    digits=st.sampled_from([0, 1, 2]), noise=st.floats(0.0, 1.0), rise=st.floats(-30.0, 30.0), seed=st.integers(0, 99)
+)
+def test_a_number_of_few_digits_is_not_frozen(digits: int, noise: float, rise: float, seed: int) -> None:
+    """Neither on the way to the disc's last temperature nor where it stands, nor a rig at rest that reads 0."""
+    time = np.linspace(0.0, 3.0, 400)
+    kelvin = 300.0 + rise * (1.0 - np.exp(-3.0 * time)) + noise * np.random.default_rng(seed).standard_normal(400)
+    assert not frozen(np.round(kelvin, digits)).any()
+    assert not frozen(np.concatenate([readings(40, seed), np.zeros(20), readings(40, seed)])).any()
+    assert not frozen(np.empty(0)).any()
 
 
 @pytest.mark.parametrize("kind", ["traction", "temperature"])

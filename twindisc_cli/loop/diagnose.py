@@ -543,6 +543,18 @@ def _sums_of_many(answer: Explanation) -> list[str]:
     ]
 
 
+def _shorter(outcome: Outcome) -> list[str]:
+    """Explanations of fewer terms, none of them of the answer, that cannot be separated from it."""
+    answer, notes = outcome.answer, []
+    for member, share in zip(outcome.members, outcome.shares, strict=True):
+        fewer = 0 < len(member.terms) < len(answer.terms) and not member.labels & answer.labels
+        near = (answer.evidence - member.evidence) / answer.temperature < SEARCH.equivalent
+        if fewer and near and share > RESAMPLING.rival_share and member.labels not in outcome.refused:
+            alone, together = (" and ".join(sorted(map(str, e.labels))) for e in (member, answer))
+            notes.append(f"{alone} alone explains as much as {together}, with fewer terms ({100.0 * share:.0f} %)")
+    return notes
+
+
 def _same_as(effects: Sequence[FoundEffect]) -> list[str]:
     """What is outside the catalogue and does the same, or nearly, as an effect that was added."""
     return [
@@ -581,7 +593,13 @@ def _notes(
 ) -> list[str]:
     """What the reader must know to weigh the verdict; elsewhere: tests that laws predict; free: with a free zero."""
     cases = outcome.problem.cases
-    notes = [*_refused(outcome), *_sums_of_many(outcome.answer), *_same_as(effects), *_levels_of_sensors(laws)]
+    notes = [
+        *_refused(outcome),
+        *_sums_of_many(outcome.answer),
+        *_shorter(outcome),
+        *_same_as(effects),
+        *_levels_of_sensors(laws),
+    ]
     notes += [*inputs_off(outcome.answer.fit), *_unfixed(effects), *_equal_covariates(weights)]
     notes += [note for predicted in elsewhere for note in _warned(laws, predicted)]
     notes += [f"{case.test.name}: {note}" for case in cases for note in _notes_on(case)]

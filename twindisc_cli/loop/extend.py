@@ -52,21 +52,21 @@ def extended(
 
 
 def most_promising(
-    explanation: Explanation, proposed: Sequence[Proposal], near: Container[str] = ()
+    explanation: Explanation, proposed: Sequence[Proposal], near: Container[str] = (), best: float = 0.0
 ) -> list[Explanation]:
     """The explanation with each of the terms added that promise most, of those proposed by falling promise.
 
     Of laws these are the pairs of quantity and covariate with the most evidence over all forms, in the best of these,
-    and those that are near.
+    and those that are near. best: what something else in their place says [nats].
     """
-    return list(each_promising(explanation, proposed, near))
+    return list(each_promising(explanation, proposed, near, best))
 
 
 def each_promising(
-    explanation: Explanation, proposed: Sequence[Proposal], near: Container[str] = ()
+    explanation: Explanation, proposed: Sequence[Proposal], near: Container[str] = (), best: float = 0.0
 ) -> Iterator[Explanation]:
     """The same one after the other, as they are fitted."""
-    laws, effects_fitted, best = _likeliest_laws(proposed), 0, 0.0
+    laws, effects_fitted = _likeliest_laws(proposed), 0
     for proposal in proposed:
         few = not proposal.is_law and effects_fitted < SEARCH.fitted_at_least
         least = SEARCH.least_promise if few else max(0.0, SEARCH.least_share * best)

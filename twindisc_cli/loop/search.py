@@ -128,7 +128,7 @@ def _two_effects(
     names = [n for n, effect in catalogue().items() if shown_in(effect) in lost and n not in better.terms]
     both, loose = list[Explanation](), list[Explanation]()
     for half in _halves(better, before, tried, channel):
-        for e in most_promising(half, _second(half, names, alone, least)):
+        for e in most_promising(half, _second(half, names, alone, least), best=max(least - half.here, 0.0)):
             if not e.fit.at_bound and not _courses_over_time(*(e.effect(name) for name in e.terms[-2:])):
                 gain = (e.evidence - half.evidence) / half.temperature_for(e)
                 (both if gain > 0.5 * SEARCH.effect_evidence else loose).append(e)

@@ -3,13 +3,14 @@
 Rows that repeat a reading are no measurements: as such their noise would be that of the readings, correlated over as
 long as these are held, and each would stand at the times of its neighbours. Held readings last about equally long
 and differ as far as the instrument scatters; equal neighbours of a number of few digits mostly differ by its last one.
+A sensor that is dead for a while repeats one reading far longer than any other is repeated.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from twindisc_cli.measurement.limit import LIMIT, at_limit
+from twindisc_cli.measurement.limit import FEWEST_EQUAL, LIMIT, OFTEN, at_limit, scatter
 from twindisc_cli.measurement.sheet import Bools, Floats
 from twindisc_cli.measurement.table import Table
 
@@ -35,9 +36,26 @@ def repeated(values: Floats) -> Bools:
     return again if is_regular and np.median(change) > LAST_DIGITS * change.min() else np.zeros_like(again)
 
 
+def frozen(values: Floats) -> Bools:
+    """Rows (row,) that repeat, for far longer than others are repeated, a reading among others that scatter.
+
+    A reading of 0 is what a rig at rest gives.
+    """
+    again = np.append(False, values[1:] == values[:-1])[: len(values)]
+    begin = np.flatnonzero(~again)
+    rows = np.diff(np.append(begin, len(values)))
+    usual = int(rows.max(initial=1, where=rows < FEWEST_EQUAL))
+    dead = (rows > usual) & (values[begin] != 0.0)
+    far = np.all(rows[dead] >= max(OFTEN * usual, FEWEST_EQUAL))
+    dead_rows = np.repeat(dead, rows)
+    return again & dead_rows if far and scatter(values[~dead_rows]) else np.zeros_like(again)
+
+
 def keep_readings(table: Table, name: str) -> Bools:
     """Leave out the rows that repeat a reading of this column, or whose reading is at a limit; those kept (row,)."""
-    held, limit = repeated(table.columns[name]), at_limit(table.columns[name])
+    readings = table.columns[name]
+    limit = at_limit(readings)
+    held = repeated(readings) | (frozen(readings) & ~limit)
     table.keep(~held, HELD)
     table.keep(~limit[~held], LIMIT)
     return ~(held | limit)

@@ -38,8 +38,13 @@ def at_limit(readings: Floats) -> Bools:
 
 def _scatter(others: Floats, equal: int) -> bool:
     """Whether the readings that are not the extreme scatter so that it would not be read that often."""
-    if len(others) < FEWEST_OTHERS:
+    return scatter(others) and equal >= OFTEN * int(np.unique(others, return_counts=True)[1].max())
+
+
+def scatter(readings: Floats) -> bool:
+    """Whether readings (row,) are of fine resolution and scatter, and are enough to show it."""
+    if len(readings) < FEWEST_OTHERS:
         return False
-    change, counts = np.diff(others), np.unique(others, return_counts=True)[1]
-    turning = np.sum(change[1:] * change[:-1] < 0.0) / len(others)
-    return bool(equal >= OFTEN * counts.max() and len(counts) >= DISTINCT * len(others) and turning >= TURNING)
+    change, distinct = np.diff(readings), len(np.unique(readings))
+    turning = np.sum(change[1:] * change[:-1] < 0.0) / len(readings)
+    return bool(distinct >= DISTINCT * len(readings) and turning >= TURNING)
