@@ -131,7 +131,7 @@ def declared(of: Law) -> Test:
 
 def every_law() -> Iterator[tuple[str, Law]]:
     """Each quantity over each of its covariates as a curve, and each formula of each kind of quantity."""
-    size = {"1": 0.1, "%": 0.05, "K": 2.0, "um": 0.1}
+    size = {"1": 0.1, "%": 0.05, "W": 5.0, "K": 2.0, "um": 0.1}
     for quantity, of in QUANTITIES.items():
         for covariate in of.covariates:
             change = np.array([0.0, 1.0, 0.4]) * size[of.unit] + (1.0 if of.kind == "factor" else 0.0)
