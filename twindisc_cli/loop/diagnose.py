@@ -282,7 +282,8 @@ def _not_excluded(outcome: Outcome) -> list[Alternative]:
 def _strength(outcome: Outcome, name: str, probability: float, rivals: Sequence[Alternative]) -> Strength:
     """In a word: established where it comes back in nine of ten resamples and nothing stands against it."""
     same = outcome.on_all is None or outcome.answer.term(name) in outcome.on_all
-    if probability >= RESAMPLING.established and not rivals and same and outcome.blind and not _tied(outcome):
+    alone = not rivals and not _tied(outcome) and not outcome.search.is_cut
+    if probability >= RESAMPLING.established and alone and same and outcome.blind:
         return "established"
     return "probable" if probability >= RESAMPLING.probable else "possible"
 
@@ -540,6 +541,16 @@ def _sums_of_many(answer: Explanation) -> list[str]:
         f"{ACCEPTANCE.many_terms} terms or more describe the {channels()[channel].label}: a sum of that many describes "
         "this record, and may name no cause"
         for channel in sorted(_crowded(answer), key=list(channels()).index)
+    ]
+
+
+def _cut(outcome: Outcome) -> list[str]:
+    """What follows where the search ended before all was tried."""
+    if not outcome.search.is_cut:
+        return []
+    return [
+        f"the search ended after {outcome.search.base.fit.problem.effort.spent:,} predictions, before all was tried: "
+        "another term, or what explains as much, may be missed, and nothing is established"
     ]
 
 

@@ -116,6 +116,11 @@ class Explanation:
         return term_of(name, self.effect(name))
 
     @property
+    def is_spent(self) -> bool:
+        """Whether so much was predicted for it and others that nothing more is tried."""
+        return self.fit.problem.effort.spent > SEARCH.most_effort
+
+    @property
     def labels(self) -> frozenset[Term]:
         """What all terms are."""
         return frozenset(self.term(name) for name in self.terms)

@@ -236,13 +236,25 @@ class Nuisances:
         return np.asarray((size / np.sqrt(1.0 + size**2) * (residual @ left)) @ right)
 
 
+INTEGRATED = {(False, "hertz"): 4, (False, "half_space"): 4, (True, "hertz"): 50, (True, "half_space"): 150}
+"""How many predictions without an integration take as long as one with it, by whether K differs from strip to strip
+beside loads that change, and by the contact."""
+
+
+@dataclass
+class Effort:
+    """How much was predicted for an answer: parameter sets, those with an integration as many as take as long."""
+
+    spent: int = 0
+
+
 @dataclass(frozen=True)
 class Problem:
     """Tests and channels to be explained together, by base parameters and terms: effects by name, and trial laws.
 
     tracks: for each test how its track is found where K differs from strip to strip; by an integration where none are
     given. unlike: whether a term may act in one of the tests alone; repeats of a test share all terms, and each has a K
-    of its own.
+    of its own. effort: of all problems made from one, together.
     """
 
     cases: Sequence[Case]
@@ -252,6 +264,7 @@ class Problem:
     nuisance: Nuisances | None = field(default=None, repr=False)
     tracks: Sequence[IntegratedSets | Paths] | None = field(default=None, repr=False)
     unlike: bool = False
+    effort: Effort = field(default_factory=Effort, repr=False, compare=False)
 
     def with_terms(self, *names: str, trial: Mapping[str, Effect] | None = None) -> Problem:
         """The same problem with other terms."""
@@ -367,6 +380,8 @@ class Problem:
         near: Sequence[State | None] = (),
     ) -> list[Prediction]:
         """Predictions with base parameters of test `number` (all tests: None) replaced, and with extra effects."""
+        for case, how in zip(self.cases, self._tracks, strict=True):
+            self.effort.spent += len(theta) + self._effort_of_tracks(case, integrated or how, len(theta))
         return [
             case.model.predict(
                 {**self.base_of(i, theta), **((base or {}) if number in (None, i) else {})},
@@ -399,6 +414,13 @@ class Problem:
     @property
     def _tracks(self) -> Sequence[IntegratedSets | Paths]:
         return self.tracks or ["first"] * len(self.cases)
+
+    def _effort_of_tracks(self, case: Case, how: IntegratedSets | Paths, sets: int) -> int:
+        """The effort of the integrations in a prediction of so many parameter sets of a test."""
+        if how not in ("each", "first") or not (self.is_local or case.model.loads_change):
+            return 0
+        each = INTEGRATED[self.is_local and case.model.loads_change, case.test.options.contact]
+        return each * (sets if how == "each" else 1)
 
     def own_base(self, number: int, theta: Floats) -> dict[str, Floats]:
         """The fitted base parameters of a test for theta (set, parameter)."""

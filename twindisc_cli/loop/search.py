@@ -37,13 +37,14 @@ class Search:
 
     rivals: for each of its terms all explanations in which another stands in its place, or for "" all that were tried
     beside the last answer, where no term was exchanged; others: laws in the place of two effects, and effects in the
-    place of a law.
+    place of a law. is_cut: whether the search ended before all was tried, as it had become too long.
     """
 
     base: Explanation
     answer: Explanation
     rivals: Mapping[str, Sequence[Explanation]]
     others: Sequence[Explanation] = ()
+    is_cut: bool = False
 
 
 def search(
@@ -66,6 +67,7 @@ def search(
     while (
         best.labels not in known
         and len(best.terms) < SEARCH.most_terms
+        and not best.is_spent
         and not (best.terms and _nothing_left(best, missing))
         and not (best.terms and enough(best, base))
     ):
@@ -85,7 +87,7 @@ def search(
             best, rivals = without_older_laws(*swap_and_drop(better, best, tried, rivals), best)
         others = judged_equally(best, apart)
     best, rivals = without_two_terms(best, rivals)
-    return Search(base, best, rivals, others)
+    return Search(base, best, rivals, others, best.is_spent)
 
 
 def _nothing_left(explanation: Explanation, missing: Sequence[str]) -> bool:
@@ -128,6 +130,8 @@ def _two_effects(
     names = [n for n, effect in catalogue().items() if shown_in(effect) in lost and n not in better.terms]
     both, loose = list[Explanation](), list[Explanation]()
     for half in _halves(better, before, tried, channel):
+        if half.is_spent:
+            break
         for e in most_promising(half, _second(half, names, alone, least), best=max(least - half.here, 0.0)):
             if not e.fit.at_bound and not _courses_over_time(*(e.effect(name) for name in e.terms[-2:])):
                 gain = (e.evidence - half.evidence) / half.temperature_for(e)
@@ -170,7 +174,8 @@ def without_older_laws(
 ) -> tuple[Explanation, Mapping[str, Sequence[Explanation]]]:
     """The same with two effects in the place of a law that was there before: beside a new term they may say more."""
     for name in explanation.laws:
-        if name not in before.terms or name not in rivals or len(explanation.terms) == SEARCH.most_terms:
+        known = name in before.terms and name in rivals
+        if not known or len(explanation.terms) == SEARCH.most_terms or explanation.is_spent:
             continue
         shorter = without(explanation, name)
         tried = [e for e in rivals[name] if len(e.terms) == len(explanation.terms)]
@@ -189,7 +194,7 @@ def without_two_terms(
     """
     for channel in explanation.fit.problem.channels:
         own = explanation.terms_in(channel)
-        if len(own) != 2 or not any(name in explanation.laws for name in own):
+        if len(own) != 2 or not any(name in explanation.laws for name in own) or explanation.is_spent:
             continue
         shorter = without(without(explanation, own[0]), own[1])
         tried = most_promising(shorter, effects(shorter.fit))
@@ -230,6 +235,8 @@ def swap_and_drop(
         for name in explanation.terms:
             if name in rivals:
                 continue
+            if explanation.is_spent:
+                return explanation, rivals
             shorter = without(explanation, name)
             if shorter.labels in beside:
                 others = judged_equally(explanation, ranked(beside[shorter.labels]))

@@ -211,7 +211,8 @@ class Elsewhere:
 def elsewhere(test: Case, base: Fit) -> Elsewhere | None:
     """A test to be predicted by fits of others, whose base model is given; None where they share no channel."""
     case = _unfitted(test, base)
-    problem = Problem([case], tuple(c for c in base.problem.channels if c in case.noise))
+    shared = tuple(c for c in base.problem.channels if c in case.noise)
+    problem = Problem([case], shared, effort=base.problem.effort)
     if not problem.channels:
         return None
     return Elsewhere(problem.with_nuisance(carried(problem, base), np.zeros((len(problem.measured), 1))))
