@@ -24,6 +24,7 @@ from twindisc_cli.loop.channels import channels, measured_channels, place_of
 from twindisc_cli.loop.channels.traction import friction_is_given
 from twindisc_cli.loop.diagnose import diagnose
 from twindisc_cli.loop.diagnosis import (
+    BaseEstimate,
     ChannelError,
     Diagnosis,
     Estimate,
@@ -163,7 +164,7 @@ def _beyond_the_terms(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.unexplained and diagnosis.verdict != "unexplained":
         least = p_value(min(left.p_value for left in diagnosis.unexplained))
         lines.append(f"unexplained: {listed(sentences.open_questions(diagnosis))} ({least})")
-    base = [f"{name} = {with_error(e.value, e.std, e.unit)}" for name, e in diagnosis.base.items()]
+    base = [f"{name} = {_base_text(e)}" for name, e in diagnosis.base.items()]
     with_what = ", with what was added (use them with revised.toml)" if sentences.together(diagnosis) else ""
     lines += [f"base{with_what}: {', '.join(base)} (± one standard deviation)"] if base else []
     if diagnosis.validation is not None:
@@ -171,6 +172,14 @@ def _beyond_the_terms(diagnosis: Diagnosis) -> list[str]:
     lines += [f"predicted, used in nothing: {_predicted_line(predicted)}" for predicted in diagnosis.predictions]
     lines += [level_text(of) for of in diagnosis.levels.values() if of.wander.p_order < WANDERS]
     return [*lines, *([f"next: {diagnosis.next_experiment.why}"] if diagnosis.next_experiment is not None else [])]
+
+
+def _base_text(estimate: BaseEstimate) -> str:
+    """A base parameter with its standard deviation; with its 90 % interval where that is larger than half of it."""
+    e = estimate
+    if not e.std > 0.5 * abs(e.value):
+        return with_error(e.value, e.std, e.unit)
+    return f"{number(e.value, 2)} {unit(e.unit)}".rstrip() + f" (90 %: {number(e.low, 2)} to {number(e.high, 2)})"
 
 
 def _predicted_line(predicted: PredictedErrors) -> str:
