@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from rigs import SPEED, Floats, Instruments, Plant, history, one_of, rig
+from rigs import SPEED, Floats, Instruments, Plant, history, one_of, rig, running
 
 from twindisc_cli.identify.hierarchy import wander
 from twindisc_cli.loop.diagnose import contradicted_by, diagnose, few_stops, predicted_badly
@@ -194,6 +194,35 @@ def test_a_burst_is_nobodys_and_is_learnt_over_time() -> None:
     error = found.errors["traction"]
     assert error.after == pytest.approx(error.noise, rel=0.3)
     assert error.after < 0.4 * error.before
+
+
+class Geared(Plant):
+    """A plant whose rolling speed is another in each step."""
+
+    @property
+    def factor(self) -> Floats:
+        """The speed over the rig's at the instants."""
+        return np.asarray(self.history.speed_factor[running(self.history, self.instants)])
+
+    @property
+    def power(self) -> Floats:
+        """P [W] at the instants."""
+        return np.asarray(super().power * self.factor)
+
+
+def test_bearings_that_warm_with_the_speed_are_a_law_of_it() -> None:
+    """They give 8 W at the rig's speed and as its square. In full sliding a creepage over the speed does the same."""
+    course = replace(COURSE, speed_factor=np.array([1.0, 0.6, 1.4, 1.8, 0.5, 1.2])[COURSE.step])
+    factor = Geared(course).factor
+    test = Instruments(channels=("traction", "temperature")).record(
+        Geared(course, heat=lambda time: 8.0 * factor**2), np.random.default_rng(3)
+    )
+    found = run(test)
+    (law,) = found.laws
+    others = {alternative.term for alternative in law.alternatives}
+    assert LawTerm("bearing_heat", "rolling_speed") in {LawTerm(law.law.quantity, law.law.covariate), *others}
+    error = found.errors["temperature"]
+    assert error.held_out_after < 1.2 * error.noise < 0.2 * error.held_out_before
 
 
 @pytest.mark.long

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Container, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -229,14 +229,14 @@ def laws_elsewhere(fitted: Fit, named: Sequence[tuple[str, str]], other: Predict
 
 
 def laws_at_other_stages(
-    fitted: Fit, named: Collection[tuple[str, str]], there: LinearPrediction | None = None
+    fitted: Fit, named: Mapping[tuple[str, str], Container[str]], there: LinearPrediction | None = None
 ) -> list[Proposal]:
-    """Laws, by quantity and covariate, over the same covariates of the other quantities that a channel shows."""
+    """Laws, by quantity and covariate, over the same covariates of other quantities that their channels show."""
     wanted = [
         (stage, covariate)
-        for quantity, covariate in named
+        for (_, covariate), shown in named.items()
         for stage, of in QUANTITIES.items()
-        if of.channel == QUANTITIES[quantity].channel and covariate in covariates_of(fitted.problem, stage)
+        if fitted.problem.shown_in(of) in shown and covariate in covariates_of(fitted.problem, stage)
     ]
     new = sorted({pair for pair in wanted if pair not in named})
     return laws(fitted, responses(fitted, new), there) if new else []

@@ -145,6 +145,12 @@ def powers(fitted: Fit) -> dict[str, float]:
     return {channel: fitted.power(channel) for channel in fitted.problem.channels}
 
 
+def explained_channels(before: Explanation, after: Explanation) -> set[str]:
+    """Channels from which one explanation takes a good part of what it takes from what another leaves."""
+    taken = _falls(powers(before.fit), powers(after.fit))
+    return {c for c in taken if taken[c] > SEARCH.replaced_share * max(taken.values())}
+
+
 def _falls(before: Mapping[str, float], after: Mapping[str, float]) -> dict[str, float]:
     """By how much chi2 of each channel falls, where it does."""
     return {channel: max(power - after[channel], 0.0) for channel, power in before.items()}

@@ -20,7 +20,7 @@ from twindisc_cli.loop.candidates import (
 )
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.edges import chi2_at, middle_of_least, missed_at, refined_edges, with_trial
-from twindisc_cli.loop.explanation import Explanation, by_falling, evidence_of
+from twindisc_cli.loop.explanation import Explanation, by_falling, evidence_of, explained_channels
 from twindisc_cli.loop.fit import MOST_STEPS, Fit, fit
 from twindisc_cli.loop.learn import Pair, Response, seen_again
 from twindisc_cli.loop.problem import Problem
@@ -30,6 +30,8 @@ from twindisc_cli.loop.validate import Elsewhere, LinearPrediction
 from twindisc_cli.model.forward import IntegratedSets
 from twindisc_cli.model.patch import Paths
 
+SET_IN_STEPS = ("creepage", "load", "rolling_speed")
+"""Covariates that a rig sets for each step."""
 FIRST_STEPS = 6
 """Steps of a fit on tracks of its own after which one of several starts is gone on from."""
 SAME_PLACE = 0.25
@@ -81,16 +83,18 @@ def each_promising(
 
 
 def _likeliest_laws(proposed: Sequence[Proposal]) -> set[str]:
-    """Names of the laws to be fitted, by the evidence of their pairs over all forms: the best, and that of a channel.
+    """Names of the laws to be fitted, by the evidence of their pairs over all forms: the best, and some of others.
 
-    What another channel shows may outnumber it.
+    What another channel shows may outnumber that of a channel. Over time, which has more bins, whatever is set in steps
+    may promise more than over what is set.
     """
-    evidence, channel = dict[str, float](), {p.name: p.effect.channel for p in proposed}
+    evidence, kinds = dict[str, float](), dict[str, tuple[str, ...]]()
     for p in proposed:
         if p.pair is not None:
             evidence[p.name] = max(p.pair.log_evidence, evidence.get(p.name, -np.inf))
+            kinds[p.name] = (p.effect.channel, *(over for over in SET_IN_STEPS if over == p.pair.covariate))
     best = by_falling_value(evidence)
-    first = {channel[name]: name for name in reversed(best)}
+    first = {kind: name for name in reversed(best) for kind in kinds[name]}
     return {*best[: SEARCH.fitted_each_round], *first.values()}
 
 
@@ -142,13 +146,18 @@ def _over_others(explanation: Explanation, explanations: Sequence[Explanation]) 
 def _at_other_stages(
     explanation: Explanation, explanations: Sequence[Explanation], there: LinearPrediction | None
 ) -> list[Explanation]:
-    """Where a law explains most, what has not been fitted of its covariate at other stages of its channel.
+    """Where a law explains most, what has not been fitted of its covariate at other stages of the channels it explains.
 
     The same of laws that tie with it. To first order, and in bins, a law may promise a tenth of what it says.
     """
     most = max(map(evidence_of, explanations), default=0.0)
-    best = [e.effect(e.terms[-1]) for e in explanations if most - e.evidence <= SEARCH.evidence_error]
-    named = {(law.quantity, law.covariate) for law in best if isinstance(law, Trial) and not law.test}
+    named = {
+        (law.quantity, law.covariate): {explanation.fit.problem.shown_in(law), *explained_channels(explanation, e)}
+        for e in explanations
+        if most - e.evidence <= SEARCH.evidence_error
+        and isinstance(law := e.effect(e.terms[-1]), Trial)
+        and not law.test
+    }
     known = {name for e in explanations for name in e.terms}
     proposed = laws_at_other_stages(explanation.fit, named, there)
     return [with_one_more(explanation, proposal) for proposal in proposed if proposal.name not in known]

@@ -18,7 +18,7 @@ from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Effect
 from twindisc_cli.loop.candidates import Proposal, effects
 from twindisc_cli.loop.choose import chosen, preferred
-from twindisc_cli.loop.explanation import Explanation, ranked, refitted, without
+from twindisc_cli.loop.explanation import Explanation, explained_channels, ranked, refitted, without
 from twindisc_cli.loop.extend import extended, most_promising, with_one_more
 from twindisc_cli.loop.fit import fit, refit
 from twindisc_cli.loop.learn import Response, responses
@@ -124,8 +124,7 @@ def _two_effects(
     """
     least = better.here - SEARCH.equivalent * better.temperature
     alone = {e.terms[-1]: e.here for e in tried}
-    taken = {c: before.fit.power(c) - better.fit.power(c) for c in better.fit.problem.channels}
-    lost = {c for c in taken if taken[c] > SEARCH.replaced_share * max(taken.values())}
+    lost = explained_channels(before, better)
     shown_in = before.fit.problem.shown_in
     names = [n for n, effect in catalogue().items() if shown_in(effect) in lost and n not in better.terms]
     both, loose = list[Explanation](), list[Explanation]()
