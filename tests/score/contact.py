@@ -80,7 +80,7 @@ def hertz_ellipse(load: float, modulus: float, curvature_x: float, curvature_y: 
         k, e = special.ellipk(1 - short**2), special.ellipe(1 - short**2)
         return float((e / short**2 - k) / (k - e) - ratio)
 
-    axes = float(np.exp(-optimize.brentq(excess, 1e-6, 8.0))) if ratio > 1 + 1e-9 else 1 - 1e-9
+    axes = float(np.exp(-optimize.brentq(excess, 1e-6, 8.0))) if ratio > 1 + 1e-5 else 1 - 1e-9
     k, e = special.ellipk(1 - axes**2), special.ellipe(1 - axes**2)
     # curvature of the short side: p0 / (E* short) * (E - axes^2 K) / (1 - axes^2), p0 = 3 N / (2 pi long short)
     half = 0.5 * max(curvature_x, curvature_y)
