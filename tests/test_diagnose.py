@@ -11,14 +11,16 @@ import pytest
 from rigs import SPEED, Floats, Instruments, Plant, history, one_of, rig, running
 
 from twindisc_cli.identify.hierarchy import wander
-from twindisc_cli.loop.diagnose import contradicted_by, diagnose, few_stops, predicted_badly
+from twindisc_cli.loop import explanation
+from twindisc_cli.loop.diagnose import contradicted_by, diagnose, few_stops, not_over_others, predicted_badly
 from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis, FoundEffect, PredictedErrors, PredictedLevel
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import at
 from twindisc_cli.loop.levels import Levels, apart_from_others
 from twindisc_cli.loop.problem import Problem, case_of
 from twindisc_cli.loop.terms import LawTerm
-from twindisc_cli.model.experiment import Experiment, Options, TemperatureSamples
+from twindisc_cli.loop.thresholds import SEARCH
+from twindisc_cli.model.experiment import Experiment, History, Options, TemperatureSamples
 
 COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 3)
 Law = Callable[[Floats, Floats, Floats], Floats]
@@ -622,3 +624,22 @@ def test_few_stops_are_said_to_refuse_little(stops: int, few: bool) -> None:
     answer = Explanation(at(problem, problem.start()), {}, 0.0)
     notes = few_stops(answer, stops)
     assert any("little to refuse it" in note for note in notes) == few
+
+
+@pytest.mark.parametrize(("course", "strength"), [(history((0.05,), 18), "probable"), (COURSE, "established")])
+def test_an_effect_over_time_is_not_established_where_the_energy_runs_with_it(course: History, strength: str) -> None:
+    """At one creepage and one friction it does; both settle alike."""
+    test = Instruments(channels=("traction",)).record(Plant(course), np.random.default_rng(1))
+    problem = Problem([case_of(test)], ("traction",))
+    effect = FoundEffect("running_in_friction", "traction", {}, (), 0.95, "established", 0.0)
+    found, notes = not_over_others([effect], problem.predict(problem.start()[None]))
+    assert [of.strength for of in found] == [strength]
+    assert any("dissipated energy runs with time" in note for note in notes) == (strength == "probable")
+
+
+def test_a_search_that_is_too_long_ends_with_what_was_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(explanation, "SEARCH", replace(SEARCH, most_effort=200))
+    found = run(recorded("falling", "traction"))
+    assert list(named(found)) == ["falling_friction"]
+    assert named(found)["falling_friction"].strength != "established"
+    assert any("the search ended after" in note for note in found.notes)

@@ -92,7 +92,7 @@ def diagnose(
     elsewhere = [predict_test(case, outcome.judged.after) for case in others] if laws else []
     separating = [*outcome.judged.prediction("after"), *(e.prediction for e in elsewhere[-1:] if unseen)]
     laws, together = _of_this_history(laws, contradicted | doubtful, separating)
-    effects, as_others = _not_over_others(effects, separating)
+    effects, as_others = not_over_others(effects, separating)
     not_excluded = _not_excluded(outcome)
     free = free_zero.with_free_zero(outcome.sure)
     levels = levels_of([outcome.judged.after])
@@ -240,7 +240,7 @@ def _of_this_history(
     return found, notes
 
 
-def _not_over_others(
+def not_over_others(
     effects: Sequence[FoundEffect], predictions: list[Prediction]
 ) -> tuple[list[FoundEffect], list[str]]:
     """The effects, none established whose covariate runs as another of its quantity does; notes say so of these."""
@@ -607,6 +607,7 @@ def _notes(
     notes = [
         *_refused(outcome),
         *_sums_of_many(outcome.answer),
+        *_cut(outcome),
         *_shorter(outcome),
         *_same_as(effects),
         *_levels_of_sensors(laws),
