@@ -12,7 +12,7 @@ from rigs import Floats, experiment, history, spread, traction_samples
 from twindisc_cli.laws.covariates import COVARIATES
 from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.laws.trial import Trial, formula
-from twindisc_cli.loop.alternatives import Compared, Weighed, weighed
+from twindisc_cli.loop.alternatives import Compared, Weighed, shorter, weighed
 from twindisc_cli.loop.explain import Refusal, is_negligible, most_probable, next_to_judge
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import at
@@ -163,3 +163,12 @@ def test_what_fewer_than_a_twentieth_of_the_resamples_choose_is_negligible(share
     second = member(("running_in_wear",), -8.0, OTHER)
     known = compared([1.0 - share, share], WARM, second)
     assert is_negligible(weighed(replace(known, answer=second), second.terms[0])) == negligible
+
+
+@pytest.mark.parametrize(("evidence", "share", "said"), [(-1.0, 0.3, True), (-30.0, 0.3, False), (-1.0, 0.01, False)])
+def test_one_term_that_explains_as_much_as_two_others_is_found(evidence: float, share: float, said: bool) -> None:
+    problem = PROBLEM.with_terms("third_body_layer", "falling_friction")
+    two = explanation(problem, 0.0, NOISE)
+    one, part = member(("mu", "energy"), evidence, RISING), member(("falling_friction",), -1.0, RISING)
+    found = shorter(compared([0.7 - share, share, 0.3], two, one, part))
+    assert [other.labels for other, _ in found] == ([one.labels] if said else [])

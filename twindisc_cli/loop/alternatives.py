@@ -222,3 +222,16 @@ def _is_form(compared: Compared, name: str, term: Term, places: Mapping[Term, Ex
         return False
     own = effect.over == term.covariate and effect.stage == QUANTITIES[term.quantity].stage
     return own and compared.similarity(name, places[term], compared.answer) > RESAMPLING.resembles
+
+
+def shorter(compared: Compared) -> list[tuple[Explanation, float]]:
+    """Explanations of fewer terms, none of them of the answer, that cannot be separated from it, with their shares."""
+    answer = compared.answer
+    return [
+        (member, float(share))
+        for member, share in zip(compared.members, compared.shares, strict=True)
+        if 0 < len(member.terms) < len(answer.terms)
+        and not member.labels & answer.labels
+        and (answer.evidence - member.evidence) / answer.temperature < SEARCH.equivalent
+        and share > RESAMPLING.rival_share
+    ]

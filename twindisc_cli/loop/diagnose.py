@@ -15,7 +15,7 @@ from twindisc_cli.laws.law import Law, formula_text, law_key, warnings
 from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop import free_zero, single_sample
-from twindisc_cli.loop.alternatives import Weighed, by_probability, weighed
+from twindisc_cli.loop.alternatives import Weighed, by_probability, shorter, weighed
 from twindisc_cli.loop.candidates import stops_of_wear
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.channels.profile import recorded_stops
@@ -555,15 +555,17 @@ def _cut(outcome: Outcome) -> list[str]:
 
 
 def _shorter(outcome: Outcome) -> list[str]:
-    """Explanations of fewer terms, none of them of the answer, that cannot be separated from it."""
-    answer, notes = outcome.answer, []
-    for member, share in zip(outcome.members, outcome.shares, strict=True):
-        fewer = 0 < len(member.terms) < len(answer.terms) and not member.labels & answer.labels
-        near = (answer.evidence - member.evidence) / answer.temperature < SEARCH.equivalent
-        if fewer and near and share > RESAMPLING.rival_share and member.labels not in outcome.refused:
-            alone, together = (" and ".join(sorted(map(str, e.labels))) for e in (member, answer))
-            notes.append(f"{alone} alone explains as much as {together}, with fewer terms ({100.0 * share:.0f} %)")
-    return notes
+    """What explains as much with fewer terms, of what was not refused."""
+    together = _labels(outcome.answer)
+    return [
+        f"{_labels(member)} alone explains as much as {together}, with fewer terms ({100.0 * share:.0f} %)"
+        for member, share in shorter(outcome.compared)
+        if member.labels not in outcome.refused
+    ]
+
+
+def _labels(explanation: Explanation) -> str:
+    return " and ".join(sorted(map(str, explanation.labels)))
 
 
 def _same_as(effects: Sequence[FoundEffect]) -> list[str]:
