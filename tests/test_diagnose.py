@@ -642,4 +642,4 @@ def test_a_search_that_is_too_long_ends_with_what_was_found(monkeypatch: pytest.
     found = run(recorded("falling", "traction"))
     assert list(named(found)) == ["falling_friction"]
     assert named(found)["falling_friction"].strength != "established"
-    assert any("the search ended after" in note for note in found.notes)
+    assert any("the search was ended after" in note for note in found.notes)

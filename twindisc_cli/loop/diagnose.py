@@ -545,13 +545,11 @@ def _sums_of_many(answer: Explanation) -> list[str]:
 
 
 def _cut(outcome: Outcome) -> list[str]:
-    """What follows where the search ended before all was tried."""
-    if not outcome.search.is_cut:
-        return []
+    """What follows where the search was ended."""
     return [
-        f"the search ended after {outcome.search.base.fit.problem.effort.spent:,} predictions, before all was tried: "
-        "another term, or what explains as much, may be missed, and nothing is established"
-    ]
+        f"the search was ended after {SEARCH.most_effort:,} predictions and may not have tried all: another term, or "
+        "what explains as much, may be missed, and nothing is established"
+    ] * outcome.search.is_cut
 
 
 def _shorter(outcome: Outcome) -> list[str]:

@@ -37,7 +37,7 @@ class Search:
 
     rivals: for each of its terms all explanations in which another stands in its place, or for "" all that were tried
     beside the last answer, where no term was exchanged; others: laws in the place of two effects, and effects in the
-    place of a law. is_cut: whether the search ended before all was tried, as it had become too long.
+    place of a law. is_cut: whether it was ended as it had become too long, and may not have tried all.
     """
 
     base: Explanation
