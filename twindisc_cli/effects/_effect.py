@@ -67,6 +67,7 @@ class Effect:
     `level_of` names the base parameter that tests share and of which the effect is the level in one of them: it is
     tried only where several tests are explained together, and in one alone.
     `over` is the covariate of a learnt law that the effect changes over; "" where it is no law of a single one.
+    One that is `exact` adds a constant, or a straight line, to a record: no formula of it can err.
     `same_as` says what is outside the catalogue and does the same, or nearly, to all that is recorded.
     Where several tests are explained together, `test` names the only one that it acts in.
     The module's docstring is its explanation: formula, symbols, what it leaves behind, validity.
@@ -86,6 +87,7 @@ class Effect:
     local: bool = False
     level_of: str = ""
     over: str = ""
+    exact: bool = False
     same_as: str = ""
     test: str = ""
 

@@ -32,5 +32,6 @@ EFFECT = Effect(
               meaning="height of the recorded profile at y = 0"),
     ),
     apply=apply,
+    exact=True,
     source="ISO 25178-2:2021, form removal",
 )  # fmt: skip

@@ -29,5 +29,6 @@ EFFECT = Effect(
               meaning="recorded minus true traction ratio at the nominal load"),
     ),
     apply=apply,
+    exact=True,
     source="R. S. Dwyer-Joyce, R. Lewis, Proc. IMechE J 218 (2004) 467-478",
 )  # fmt: skip

@@ -1,7 +1,8 @@
 """A complete answer, as the search compares it with others: the fit of all its terms, and what their forms cost.
 
-Evidence is compared after cooling, since no formula is exact and what is wrong with it grows with the size of what is
-explained: D = (E_best - E) / (1 + c sqrt(fall of chi2)). Explanations with D below the threshold cannot be separated.
+Evidence is compared after cooling, since hardly a formula is exact, but for a constant or a line that is added to a
+record, and what is wrong with it grows with the size of what is explained: D = (E_best - E) / (1 + c sqrt(fall of
+chi2)). Explanations with D below the threshold cannot be separated.
 """
 
 from __future__ import annotations
@@ -96,16 +97,18 @@ class Explanation:
     def temperature_for(self, more: Explanation) -> float:
         """The same of what one with more terms says beside this: by what was explained in the channels where it does.
 
-        A tilt of the profile's record explains much there, and no formula errs by it in the traction.
+        What is wrong with a formula of wear errs there, and not in the traction.
         """
         left = powers(self.fit)
         explained, taken = _falls(self.missed, left), _falls(left, powers(more.fit))
+        explained = {c: max(fall - self.fit.taken_exactly[c], 0.0) for c, fall in explained.items()}
         both = sum(explained.values()) * sum(taken.values())
         share = sum(explained[c] * taken[c] for c in explained) / both if both > 0.0 else 1.0
         return self._tempered(share) * _excess(more.fit, taken)
 
     def _tempered(self, share: float) -> float:
-        return 1.0 + SEARCH.tempering * float(np.sqrt(share * max(self.before - self.chi2, 0.0)))
+        explained = self.before - self.chi2 - sum(self.fit.taken_exactly.values())
+        return 1.0 + SEARCH.tempering * float(np.sqrt(share * max(explained, 0.0)))
 
     def effect(self, name: str) -> Effect:
         """A term as it acts."""
@@ -114,6 +117,11 @@ class Explanation:
     def term(self, name: str) -> Term:
         """What a term is, whatever its form."""
         return term_of(name, self.effect(name))
+
+    @property
+    def can_err(self) -> bool:
+        """Whether it has terms that are more than constants and lines added to what is recorded."""
+        return not all(self.effect(name).exact for name in self.terms)
 
     @property
     def is_spent(self) -> bool:

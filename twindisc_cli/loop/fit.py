@@ -15,7 +15,7 @@ Sources: D. J. C. MacKay, Neural Computation 4 (1992) 415-447; G. Schwarz, Annal
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -117,14 +117,27 @@ class Fit:
 
     def _shows(self, term: str) -> bool:
         """Whether an effect takes more from chi2 than all its parameters cost, and none of these is at a bound."""
-        parameters = self.problem.parameters
         own = self.own(term)
-        size = own & np.array([p.off is not None for p in parameters], dtype=bool)
         if np.any(own & np.any(self._at_edges, axis=0)):
             return False
+        return self.taken_by(term) > float(own.sum() * np.log(len(self.residual)))
+
+    def taken_by(self, term: str) -> float:
+        """By how much chi2 would rise without an effect, to first order."""
+        parameters, own = self.problem.parameters, self.own(term)
+        size = own & np.array([p.off is not None for p in parameters], dtype=bool)
         off = np.array([p.inner(p.off) for p in parameters if p.term == term and p.off is not None])
         shown = self._alone(size, ~own & ~self.problem.normal) @ (self.theta[size] - off)
-        return bool(shown @ shown > own.sum() * np.log(len(self.residual)))
+        return float(shown @ shown)
+
+    @cached_property
+    def taken_exactly(self) -> Mapping[str, float]:
+        """By how much chi2 of each channel would rise without the effects whose formulas cannot err."""
+        taken = dict.fromkeys(self.problem.channels, 0.0)
+        for term in self.terms:
+            if self.problem.effect(term).exact:
+                taken[self.problem.shown_in(self.problem.effect(term))] += self.taken_by(term)
+        return taken
 
     def _alone(self, some: Mask, others: Mask) -> Floats:
         """Columns of the Jacobian (sample, some) without what other parameters can absorb."""

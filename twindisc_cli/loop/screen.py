@@ -130,9 +130,10 @@ def is_unexplained(rest: Residual, fitted: Fit, base: Fit) -> bool:
 
 
 def left_over_explained(rest: Residual, fitted: Fit, base: Fit) -> float:
-    """Length of what a fit leaves of a channel, over that of what its terms explain there [1]."""
-    explained = np.sqrt(max(base.power(rest.channel) - fitted.power(rest.channel), 0.0))
-    return float(rest.length / explained) if explained > 0.0 else np.inf
+    """Length of what a fit leaves of a channel, over that of what its formulas explain there that can err [1]."""
+    channel = rest.channel
+    explained = base.power(channel) - fitted.power(channel) - fitted.taken_exactly[channel]
+    return float(rest.length / np.sqrt(explained)) if explained > 0.0 else np.inf
 
 
 def _reached(fitted: Fit) -> Floats:

@@ -68,7 +68,7 @@ def search(
         best.labels not in known
         and len(best.terms) < SEARCH.most_terms
         and not best.is_spent
-        and not (best.terms and _nothing_left(best, missing))
+        and not (best.can_err and _nothing_left(best, missing))
         and not (best.terms and enough(best, base))
     ):
         known.add(best.labels)
