@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -20,7 +20,7 @@ from twindisc_cli.loop.extend import _likeliest_laws, extended, most_promising
 from twindisc_cli.loop.fit import at, fit, refit
 from twindisc_cli.loop.learn import Pair
 from twindisc_cli.loop.problem import Case, Problem, case_of, problem_of
-from twindisc_cli.loop.screen import unexplained_residual
+from twindisc_cli.loop.screen import left_over_explained, unexplained_residual
 from twindisc_cli.loop.search import (
     Search,
     _near,
@@ -407,29 +407,46 @@ def test_a_declared_effect_is_not_offered_again() -> None:
 
 
 @cache
-def recorded(*channels: str) -> Case:
-    plant = Plant(COURSE, mu=lambda time, creepage, cycles: 0.6 * (0.5 + 0.5 * np.exp(-3.0 * creepage * SPEED)))
+def recorded(*channels: str, displaced: float = 0.0) -> Case:
+    plant = Plant(
+        COURSE, mu=lambda t, creepage, n: 0.6 * (0.5 + 0.5 * np.exp(-3.0 * creepage * SPEED)), displaced=displaced
+    )
     return case_of(Instruments(channels=channels).record(plant, np.random.default_rng(6)))
 
 
+def with_terms(case: Case) -> Callable[..., Explanation]:
+    """The explanation of traction and profile by terms."""
+    base = Explanation.of_base(refit(Problem([case], ("traction", "profile"))))
+    return lambda *terms: replace(base, fit=fit(base.fit.problem.with_terms(*terms)))
+
+
 def test_a_term_is_tempered_by_what_was_explained_where_it_says_something() -> None:
-    """A record of the profile that is tilted by 20 um over its width: no formula errs by it in the traction."""
+    """A track that lies 0.4 mm beside the middle of the record: no formula errs by it in the traction."""
+    of = with_terms(recorded("traction", "profile", displaced=0.4e-3))
+    base, offset, friction = of(), of("lateral_offset"), of("falling_friction")
+    both = of("lateral_offset", "falling_friction")
+    assert offset.temperature > 2.0
+    assert offset.temperature_for(both) < 1.1
+    assert base.temperature_for(offset) == base.temperature == 1.0
+    assert friction.temperature_for(both) < 1.1 < friction.temperature
+    assert offset.temperature_for(offset) == offset.temperature, "what says nothing anywhere"
+
+
+def test_no_formula_errs_by_a_line_that_is_added_to_a_record() -> None:
+    """A profile that is tilted by 20 um over its width: other terms are sought beside it as beside nothing."""
     test = recorded("traction", "profile").test
     profile = test.measured.profile
     assert profile is not None
     tilted = replace(profile, height=profile.height + 5e-3 * profile.y)
-    case = case_of(replace(test, measured=replace(test.measured, profile=tilted)))
-    base = Explanation.of_base(refit(Problem([case], ("traction", "profile"))))
-
-    def of(*terms: str) -> Explanation:
-        return replace(base, fit=fit(base.fit.problem.with_terms(*terms)))
-
-    tilt, friction, both = of("profile_tilt"), of("falling_friction"), of("profile_tilt", "falling_friction")
-    assert tilt.temperature > 2.0
+    of = with_terms(case_of(replace(test, measured=replace(test.measured, profile=tilted))))
+    base, tilt, both = of(), of("profile_tilt"), of("profile_tilt", "falling_friction")
+    assert base.chi2 - tilt.chi2 > 1e4
+    assert tilt.fit.taken_exactly["profile"] == pytest.approx(base.chi2 - tilt.chi2, rel=0.05)
+    assert tilt.temperature < 1.5 < both.temperature
     assert tilt.temperature_for(both) < 1.1
-    assert base.temperature_for(tilt) == base.temperature == 1.0
-    assert friction.temperature_for(both) < 1.1 < friction.temperature
-    assert tilt.temperature_for(tilt) == tilt.temperature, "what says nothing anywhere"
+    assert not tilt.can_err and both.can_err
+    left = replace(unexplained_residual(tilt.fit, "profile"), length=10.0)
+    assert left_over_explained(left, tilt.fit, base.fit) > 0.5, "though it is a small part of what the line takes"
 
 
 def test_every_effect_that_the_channels_can_show_is_searched_and_no_other() -> None:
