@@ -152,7 +152,7 @@ def test_one_effect_beside_another_that_says_nothing_is_no_pair_in_the_place_of_
 
     law, one, pair = (explained(*terms) for terms in (["mu_over_creepage"], ["falling_friction"],
                                                       ["falling_friction", "torque_offset"]))  # fmt: skip
-    monkeypatch.setattr("twindisc_cli.loop.search.most_promising", lambda half, proposed: [pair])
+    monkeypatch.setattr("twindisc_cli.loop.search.most_promising", lambda half, proposed, best: [pair])
     assert one.here > pair.here > law.here - SEARCH.equivalent
     assert chosen(base, [one]) is one
     assert [e.terms for e in catalogued(law, base, [one])] == [law.terms, pair.terms]
