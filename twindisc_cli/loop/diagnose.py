@@ -235,9 +235,14 @@ def _of_this_history(
         alone = bool(names) or law.channel in among
         found.append(replace(law, law=replace(law.law, transfer="same_history")) if alone else law)
         if names:
-            labels = " and ".join(covariate_of(name).label for name in names)
-            notes.append(f"{law.name}: {labels} runs with it on this history, and may be what counts")
+            notes.append(_may_count(law.name, names, "it"))
     return found, notes
+
+
+def _may_count(term: str, others: Sequence[str], over: str) -> str:
+    """That a term may depend on other covariates, which run with its own on this history."""
+    labels = " and ".join(covariate_of(name).label for name in others)
+    return f"{term}: {labels} runs with {over} on this history, and may be what counts"
 
 
 def not_over_others(
@@ -252,10 +257,7 @@ def not_over_others(
         weaker = names and effect.strength == "established"
         found.append(replace(effect, strength="probable") if weaker else effect)
         if names:
-            labels = " and ".join(covariate_of(name).label for name in names)
-            notes.append(
-                f"{effect.name}: {labels} runs with {covariate_of(over).label} on this history, and may be what counts"
-            )
+            notes.append(_may_count(effect.name, names, covariate_of(over).label))
     return found, notes
 
 
@@ -546,10 +548,11 @@ def _sums_of_many(answer: Explanation) -> list[str]:
 
 def _cut(outcome: Outcome) -> list[str]:
     """What follows where the search was ended."""
-    return [
+    what = (
         f"the search was ended after {SEARCH.most_effort:,} predictions and may not have tried all: another term, or "
         "what explains as much, may be missed, and nothing is established"
-    ] * outcome.search.is_cut
+    )
+    return [what] if outcome.search.is_cut else []
 
 
 def _shorter(outcome: Outcome) -> list[str]:

@@ -90,9 +90,12 @@ def explain(tests: Sequence[Experiment], *, validate: Case | None, quick: bool, 
     """
     masks = [withheld(test) for test in tests]
     first = _explained(tests, masks, validate, quick=quick, progress=progress)
-    left, missing = _left_by_effects(first), _missing(first)
+    left = _left_by_effects(first)
+    if first.search.is_cut:
+        return replace(first, left_on_all=tuple(left.values()))
+    missing = _missing(first)
     more = {channel for channel, rest in left.items() if _is_another_effect(first, rest)}
-    for among in filter(None, () if first.search.is_cut else (more | missing, missing)):
+    for among in filter(None, (more | missing, missing)):
         whole = tuple(channel for channel in first.problem.channels if channel in among)
         again = _explained(
             tests,

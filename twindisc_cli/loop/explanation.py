@@ -99,9 +99,8 @@ class Explanation:
 
         What is wrong with a formula of wear errs there, and not in the traction.
         """
-        left = powers(self.fit)
-        explained, taken = _falls(self.missed, left), _falls(left, powers(more.fit))
-        explained = {c: max(fall - self.fit.taken_exactly[c], 0.0) for c, fall in explained.items()}
+        explained = {channel: self.fit.explained(channel, power) for channel, power in self.missed.items()}
+        taken = _falls(powers(self.fit), powers(more.fit))
         both = sum(explained.values()) * sum(taken.values())
         share = sum(explained[c] * taken[c] for c in explained) / both if both > 0.0 else 1.0
         return self._tempered(share) * _excess(more.fit, taken)

@@ -30,7 +30,7 @@ from twindisc_cli.loop.validate import Elsewhere, LinearPrediction
 from twindisc_cli.model.forward import IntegratedSets
 from twindisc_cli.model.patch import Paths
 
-SET_IN_STEPS = ("creepage", "load", "rolling_speed")
+SET_IN_STEPS = frozenset({"creepage", "load", "rolling_speed"})
 """Covariates that a rig sets for each step."""
 FIRST_STEPS = 6
 """Steps of a fit on tracks of its own after which one of several starts is gone on from."""
@@ -88,11 +88,11 @@ def _likeliest_laws(proposed: Sequence[Proposal]) -> set[str]:
     What another channel shows may outnumber that of a channel. Over time, which has more bins, whatever is set in steps
     may promise more than over what is set.
     """
-    evidence, kinds = dict[str, float](), dict[str, tuple[str, ...]]()
+    evidence, kinds = dict[str, float](), dict[str, set[str]]()
     for p in proposed:
         if p.pair is not None:
             evidence[p.name] = max(p.pair.log_evidence, evidence.get(p.name, -np.inf))
-            kinds[p.name] = (p.effect.channel, *(over for over in SET_IN_STEPS if over == p.pair.covariate))
+            kinds[p.name] = {p.effect.channel} | ({p.pair.covariate} & SET_IN_STEPS)
     best = by_falling_value(evidence)
     first = {kind: name for name in reversed(best) for kind in kinds[name]}
     return {*best[: SEARCH.fitted_each_round], *first.values()}

@@ -139,6 +139,10 @@ class Fit:
                 taken[self.problem.shown_in(self.problem.effect(term))] += self.taken_by(term)
         return taken
 
+    def explained(self, channel: str, before: float) -> float:
+        """By how much the formulas that can err bring the squared length of a channel below what it was before."""
+        return max(before - self.power(channel) - self.taken_exactly[channel], 0.0)
+
     def _alone(self, some: Mask, others: Mask) -> Floats:
         """Columns of the Jacobian (sample, some) without what other parameters can absorb."""
         if not some.any():

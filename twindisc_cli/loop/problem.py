@@ -236,9 +236,9 @@ class Nuisances:
         return np.asarray((size / np.sqrt(1.0 + size**2) * (residual @ left)) @ right)
 
 
-INTEGRATED = {(False, "hertz"): 4, (False, "half_space"): 4, (True, "hertz"): 50, (True, "half_space"): 150}
-"""How many predictions without an integration take as long as one with it, by whether K differs from strip to strip
-beside loads that change, and by the contact."""
+INTEGRATED, INTEGRATED_LOCALLY = 4, {"hertz": 50, "half_space": 150}
+"""How many predictions without an integration take as long as one with it; where K differs from strip to strip beside
+loads that change, by the contact."""
 
 
 @dataclass
@@ -417,9 +417,10 @@ class Problem:
 
     def _effort_of_tracks(self, case: Case, how: IntegratedSets | Paths, sets: int) -> int:
         """The effort of the integrations in a prediction of so many parameter sets of a test."""
-        if how not in ("each", "first") or not (self.is_local or case.model.loads_change):
+        local, changes = self.is_local, case.model.loads_change
+        if how not in ("each", "first") or not (local or changes):
             return 0
-        each = INTEGRATED[self.is_local and case.model.loads_change, case.test.options.contact]
+        each = INTEGRATED_LOCALLY[case.test.options.contact] if local and changes else INTEGRATED
         return each * (sets if how == "each" else 1)
 
     def own_base(self, number: int, theta: Floats) -> dict[str, Floats]:

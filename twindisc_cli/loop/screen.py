@@ -131,8 +131,7 @@ def is_unexplained(rest: Residual, fitted: Fit, base: Fit) -> bool:
 
 def left_over_explained(rest: Residual, fitted: Fit, base: Fit) -> float:
     """Length of what a fit leaves of a channel, over that of what its formulas explain there that can err [1]."""
-    channel = rest.channel
-    explained = base.power(channel) - fitted.power(channel) - fitted.taken_exactly[channel]
+    explained = fitted.explained(rest.channel, base.power(rest.channel))
     return float(rest.length / np.sqrt(explained)) if explained > 0.0 else np.inf
 
 

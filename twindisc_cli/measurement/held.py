@@ -24,9 +24,14 @@ LAST_DIGITS = 1.5
 """Change from one reading to the next, in the smallest one, up to which it is the last digit that changes."""
 
 
+def _as_before(values: Floats) -> Bools:
+    """Rows (row,) that are as the row before."""
+    return np.append(False, values[1:] == values[:-1])[: len(values)]
+
+
 def repeated(values: Floats) -> Bools:
     """Rows (row,) that only repeat the reading of the row before; none where readings are not held."""
-    again = np.append(False, values[1:] == values[:-1])
+    again = _as_before(values)
     begin = np.flatnonzero(~again)
     rows, change = np.diff(begin)[1:], np.abs(np.diff(values[begin]))
     if len(rows) < FEWEST_READINGS or np.median(rows) < 2:
@@ -41,7 +46,7 @@ def frozen(values: Floats) -> Bools:
 
     A reading of 0 is what a rig at rest gives.
     """
-    again = np.append(False, values[1:] == values[:-1])[: len(values)]
+    again = _as_before(values)
     begin = np.flatnonzero(~again)
     rows = np.diff(np.append(begin, len(values)))
     usual = int(rows.max(initial=1, where=rows < FEWEST_EQUAL))
