@@ -858,7 +858,7 @@ def test_a_law_is_told_in_the_same_words_everywhere(test: Test) -> None:
     told_of_laws = (
         first,
         "established, 95 %",
-        "it holds inside its range on any history",
+        "inside its range it can be carried over to another history, if it is right",
         second,
         "takes away 60 % of the misfit",
         "on which dissipated energy may stand for what changed with it",

@@ -160,7 +160,7 @@ def _beyond_the_terms(diagnosis: Diagnosis) -> list[str]:
     lines = []
     if diagnosis.not_excluded:
         beside = [f"{other.term} ({percent(other.probability)})" for other in diagnosis.not_excluded]
-        lines.append(f"not excluded, though too little speaks for it: {listed(beside, 'or')}")
+        lines.append(f"not excluded, chosen in some resamples on too little evidence: {listed(beside, 'or')}")
     if diagnosis.unexplained and diagnosis.verdict != "unexplained":
         least = p_value(min(left.p_value for left in diagnosis.unexplained))
         lines.append(f"unexplained: {listed(sentences.open_questions(diagnosis))} ({least})")

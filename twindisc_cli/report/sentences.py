@@ -183,7 +183,7 @@ def range_of(law: Law) -> str:
 def transfer_text(law: Law) -> str:
     """Whether the law can be carried over to another history."""
     if law.transfer == "inside":
-        return "it holds inside its range on any history"
+        return "inside its range it can be carried over to another history, if it is right"
     what = f"it is known of this history alone, on which {law.over.label} may stand for what changed with it"
     return f"{what}: on another the law may not hold"
 
@@ -269,7 +269,7 @@ def _nothing_missing(diagnosis: Diagnosis) -> list[str]:
 def _not_excluded(diagnosis: Diagnosis) -> list[str]:
     """What may be missing all the same, where nothing was added."""
     names = [f"{term_name(other.term)} ({percent(other.probability)})" for other in diagnosis.not_excluded]
-    return [f"Not excluded, though too little speaks for it: {listed(names, 'or')}."] if names else []
+    return [f"Not excluded, chosen in some resamples on too little evidence: {listed(names, 'or')}."] if names else []
 
 
 def open_questions(diagnosis: Diagnosis) -> list[str]:
@@ -335,7 +335,7 @@ def outcome(diagnosis: Diagnosis, tried: CandidateResult) -> str:
     beside = {other.term for term in diagnosis.terms if term.key == tried.replaces for other in term.alternatives}
     if tried.term in beside:
         return "cannot be separated from what was added"
-    return "fits as well, less probable" if diagnosis.terms else "not excluded, too little speaks for it"
+    return "fits as well, less probable" if diagnosis.terms else "not excluded, too little evidence"
 
 
 def length(gain: float) -> float:
