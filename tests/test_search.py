@@ -72,7 +72,7 @@ def told(found: Search) -> set[Term]:
         e
         for rivals in found.rivals.values()
         for e in rivals
-        if (found.answer.evidence - e.evidence) / found.answer.temperature < SEARCH.equivalent
+        if (found.answer.evidence - e.evidence) / found.answer.evidence_scale < SEARCH.equivalent
     ]
     return {label for e in [found.answer, *near] for label in e.labels}
 
@@ -188,9 +188,9 @@ def test_evidence_pays_for_the_choice_of_forms() -> None:
 def test_what_is_explained_cools_the_odds() -> None:
     """1 + c sqrt(fall of chi2), and no less than one."""
     cold, warm = made(0.0), made(0.0, before=made(0.0).fit.chi2 + 2500.0)
-    assert cold.temperature == 1.0
-    assert warm.temperature == pytest.approx(1.0 + 50.0 * SEARCH.tempering)
-    assert made(0.0, before=0.0).temperature == 1.0
+    assert cold.evidence_scale == 1.0
+    assert warm.evidence_scale == pytest.approx(1.0 + 50.0 * SEARCH.tempering)
+    assert made(0.0, before=0.0).evidence_scale == 1.0
 
 
 def test_what_says_too_little_is_not_chosen() -> None:
@@ -425,11 +425,11 @@ def test_a_term_is_tempered_by_what_was_explained_where_it_says_something() -> N
     of = with_terms(recorded("traction", "profile", displaced=0.4e-3))
     base, offset, friction = of(), of("lateral_offset"), of("falling_friction")
     both = of("lateral_offset", "falling_friction")
-    assert offset.temperature > 2.0
-    assert offset.temperature_for(both) < 1.1
-    assert base.temperature_for(offset) == base.temperature == 1.0
-    assert friction.temperature_for(both) < 1.1 < friction.temperature
-    assert offset.temperature_for(offset) == offset.temperature, "what says nothing anywhere"
+    assert offset.evidence_scale > 2.0
+    assert offset.evidence_scale_for(both) < 1.1
+    assert base.evidence_scale_for(offset) == base.evidence_scale == 1.0
+    assert friction.evidence_scale_for(both) < 1.1 < friction.evidence_scale
+    assert offset.evidence_scale_for(offset) == offset.evidence_scale, "what says nothing anywhere"
 
 
 def test_no_formula_errs_by_a_line_that_is_added_to_a_record() -> None:
@@ -442,8 +442,8 @@ def test_no_formula_errs_by_a_line_that_is_added_to_a_record() -> None:
     base, tilt, both = of(), of("profile_tilt"), of("profile_tilt", "falling_friction")
     assert base.chi2 - tilt.chi2 > 1e4
     assert tilt.fit.taken_exactly["profile"] == pytest.approx(base.chi2 - tilt.chi2, rel=0.05)
-    assert tilt.temperature < 1.5 < both.temperature
-    assert tilt.temperature_for(both) < 1.1
+    assert tilt.evidence_scale < 1.5 < both.evidence_scale
+    assert tilt.evidence_scale_for(both) < 1.1
     assert not tilt.can_err and both.can_err
     left = replace(unexplained_residual(tilt.fit, "profile"), length=10.0)
     assert left_over_explained(left, tilt.fit, base.fit) > 0.5, "though it is a small part of what the line takes"
@@ -559,11 +559,11 @@ DISC, FLASH = EffectTerm("temperature_dependent_friction"), LawTerm("mu", "flash
 
 def test_disc_and_flash_stand_together_where_the_disc_follows_at_once() -> None:
     found = over_temperature(capacity=0.5)
-    assert (found[DISC].evidence - found[FLASH].evidence) / found[DISC].temperature < SEARCH.equivalent
+    assert (found[DISC].evidence - found[FLASH].evidence) / found[DISC].evidence_scale < SEARCH.equivalent
     assert np.all(np.diag(found[FLASH].fit.covariance) > 0.0)  # its size is not held where it starts
 
 
 def test_a_disc_that_lags_is_told_from_the_flash() -> None:
     found = over_temperature(capacity=800.0)
     assert found[DISC].evidence == max(e.evidence for e in found.values())
-    assert (found[DISC].evidence - found[FLASH].evidence) / found[DISC].temperature > 3.0 * SEARCH.equivalent
+    assert (found[DISC].evidence - found[FLASH].evidence) / found[DISC].evidence_scale > 3.0 * SEARCH.equivalent

@@ -1,4 +1,4 @@
-"""Archard's K by the paper's bisection on depth (section 3.3, Eqs. 16, 17, Fig. 11).
+"""The wear coefficient K by the paper's bisection on depth (section 3.3, Eqs. 16, 17, Fig. 11).
 
     K  = (K0 + K1) / 2                       Eq. 16
     Er = (Um - Us) / Um * 100 %              Eq. 17;  stop at |Er| < 1 %

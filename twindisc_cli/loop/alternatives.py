@@ -35,7 +35,7 @@ class Compared:
         """The shares, or what the evidence says in their place (member,)."""
         if np.isfinite(self.shares).all():
             return self.shares
-        evidence = np.array([(m.evidence - self.answer.evidence) / self.answer.temperature for m in self.members])
+        evidence = np.array([(m.evidence - self.answer.evidence) / self.answer.evidence_scale for m in self.members])
         weights = np.minimum(np.exp(np.minimum(evidence, 700.0)), 1e6)
         return np.asarray(weights / weights.sum())
 
@@ -212,7 +212,7 @@ def _likeliest(terms: Sequence[Term], places: Mapping[Term, Explanation]) -> Ter
 def _fits_as_well(answer: Explanation, member: Explanation) -> bool:
     """Whether only its parameters are held against an explanation."""
     misfit = [0.5 * e.fit.chi2 - e.there for e in (member, answer)]
-    return not member.fit.at_bound and (misfit[0] - misfit[1]) / answer.temperature < SEARCH.equivalent
+    return not member.fit.at_bound and (misfit[0] - misfit[1]) / answer.evidence_scale < SEARCH.equivalent
 
 
 def _is_form(compared: Compared, name: str, term: Term, places: Mapping[Term, Explanation]) -> bool:
@@ -232,6 +232,6 @@ def shorter(compared: Compared) -> list[tuple[Explanation, float]]:
         for member, share in zip(compared.members, compared.shares, strict=True)
         if 0 < len(member.terms) < len(answer.terms)
         and not member.labels & answer.labels
-        and (answer.evidence - member.evidence) / answer.temperature < SEARCH.equivalent
+        and (answer.evidence - member.evidence) / answer.evidence_scale < SEARCH.equivalent
         and share > RESAMPLING.rival_share
     ]

@@ -27,11 +27,11 @@ def chosen(before: Explanation, tried: Sequence[Explanation]) -> Explanation | N
 def preferred(explanations: Sequence[Explanation]) -> Explanation:
     """Of the explanations not separated from the best, one of few laws, of the rig rather than of a sensor."""
     best = max(explanations, key=evidence_of)
-    close = [e for e in explanations if (best.evidence - e.evidence) / best.temperature < SEARCH.equivalent]
+    close = [e for e in explanations if (best.evidence - e.evidence) / best.evidence_scale < SEARCH.equivalent]
     fewest = min(len(e.laws) for e in close)
     return by_falling(
         [e for e in close if len(e.laws) == fewest],
-        lambda e: e.evidence - best.temperature * SEARCH.sensor_law_cost * _recorded(e),
+        lambda e: e.evidence - best.evidence_scale * SEARCH.sensor_law_cost * _recorded(e),
     )[0]
 
 
@@ -51,7 +51,7 @@ def _is_enough(explanation: Explanation, before: Explanation) -> bool:
     here, more = explanation.here - before.here, explanation.evidence - before.evidence
     if min(here, more) < 0.5 * _by_one_sample(before.fit.problem, taken):
         return False
-    gain = min(2.0 * here, more) / before.temperature_for(explanation)
+    gain = min(2.0 * here, more) / before.evidence_scale_for(explanation)
     new = [explanation.effect(name) for name in explanation.terms if name not in before.terms]
     if not any(isinstance(effect, Trial) for effect in new):
         return gain > SEARCH.effect_evidence

@@ -484,7 +484,7 @@ def _why_not(outcome: Outcome, member: Explanation, term: Term, weight: Weighed)
         return "in other words"
     if term in {alternative.term for alternative in weight.alternatives}:
         return ""
-    behind = (outcome.answer.evidence - member.evidence) / outcome.answer.temperature
+    behind = (outcome.answer.evidence - member.evidence) / outcome.answer.evidence_scale
     return "explains less" if not outcome.answer.terms or behind > SEARCH.equivalent else ""
 
 
@@ -712,7 +712,7 @@ def _next(outcome: Outcome, weights: Mapping[str, Weighed], left: Sequence[Unexp
     rivals = [member for member in outcome.members if member.labels & labels]
     if rivals:
         alive = [outcome.answer, *rivals[: RESAMPLING.most_separated - 1]]
-        evidence = np.array([(e.evidence - outcome.answer.evidence) / outcome.answer.temperature for e in alive])
+        evidence = np.array([(e.evidence - outcome.answer.evidence) / outcome.answer.evidence_scale for e in alive])
         weight = np.maximum(np.exp(evidence - evidence.max()), 0.05)
         names = [joined(e.labels, " + ") for e in alive]
         return next_experiment([(e.fit, float(w)) for e, w in zip(alive, weight / weight.sum(), strict=True)], names)

@@ -244,7 +244,7 @@ def chosen_on_all(judged: Judged, members: Sequence[Explanation]) -> frozenset[T
     answer, whole, base = judged.explanation, judged.estimated, judged.base_estimated
     again = [on_samples_of(base, answer, whole)]
     near = [m for m in members if m.labels != answer.labels and not m.fit.at_bound]
-    near = [m for m in near if (answer.evidence - m.evidence) / answer.temperature < 2.0 * SEARCH.equivalent]
+    near = [m for m in near if (answer.evidence - m.evidence) / answer.evidence_scale < 2.0 * SEARCH.equivalent]
     for member in near[: SEARCH.most_rivals]:
         problem = whole.problem.with_terms(*member.terms, trial=member.fit.problem.trial)
         fitted = edges_anew(fit(problem, carried(problem, whole, member.fit)))

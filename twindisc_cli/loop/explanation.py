@@ -90,11 +90,11 @@ class Explanation:
         return self._tempered(1.0)
 
     @property
-    def temperature(self) -> float:
+    def evidence_scale(self) -> float:
         """What differences of evidence are divided by: the same, times the excess of what noise had to be assumed."""
         return self.tempering * _excess(self.fit, _falls(self.missed, powers(self.fit)))
 
-    def temperature_for(self, more: Explanation) -> float:
+    def evidence_scale_for(self, more: Explanation) -> float:
         """The same of what one with more terms says beside this: by what was explained in the channels where it does.
 
         What is wrong with a formula of wear errs there, and not in the traction.

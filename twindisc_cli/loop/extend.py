@@ -166,7 +166,7 @@ def _at_other_stages(
 def _within_reach(explanations: Sequence[Explanation]) -> list[Explanation]:
     """Those that cannot be separated from the best of them, here: another test may speak against all."""
     best = max((e.here for e in explanations), default=0.0)
-    return [e for e in explanations if (best - e.here) / e.temperature < SEARCH.equivalent]
+    return [e for e in explanations if (best - e.here) / e.evidence_scale < SEARCH.equivalent]
 
 
 def with_one_more(explanation: Explanation, proposal: Proposal, best: float = 0.0) -> Explanation:
@@ -227,9 +227,9 @@ def _enough(explanation: Explanation, new: Effect, best: float) -> float:
     Half of what an effect must say, and a share of the best; what acts on no wear moves the track little, and must be
     within reach of the best.
     """
-    temperature = explanation.temperature
-    within_reach = -np.inf if new.channel == "profile" else best - 2.0 * SEARCH.equivalent * temperature
-    return float(max(0.5 * SEARCH.effect_evidence * temperature, SEARCH.least_share * best, within_reach))
+    scale = explanation.evidence_scale
+    within_reach = -np.inf if new.channel == "profile" else best - 2.0 * SEARCH.equivalent * scale
+    return float(max(0.5 * SEARCH.effect_evidence * scale, SEARCH.least_share * best, within_reach))
 
 
 def _on_its_track(explanation: Explanation, most_steps: int) -> Explanation:

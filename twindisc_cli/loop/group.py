@@ -139,7 +139,7 @@ def diagnose_group(tests: Sequence[Experiment], progress: Progress) -> GroupDiag
 
 def _differing(answer: Explanation, base: Explanation) -> bool:
     """Whether some of the tests do without an answer: then what they share is found by parameters of their own."""
-    gains = 0.5 * (_chi2(base.fit) - _chi2(answer.fit)) / answer.temperature
+    gains = 0.5 * (_chi2(base.fit) - _chi2(answer.fit)) / answer.evidence_scale
     return bool(np.any(mixture(gains)[0] < ACTS))
 
 
@@ -178,7 +178,7 @@ def _one_set(result: Search) -> _Structure:
         refused |= against
     else:
         explanation = result.base
-    close = [e for e in every if (explanation.evidence - e.evidence) / explanation.temperature < SEARCH.equivalent]
+    close = [e for e in every if (explanation.evidence - e.evidence) / explanation.evidence_scale < SEARCH.equivalent]
     close = [e for e in close if e.labels != explanation.labels and not set(e.terms) & set(refused)]
     rivals = None
     if close and explanation.terms:
@@ -209,7 +209,7 @@ def _of_all(explanation: Explanation, name: str, close: Sequence[Explanation]) -
     fitted = explanation.fit
     theta, covariance, p_one = _of_each(fitted, name)
     lost = _chi2(without(explanation, name).fit) - _chi2(fitted)
-    probability, (middle, low, high), gain = mixture(0.5 * lost / explanation.temperature)
+    probability, (middle, low, high), gain = mixture(0.5 * lost / explanation.evidence_scale)
     acts = np.flatnonzero(probability > ACTS)
     own = [i for i, p in enumerate(fitted.problem.parameters) if p.term == name]
     parameters = {}

@@ -79,7 +79,7 @@ def added(now: Sequence[Explanation], name: str, laws: Mapping[str, Law]) -> Add
     both = [_with(explanation, name, laws) for explanation in now]
     each = [e for e, _ in both]
     gains = np.array(
-        [0.0 if e is None else (e.evidence - old.evidence) / e.temperature for e, old in zip(each, now, strict=True)]
+        [0.0 if e is None else (e.evidence - old.evidence) / e.evidence_scale for e, old in zip(each, now, strict=True)]
     )
     probability, share, gain = mixture(gains)
     shown = [e.fit for e, p in zip(each, probability, strict=True) if e is not None and p > 0.5]

@@ -116,7 +116,7 @@ def case_of(test: Experiment) -> Case:
 
 
 def cases_of(tests: Sequence[Experiment]) -> list[Case]:
-    """Tests with the noise of their channels, of which they tell together."""
+    """Tests with the noise of their channels, of which they are evidence together."""
     noise: list[dict[str, Noise]] = [{} for _ in tests]
     for name, channel in channels().items():
         own = [i for i, test in enumerate(tests) if name in measured_channels(test)]
@@ -206,7 +206,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Nuisances:
-    """What tolerances of the inputs could change: one column each (sample, nuisance), in white numbers.
+    """What tolerances of the inputs could change: one column each (sample, nuisance), whitened.
 
     names: the inputs (nuisance,); columns: what base parameters cannot absorb; absorbed: what they can, and by which
     the tolerances move them.
@@ -450,11 +450,11 @@ class Problem:
 
     @property
     def parts(self) -> list[tuple[int, str]]:
-        """Test and channel of each part of a row of white numbers."""
+        """Test and channel of each part of a row of whitened values."""
         return [(i, name) for i, case in enumerate(self.cases) for name in self.channels if name in case.noise]
 
     def white(self, predictions: Sequence[Prediction]) -> Floats:
-        """Predicted channels as white numbers (set, sample), all tests and channels in a row."""
+        """Predicted channels as whitened values (set, sample), all tests and channels in a row."""
         parts = [
             self.cases[i].noise[c].whiten(channels()[c].predicted(self.cases[i].model, predictions[i]))
             for i, c in self.parts
@@ -463,7 +463,7 @@ class Problem:
 
     @cached_property
     def places(self) -> dict[tuple[int, str], slice]:
-        """Where each part stands in a row of white numbers, in their order."""
+        """Where each part stands in a row of whitened values, in their order."""
         ends = [0, *np.cumsum([int(self.cases[i].noise[c].kept.sum()) for i, c in self.parts]).tolist()]
         return {part: slice(*bounds) for part, bounds in zip(self.parts, pairwise(ends), strict=True)}
 
@@ -474,12 +474,12 @@ class Problem:
 
     @cached_property
     def measured(self) -> Floats:
-        """Measured channels as white numbers (sample,)."""
+        """Measured channels as whitened values (sample,)."""
         return np.concatenate([self.cases[i].noise[c].whiten(self.cases[i].values(c)) for i, c in self.parts])
 
     @cached_property
     def slices(self) -> dict[str, list[slice]]:
-        """Where each channel of each test stands in a row of white numbers."""
+        """Where each channel of each test stands in a row of whitened values."""
         return {channel: [at for (_, c), at in self.places.items() if c == channel] for channel in self.channels}
 
     def assumed(self, channel: str) -> Mask:

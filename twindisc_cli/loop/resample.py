@@ -51,9 +51,9 @@ def shares(explanations: Sequence[Explanation]) -> Floats:
 
 
 def softened(evidence: Floats, explanations: Sequence[Explanation]) -> Floats:
-    """Weights (draw, explanation) from evidences, tempered by the temperature of the best."""
-    temperature = np.array([e.temperature for e in explanations])[np.argmax(evidence, axis=1)][:, None]
-    relative = np.exp((evidence - evidence.max(axis=1, keepdims=True)) / temperature)
+    """Weights (draw, explanation) from evidences, tempered by the scale of the best."""
+    scale = np.array([e.evidence_scale for e in explanations])[np.argmax(evidence, axis=1)][:, None]
+    relative = np.exp((evidence - evidence.max(axis=1, keepdims=True)) / scale)
     return np.asarray(relative / relative.sum(axis=1, keepdims=True))
 
 

@@ -109,7 +109,7 @@ def catalogued(better: Explanation, before: Explanation, tried: Sequence[Explana
         return [better]
     (law,) = (effect for name, effect in better.laws.items() if name not in before.terms)
     both, loose = _two_effects(better, before, tried, better.fit.problem.shown_in(law))
-    close = [e for e in both if (better.evidence - e.evidence) / better.temperature < SEARCH.equivalent]
+    close = [e for e in both if (better.evidence - e.evidence) / better.evidence_scale < SEARCH.equivalent]
     nearest = {e.labels for e in close}
     return [*close, better, *(e for e in ranked([*both, *loose]) if e.labels not in nearest)][: SEARCH.most_rivals]
 
@@ -122,7 +122,7 @@ def _two_effects(
     First those of which the second says something beside the first, half of what an effect must say, then the others.
     Pairs with a term of the better one are among its rivals already.
     """
-    least = better.here - SEARCH.equivalent * better.temperature
+    least = better.here - SEARCH.equivalent * better.evidence_scale
     alone = {e.terms[-1]: e.here for e in tried}
     lost = explained_channels(before, better)
     shown_in = before.fit.problem.shown_in
@@ -133,7 +133,7 @@ def _two_effects(
             break
         for e in most_promising(half, _second(half, names, alone, least), best=max(least - half.here, 0.0)):
             if not e.fit.at_bound and not _courses_over_time(*(e.effect(name) for name in e.terms[-2:])):
-                gain = (e.evidence - half.evidence) / half.temperature_for(e)
+                gain = (e.evidence - half.evidence) / half.evidence_scale_for(e)
                 (both if gain > 0.5 * SEARCH.effect_evidence else loose).append(e)
     return ranked(both), ranked(loose)
 
@@ -247,7 +247,8 @@ def swap_and_drop(
             if better is None:
                 explanation, known = shorter, {}
                 break
-            if better.evidence > explanation.evidence + explanation.temperature and better.labels != explanation.labels:
+            enough = explanation.evidence + explanation.evidence_scale
+            if better.evidence > enough and better.labels != explanation.labels:
                 explanation, known = refitted(better), {}
                 break
             rivals[name] = ranked([explanation, shorter, *others])
@@ -258,7 +259,7 @@ def swap_and_drop(
 
 def _near(answer: Explanation, rivals: Sequence[Explanation]) -> set[str]:
     """Names of the terms with which rivals cannot be separated from an answer."""
-    near = (e for e in rivals if (answer.evidence - e.evidence) / answer.temperature < SEARCH.equivalent)
+    near = (e for e in rivals if (answer.evidence - e.evidence) / answer.evidence_scale < SEARCH.equivalent)
     return {name for e in near for name in e.terms}
 
 
@@ -274,7 +275,7 @@ def judged_equally(explanation: Explanation, others: Sequence[Explanation]) -> l
     nuisance = explanation.fit.problem.nuisance
     results = [explanation]
     near = (e for e in others[SEARCH.most_rivals :] if len(e.laws) == len(explanation.laws))
-    reach = (e for e in near if (explanation.evidence - e.evidence) / explanation.temperature < SEARCH.equivalent)
+    reach = (e for e in near if (explanation.evidence - e.evidence) / explanation.evidence_scale < SEARCH.equivalent)
     for other in [*others[: SEARCH.most_rivals], *reach]:
         if other.labels != explanation.labels or other.terms != explanation.terms:
             again = fit(replace(other.fit.problem, nuisance=nuisance), other.fit.theta)

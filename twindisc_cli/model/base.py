@@ -1,7 +1,7 @@
 """The base parameters of a test: what the model needs beside rig, history and effects.
 
 mu          coefficient of friction [1]
-K           Archard's wear coefficient [1]
+K           wear coefficient of W = K E / H, per dissipated energy [1]
 convection  h S of the disc [W/K]
 
 One rule for what is not known: it is NaN, and so is all that follows from it alone. Without K nothing is known of the

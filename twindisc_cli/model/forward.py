@@ -121,12 +121,9 @@ class ForwardModel:
         """Where the model is evaluated."""
         return operating_points(self.experiment)
 
-    def read_at(self, times: Floats, values: Floats, *, within: bool = True) -> Floats:
-        """Values at the operating points (set, point) at times [s] (sample,): (set, sample).
-
-        within: what may jump between iterations, as the power does, is read from points of the sample's own.
-        """
-        return self.points.reading(self.experiment.history, times, within=within)(values)
+    def read_at(self, times: Floats, values: Floats) -> Floats:
+        """Values (set, point) at times [s] (sample,), each from the points of its own iteration: (set, sample)."""
+        return self.points.reading(self.experiment.history, times, within=True)(values)
 
     @cached_property
     def circumference_hardness(self) -> float:
