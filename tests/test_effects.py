@@ -89,6 +89,14 @@ def test_an_effect_over_a_covariate_changes_with_it(name: str) -> None:
         assert any(not np.array_equal(getattr(here, q), getattr(there, q)) for q in ("mu", "wear_factor"))
 
 
+@pytest.mark.parametrize("name", [n for n in NAMES if catalogue()[n].stage == "friction"])
+def test_friction_follows_the_size_of_the_creepage_and_not_its_direction(name: str) -> None:
+    effect, state = catalogue()[name], plain().state
+    turned = state.replace(creepage=-0.6 * state.creepage, lateral_creepage=0.8 * state.creepage)
+    straight, oblique = (effect.apply(s, **values_of(effect, {})).mu for s in (state, turned))
+    assert oblique == pytest.approx(straight, rel=1e-12)
+
+
 @pytest.mark.parametrize("channel", CONTRACT)
 def test_names_of_the_contract_are_there(channel: str) -> None:
     assert set(CONTRACT[channel].split()) <= {name for name in NAMES if catalogue()[name].channel == channel}

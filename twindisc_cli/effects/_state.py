@@ -106,7 +106,8 @@ class State:
     wear_index = T gamma / A, the energy dissipated per length rolled and area of the patch [N/m2], power_before [W];
     normalised_creepage, linear force over mu N [1]; flash [K], how much hotter than the disc the patch is on its mean.
 
-    Following from these: sliding_speed [m/s], sliding_distance [m] so far, pressure [Pa], flash [K], warming [K].
+    Following from these: total_creepage [1], sliding_speed [m/s], sliding_distance [m] so far, pressure [Pa],
+    flash [K], warming [K].
 
     Known where K of strips across the track is asked for, each (set, strip), with their wear_index: place [m] of the
     strip, passes of the contact over it so far [1].
@@ -161,9 +162,14 @@ class State:
     flash_before: Callable[[], Floats] = _zero
 
     @property
+    def total_creepage(self) -> Floats:
+        """Size of longitudinal and lateral creepage together [1], (set, point)."""
+        return np.hypot(self.creepage, self.lateral_creepage)
+
+    @property
     def sliding_speed(self) -> Floats:
         """Rigid sliding speed [m/s], lateral creepage included."""
-        return np.asarray(self.rolling_speed * np.hypot(self.creepage, self.lateral_creepage))
+        return np.asarray(self.rolling_speed * self.total_creepage)
 
     @property
     def sliding_distance(self) -> Floats:

@@ -1,8 +1,8 @@
 """Film breakdown: a film keeps friction low until a critical creepage wears it away.
 
-    mu(v) = mu_0 [r + (1 - r) / (1 + exp(-(v - v_c) / w))]
+    mu(v) = mu_0 [r + (1 - r) / (1 + exp(-(v - v_c) / w))],   v = sqrt(v_x^2 + v_y^2)
 
-    v    creepage, (set, point)
+    v    total creepage, longitudinal v_x and lateral v_y [1], (set, point)
     r    mu of the film over mu_0 [1]; r = 1 switches the effect off
     v_c  critical creepage, w width of the transition (both given in percent)
 
@@ -21,7 +21,7 @@ from twindisc_cli.effects._state import Floats, State
 
 def apply(s: State, *, film_ratio: Floats, critical_creepage_percent: Floats, width_percent: Floats) -> State:
     """Scale the coefficient of friction by the share of the contact where the film is gone."""
-    bare = expit((100.0 * np.abs(s.creepage) - critical_creepage_percent) / width_percent)
+    bare = expit((100.0 * s.total_creepage - critical_creepage_percent) / width_percent)
     return s.replace(mu=s.mu * (film_ratio + (1.0 - film_ratio) * bare))
 
 

@@ -1,8 +1,8 @@
 """Saturating friction: it grows with the creepage towards a limit, more slowly than the discs' elasticity lets it.
 
-    mu(v) = mu_0 [1 - exp(-|v| / v_0)]
+    mu(v) = mu_0 [1 - exp(-v / v_0)],   v = sqrt(v_x^2 + v_y^2)
 
-    v    creepage [1], (set, point); mu_0 is the limit
+    v    total creepage, longitudinal v_x and lateral v_y [1], (set, point); mu_0 is the limit
     v_0  creepage of the rise; v_0 = 0 switches the effect off
 
 The discs' own elasticity acts in series with it. Leaves behind, when it is missing: traction predicted too high about
@@ -24,7 +24,7 @@ LEAST = 1e-9
 
 def apply(s: State, *, rise_percent: Floats) -> State:
     """Scale the coefficient of friction of every operating point."""
-    creepage = np.maximum(np.abs(s.creepage), LEAST)
+    creepage = np.maximum(s.total_creepage, LEAST)
     return s.replace(mu=s.mu * -np.expm1(-creepage / np.maximum(rise_percent / 100.0, 1e-3 * LEAST)))
 
 
