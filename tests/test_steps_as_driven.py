@@ -13,9 +13,11 @@ import pytest
 from definitions import VALID, write
 
 from twindisc_cli.cli import main
+from twindisc_cli.commands._base import friction_of_steps
 from twindisc_cli.definition import Test, dump, load, load_text
 from twindisc_cli.definition.parse import parse
 from twindisc_cli.errors import DefinitionError, MeasurementError
+from twindisc_cli.identify.steps import identify_friction
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.forward import ForwardModel, Prediction
 
@@ -107,6 +109,36 @@ def test_a_yaw_of_a_step_is_a_misalignment_in_it() -> None:
     straight = predicted(with_steps("creepage_percent = 0.5, iterations = 2")).state
     np.testing.assert_allclose(yawed.traction_ratio, misaligned.traction_ratio, rtol=1e-12)
     assert np.all(yawed.traction_ratio < 0.99 * straight.traction_ratio)
+
+
+@pytest.mark.parametrize(
+    ("own", "effect", "slips"),
+    [
+        ("", "", False),
+        (", yaw_mrad = 3.0", "", True),
+        ("", "[effects.misalignment]\nyaw_mrad = 3.0\ntilt_mrad = 0.0\n", True),
+        ("", "[effects.misalignment]\nyaw_mrad = 0.0\ntilt_mrad = 5.0\n", True),
+        ("", "[effects.creepage_offset]\noffset_percent = 0.5\n", True),
+    ],
+)
+def test_a_step_needs_no_friction_where_nothing_slips(own: str, effect: str, slips: bool) -> None:
+    steps = "creepage_percent = 2.0, mu = 0.6", "creepage_percent = 0.0" + own, "pause_s = 60"
+    model = ForwardModel(with_steps(*steps, tail=f"\n{effect}").experiment)
+    assert list(model.slips) == [True, slips, False]
+    if slips:
+        with pytest.raises(DefinitionError, match="no friction is known for step 2:"):
+            friction_of_steps(model)
+    else:
+        assert list(friction_of_steps(model).mu) == [0.6, 1.0, 1.0]
+
+
+@pytest.mark.parametrize(("own", "state"), [("", "no_creepage"), (", yaw_mrad = 3.0", "no_longitudinal_creepage")])
+def test_traction_along_rolling_says_nothing_of_slip_across(tmp_path: Path, own: str, state: str) -> None:
+    steps = f"steps = [{{ creepage_percent = 2.0 }}, {{ creepage_percent = 0.0{own} }}]\n"
+    rows = ["creepage [%],traction ratio,step", *["2.0,0.6,1"] * 3, *["0.0,0.001,2"] * 3]
+    friction = identify_friction(ForwardModel(load(write(tmp_path, HEAD + steps, traction="\n".join(rows))).experiment))
+    assert friction.state == ["saturated", state]
+    assert np.isnan(friction.mu[1])
 
 
 def test_mu_of_both_directions_and_of_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

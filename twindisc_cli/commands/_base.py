@@ -32,11 +32,10 @@ UNLIKE_UNDER_YAW = (
 def friction_of_steps(model: ForwardModel) -> FrictionInUse:
     """The mu of each step.
 
-    A step without creepage needs none; for any other an unknown one is an error of the definition.
+    A step without creepage, yaw and spin needs none; for any other an unknown one is an error of the definition.
     """
     friction = friction_in_use(model)
-    idle = np.isnan(friction.mu) & (model.experiment.history.step_creepage == 0.0)
-    mu = np.where(idle, 1.0, friction.mu)
+    mu = np.where(np.isnan(friction.mu) & ~model.slips, 1.0, friction.mu)
     unknown = [str(i + 1) for i in np.flatnonzero(np.isnan(mu))]
     if unknown:
         what = (

@@ -9,7 +9,7 @@ import numpy as np
 from twindisc_cli.commands._possible import refuse_impossible
 from twindisc_cli.definition import Test
 from twindisc_cli.identify.chart import Chart, at_creepages, friction_chart
-from twindisc_cli.identify.friction import NO_CREEPAGE, SATURATED
+from twindisc_cli.identify.friction import NO_CREEPAGE, NO_LONGITUDINAL, SATURATED
 from twindisc_cli.identify.steps import StepFriction, identify_friction
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import ForwardModel
@@ -69,7 +69,8 @@ def _summary(one: Chart, many: Chart, measured: StepFriction | None) -> tuple[st
         f"full slip {_from(many.full_slip[0])} (mu = {many.mu[0]}), {_from(many.full_slip[-1])} (mu = {many.mu[-1]})",
     ]
     if measured is not None:
-        left = [i + 1 for i, state in enumerate(measured.state) if state not in (None, SATURATED, NO_CREEPAGE)]
+        passed = (None, SATURATED, NO_CREEPAGE, NO_LONGITUDINAL)
+        left = [i + 1 for i, state in enumerate(measured.state) if state not in passed]
         named = f"all but step {', '.join(map(str, left))}" if left else "all"
         lines.append(f"measured steps on the saturated part, where T/N is mu: {named}")
     return tuple(lines)

@@ -12,7 +12,6 @@ Valid for: boundary films, frost and oxide layers, solid lubricants.
 
 from __future__ import annotations
 
-import numpy as np
 from scipy.special import expit
 
 from twindisc_cli.effects._effect import Effect, Param

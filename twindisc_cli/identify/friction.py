@@ -9,6 +9,7 @@ measurement; above it none does, and the cause is the creepage's zero, the conta
     partial_slip         part of the patch sticks, and mu is above T/N
     above_elastic_limit  T/N exceeds what linear theory allows at this creepage: no mu explains it
     no_creepage          nothing slips, and T/N says nothing of mu
+    no_longitudinal_creepage  the discs slip across rolling or spin alone, of which T/N along it says nothing
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from twindisc_cli.identify.roots import bracketed_root
 from twindisc_cli.model.experiment import Floats, Ints
 
 SATURATED, PARTIAL_SLIP, ABOVE_LIMIT = "saturated", "partial_slip", "above_elastic_limit"
-NO_CREEPAGE = "no_creepage"
+NO_CREEPAGE, NO_LONGITUDINAL = "no_creepage", "no_longitudinal_creepage"
 LIGHT_LINE = 0.98  # of saturation: from there T/N itself is mu within 2 %
 CONFIDENCE = 0.90
 """What every interval that is printed holds: the level of every command."""

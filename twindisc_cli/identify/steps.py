@@ -19,6 +19,7 @@ from twindisc_cli.identify.friction import (
     LIGHT_LINE,
     LOWEST,
     NO_CREEPAGE,
+    NO_LONGITUDINAL,
     half_interval,
     mean_and_interval,
     mu_from_traction,
@@ -112,7 +113,8 @@ def identify_friction(model: ForwardModel) -> StepFriction:
     share = share_at(np.where(np.isfinite(mu) & (mu > 0.0), mu, 1.0))
     idle = model.experiment.history.step_creepage == 0.0
     mu, low, high, share = (np.where(idle, np.nan, values) for values in (mu, low, high, share))
-    unseen = [NO_CREEPAGE if np.isfinite(r) else None for r in ratio]
+    unslipped = np.where(model.slips, NO_LONGITUDINAL, NO_CREEPAGE)
+    unseen = [str(name) if np.isfinite(r) else None for r, name in zip(ratio, unslipped, strict=True)]
     state = [none if no_slip else s for s, no_slip, none in zip(states(mu, share), idle, unseen, strict=True)]
     return StepFriction(creepage, ratio, scatter, zero, of_creepage, mu, low, high, share, state, approximate=apart)
 

@@ -22,6 +22,7 @@ from functools import cached_property, partial
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Effect, Stage
@@ -145,6 +146,16 @@ class ForwardModel:
         if self.experiment.rig.is_line or history.separate or not len(loads):
             return False
         return bool(np.ptp(np.log(loads)) > PIECE)
+
+    @cached_property
+    def slips(self) -> NDArray[np.bool_]:
+        """Whether the discs slip in each step, along rolling, across or by spin, as declared effects say, (step,)."""
+        acting = [(catalogue()[name], columns) for name, columns in self._all_effects({}, 1).items()]
+        state = _Chain(self, BaseParameters(np.ones(1)).columns(1), acting, 1).operation()
+        creepage = np.abs(state.creepage) + np.abs(state.lateral_creepage) + np.abs(state.spin)
+        slips = (state.rolling_speed * creepage)[0, self.points.of_cut] > 0.0
+        step = self.experiment.history.step[self.points.iteration[self.points.of_cut]]
+        return np.asarray(np.bincount(step, slips) > 0.0)
 
     @cached_property
     def reach(self) -> float:
@@ -459,6 +470,10 @@ class _Chain:
         disc = self.model.experiment.rig.disc1
         resists = 2.0 * np.pi * disc.rolling_radius * disc.hardness / self.model.circumference_hardness
         return np.nan_to_num(self.model.experiment.options.disc1_wear_coefficient / (self.base.K * resists))
+
+    def operation(self) -> State:
+        """The operating points as the discs are driven, before anything is known of energy and temperature."""
+        return self._apply("operation", self._blank)
 
     def driven(self, before: State) -> State:
         """What a pass works on: what acts before the traction, with what the last pass left."""
