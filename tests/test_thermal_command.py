@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from definitions import changed, outcome, shipped, write
+from rigs import Instruments, Plant, history
 
 from twindisc_cli.commands import thermal
 from twindisc_cli.definition import load
@@ -112,6 +114,24 @@ def test_a_convection_that_the_data_hardly_fix_is_warned_of():
     wide = found.json["convection_W_K_high"] - found.json["convection_W_K_low"] > found.json["convection_W_K"]
     assert wide
     assert any("as wide as the convection itself" in line for line in found.summary)
+
+
+def test_what_is_left_of_the_temperature_is_that_of_a_thermometer_with_its_lag():
+    # the disc and a thermometer that follows it with 150 s, stepped through every half second
+    plant = Plant(history((0.03, 0.08, 0.05), 3), lag=150.0)
+    made = Instruments(temperature=0.0, channels=("temperature",)).record(plant, np.random.default_rng(1))
+
+    def left(**effects):
+        given = {
+            "options": replace(made.options, friction_coefficient=0.6),
+            "thermal": replace(made.thermal, convection=plant.convection),
+            "effects": effects,
+        }
+        result = thermal.run(replace(shipped("ambient"), experiment=replace(made, **given)))
+        return float(re.search(r"one convection leaves (\S+) K rms", " ".join(result.summary)).group(1))
+
+    assert left(thermocouple_lag={"time_constant_s": 150.0}) < 0.02
+    assert left() > 1.0
 
 
 def test_what_is_missing_is_named(tmp_path):

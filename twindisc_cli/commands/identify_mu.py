@@ -89,8 +89,9 @@ def _softer(test: Experiment, friction: StepFriction) -> tuple[str, ...]:
     if len(slope) < 2 or slope.max() > SOFT:
         return ()
     return (
-        f"with the mu of full sliding the {len(slope)} steps below it ask for {slope.min():.2f} to {slope.max():.2f} "
-        "of the theory's slope: the contact is softer than smooth discs, or friction lower there",
+        f"with the mu of full sliding the {len(slope)} steps below it are matched with {slope.min():.2f} to "
+        f"{slope.max():.2f} of the theoretical initial slope: the contact is softer than smooth discs, or friction "
+        "lower there",
     )
 
 

@@ -33,6 +33,7 @@ APART = 1.5
 class Heat:
     """Time [s], temperature of the disc [K] and dissipated power [W] at each point, flash rise [K]: each (point,).
 
+    recorded: what the thermometer would read at its samples [K], (sample,).
     of_iteration: the last point of each iteration; eq_19: the disc [K] there by Eq. 19 as the paper steps it, one
     implicit step an iteration: each (iteration,). convection [W/K], its standard error, whence it is;
     patch, which patch the flash is of.
@@ -40,6 +41,7 @@ class Heat:
 
     time: Floats
     temperature: Floats
+    recorded: Floats
     power: Floats
     flash: Flash
     of_iteration: Ints
@@ -121,7 +123,7 @@ def _jump_lines(jump: Jump | None, model: ForwardModel, thermal: Thermal) -> tup
     return (
         f"friction jumps from {jump.before:.2g} to {jump.after:.2g} in step {jump.step + 1}, at "
         f"{creepage * 100.0:.3g} % creepage; before it the disc was {above:.2g} K above the environment, and the flash "
-        f"with the friction until then {flash:.2g} K: what is hotter afterwards is so by the jump",
+        f"with the friction until then {flash:.2g} K: the later heating is a consequence of the jump",
         f"a friction that only rises with one of them leaves, rms: {listed(left)} (uncertainty of a step {noise:.2g}): "
         f"{apart}",
     )
@@ -169,6 +171,7 @@ def _heat(model: ForwardModel, thermal: Thermal) -> Heat:
     return Heat(
         time=model.points.time,
         temperature=prediction.state.temperature[0],
+        recorded=prediction.temperature[0],
         power=prediction.state.power[0],
         flash=_flash(model, prediction, thermal),
         of_iteration=model.points.of_iteration,
@@ -248,12 +251,12 @@ def _missed(heat: Heat, test: Experiment) -> tuple[str, ...]:
     samples = test.measured.temperature
     if samples is None:
         return ()
-    missed = samples.temperature - np.interp(samples.time, heat.time, heat.temperature)
+    missed = samples.temperature - heat.recorded
     worst = int(np.argmax(np.abs(missed)))
     return (
         f"one convection leaves {np.sqrt(np.mean(missed**2)):.2g} K rms of the measured temperature, "
-        f"most at {samples.time[worst]:.0f} s: the disc is {abs(missed[worst]):.2g} K "
-        f"{'warmer' if missed[worst] > 0.0 else 'colder'} than it makes it",
+        f"most at {samples.time[worst]:.0f} s: what was read there is {abs(missed[worst]):.2g} K "
+        f"{'warmer' if missed[worst] > 0.0 else 'colder'} than it explains",
     )
 
 
