@@ -194,3 +194,21 @@ def test_stiffness_difference_of_aluminium_on_steel(tmp_path):
     assert (pair.shear_modulus, pair.poisson_ratio) == pytest.approx((35.924e9, 0.3034), rel=1e-3)
     assert stiffness_difference(pair) == pytest.approx(0.100, abs=5e-4)
     assert stiffness_difference(rig) == 0.0
+
+
+def test_a_step_is_shown_as_it_begins(tmp_path):
+    # mu_0 (1 - exp(-n / 500) / 2), n the revolutions before the step
+    table = "\n[effects.running_in_friction]\nexcess = -0.5\nsettling_cycles = 500.0\n"
+    test = read(tmp_path, definition(revolutions_per_iteration="revolutions_per_iteration = 400") + table)
+    found = [contact.run(test, step=step).json["operating_point"]["mu"] for step in (1, 2)]
+    assert found == pytest.approx([0.3, 0.6 * (1.0 - 0.5 * np.exp(-400.0 / 500.0))], rel=2e-4)
+
+
+@pytest.mark.parametrize("effect", ["", "\n[effects.falling_friction]\nratio = 0.3\ndecay_s_m = 20.0\n"])
+def test_a_step_of_its_own_speed_is_a_rig_of_that_speed(tmp_path, effect):
+    slow, step = "rolling_speed_m_s = 1.0", "creepage_percent = 0.3"
+    own = contact.run(read(tmp_path, definition(f"steps = [{{ {step}, {slow} }}] #") + effect)).json
+    rig = contact.run(read(tmp_path, definition(f"steps = [{{ {step} }}] #", mean_speed_rpm=slow) + effect)).json
+    assert own["operating_point"]["rolling_speed_m_s"] == 1.0
+    for theory in ("exact", "fastsim"):
+        assert own[theory] == pytest.approx(rig[theory], rel=1e-9)

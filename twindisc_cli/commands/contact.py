@@ -6,7 +6,7 @@ theories differ most. Another creepage or mu than the test's is an illustrative 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.identify.track import last_profile
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.contact_fields import Field, Patch, exact_field, fastsim_field, hertz_patch, profile_patch
-from twindisc_cli.model.experiment import Experiment, Floats, Rig
+from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, Measured, Rig
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.traction_law import creep_stiffness, share_of_full_slip, slip_of_pressure
 from twindisc_cli.physics import exact, fastrip, kalker, shakedown, third_body, unlike
@@ -28,15 +28,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SMOOTHED_OVER = 40  # parts of a profile: a parabola spans one of them
+MOMENT = 1e-4
+"""Part of an iteration in which the state is still that of its beginning."""
 PARTIAL = 0.99
 """Share of mu N above which a step counts as sliding all over."""
 
 
 @dataclass(frozen=True)
 class Point:
-    """An operating point: mu [1], creepages [1], spin [rad/m], load [N], and where it is from.
+    """An operating point: mu [1], creepages [1], spin [rad/m], load [N], rolling speed [m/s], and where it is from.
 
-    illustrative: not what the test ran at.
+    illustrative: not what the test ran at; its rolling speed is the rig's where it is taken from a pause.
     """
 
     mu: float
@@ -44,6 +46,7 @@ class Point:
     creepage_y: float
     spin: float
     normal_load: float
+    rolling_speed: float
     origin: str
     illustrative: bool
 
@@ -112,7 +115,8 @@ def run(test: Test, *, step: int | None = None, creepage: float | None = None, m
     experiment = test.experiment
     point = _operating_point(ForwardModel(experiment), step=step, creepage=creepage, mu=mu)
     patch = _patch(experiment, point.normal_load)
-    rig, driven = experiment.rig, Creepage(point.creepage_x, point.creepage_y, point.spin)
+    rig = replace(experiment.rig, rolling_speed=point.rolling_speed)
+    driven = Creepage(point.creepage_x, point.creepage_y, point.spin)
     local, layer = _local_friction(experiment, point), experiment.options.layer_compliance
     fields = (
         exact_field(patch, rig, mu=local, creepage=driven, layer_compliance=layer),
@@ -132,6 +136,7 @@ def run(test: Test, *, step: int | None = None, creepage: float | None = None, m
                 "lateral_creepage_percent": point.creepage_y * 100.0,
                 "spin_rad_m": point.spin,
                 "normal_load_N": point.normal_load,
+                "rolling_speed_m_s": point.rolling_speed,
             },
             "patch": patch.origin,
             "dundurs_beta": rig.dundurs,
@@ -152,9 +157,12 @@ def _operating_point(model: ForwardModel, *, step: int | None, creepage: float |
         raise DefinitionError(f"--step {step}: the history has the steps 1 to {steps}")
     friction = friction_in_use(model)
     known = np.isfinite(friction.mu) & (test.history.step_creepage != 0.0)
-    state = model.predict(BaseParameters.declared(test, np.where(known, friction.mu, 1.0)[None])).state
-    first = model.points.of_iteration[test.history.step_begin]
-    shape = (1, len(model.points.time))
+    history, begin = _with_moments(test.history)
+    measured = Measured(start=test.measured.start, columns=test.measured.columns)
+    begun = ForwardModel(replace(test, history=history, measured=measured))
+    state = begun.predict(BaseParameters.declared(begun.experiment, np.where(known, friction.mu, 1.0)[None])).state
+    first = begun.points.of_iteration[begin]
+    shape = (1, len(begun.points.time))
 
     def at(values: Floats) -> Floats:
         return np.asarray(np.broadcast_to(values, shape)[0, first])
@@ -174,11 +182,26 @@ def _operating_point(model: ForwardModel, *, step: int | None, creepage: float |
         creepage_y=float(at(state.lateral_creepage)[chosen]),
         spin=float(at(state.spin)[chosen]),
         normal_load=float(at(state.normal_load)[chosen]),
+        rolling_speed=float(at(state.rolling_speed)[chosen]) or test.rig.rolling_speed,
         origin=_origin(
             chosen, friction.source[chosen], share[chosen], creepage=creepage, mu=mu, asked=step is not None
         ),
         illustrative=creepage is not None or mu is not None,
     )
+
+
+def _with_moments(history: History) -> tuple[History, Ints]:
+    """The history in which each step begins with an iteration of a moment, and where these are, (step,)."""
+    index = np.sort(np.concatenate([np.arange(len(history.step)), history.step_begin]))
+    begin = np.searchsorted(index, history.step_begin)
+    share = np.ones(len(index))
+    share[begin], share[begin + 1] = MOMENT, 1.0 - MOMENT
+    same = {
+        name: getattr(history, name)[index]
+        for name in ("step", "creepage", "given_mu", "load_factor", "speed_factor", "yaw")
+    }
+    duration, revolutions = (share * values[index] for values in (history.duration, history.revolutions))
+    return replace(history, **same, duration=duration, revolutions=revolutions), begin
 
 
 def _origin(step: int, source: str, share: float, *, creepage: float | None, mu: float | None, asked: bool) -> str:
@@ -226,7 +249,7 @@ def _local_friction(test: Experiment, point: Point) -> float | SlipLaw:
     falling = test.effects.get("falling_friction")
     if falling is None:
         return point.mu
-    ratio, decay = falling["ratio"], falling["decay_s_m"] * test.rig.rolling_speed
+    ratio, decay = falling["ratio"], falling["decay_s_m"] * point.rolling_speed
 
     def share(slip: Floats) -> Floats:
         return np.asarray(ratio + (1.0 - ratio) * np.exp(-decay * slip))
@@ -361,6 +384,7 @@ def _dataset(point: Point, patch: Patch, fields: tuple[Field, ...], coefficients
         "lateral_creepage": point.creepage_y,
         "spin_rad_m": point.spin,
         "normal_load_N": point.normal_load,
+        "rolling_speed_m_s": point.rolling_speed,
         "patch": patch.origin,
         "a_m": patch.a,
         "b_m": patch.b,
