@@ -1,7 +1,8 @@
 """Heat partition: only a part of the dissipated power enters the disc whose temperature is recorded.
 
-    rho C v dT/dt = q P_d - h S (T - T_env)
+    C dT/dt = q P_d - hS (T - T_env)
 
+    C    heat capacity of the disc [J/K], hS its convection coefficient times surface [W/K]
     q    part of the dissipated power [1]; q = 1 switches the effect off
 
 Leaves behind, when it is missing: the disc predicted to warm too fast (the convection makes up for the level).

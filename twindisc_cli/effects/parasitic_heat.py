@@ -1,7 +1,8 @@
 """Parasitic heat: bearings and drag warm the disc whatever the traction.
 
-    rho C v dT/dt = P_d + P_0 - h S (T - T_env)
+    C dT/dt = P_d + P_0 - hS (T - T_env)
 
+    C    heat capacity of the disc [J/K], hS its convection coefficient times surface [W/K]
     P_0  constant power [W]; P_0 = 0 switches the effect off
 
 Leaves behind, when it is missing: the disc predicted too cold even where hardly any power is dissipated.

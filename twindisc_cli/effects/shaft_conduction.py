@@ -1,7 +1,8 @@
 """Shaft conduction: heat flows from the disc into a shaft that warms up slowly.
 
-    rho C v dT/dt = P_d - h S (T - T_env) - G (T - T_s),    C_s dT_s/dt = G (T - T_s)
+    C dT/dt = P_d - hS (T - T_env) - G (T - T_s),    C_s dT_s/dt = G (T - T_s)
 
+    C    heat capacity of the disc [J/K], hS its convection coefficient times surface [W/K]
     T_s  shaft temperature [K], C_s its heat capacity [J/K]
     G    conductance between disc and shaft [W/K]; G = 0 switches the effect off
 

@@ -1,6 +1,6 @@
 """A complete answer, as the search compares it with others: the fit of all its terms, and what their forms cost.
 
-Evidence is compared after cooling, since hardly a formula is exact, but for a constant or a line that is added to a
+Evidence is compared after tempering, since hardly a formula is exact, but for a constant or a line that is added to a
 record, and what is wrong with it grows with the size of what is explained: D = (E_best - E) / (1 + c sqrt(fall of
 chi2)). Explanations with D below the threshold cannot be separated.
 """

@@ -6,8 +6,10 @@
     T, Ty, M = mu N f(r) (q1, q2, q3 l),  P = V (v T + vy Ty + phi M)              with lateral creepage and spin
     T = mu N f(r) q,  P = mu N f(r) V (q v + m v_p)                                discs of unlike elasticity
     S  = integral of (K/H) P dt / (2 pi R),  profile and patch from the wear path  wear
-    rho C v dT/dt = P - h S (T - T_env)                                            heat (Eq. 18)
+    C dT/dt = P - hS (T - T_env)                                                   heat (Eq. 18)
 
+v, vy are the creepages along and across rolling, V the rolling speed, phi the spin; C is the heat capacity of the disc,
+hS its convection coefficient times surface; the other symbols are those of the modules that compute them.
 Load, speed and yaw are those of each step; in a pause nothing rolls, and the disc cools. Every load finds the profile
 that those before it have left.
 The stages feed each other (a worn patch is stiffer, a warm disc may slide more easily), so the chain is passed until
@@ -128,7 +130,7 @@ class ForwardModel:
 
     @cached_property
     def circumference_hardness(self) -> float:
-        """2 pi R H: worn section per K E [N/m]; R is disc 2's, or disc 1's where disc 2 is straight."""
+        """2 pi R H: K E per worn section [N/m]; R is disc 2's, or disc 1's where disc 2 is straight."""
         disc = self.experiment.rig.disc2
         return 2.0 * np.pi * self.radius * disc.hardness
 

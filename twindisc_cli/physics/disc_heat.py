@@ -3,7 +3,8 @@
     C dT/dt = P - hS (T - T_env) - G (T - T_s),    C_s dT_s/dt = G (T - T_s)
 
     T      temperature of the disc [K];     T_env  of its environment [K]
-    C      heat capacity rho c v [J/K];     hS     convection coefficient times surface [W/K], zero: none
+    C      heat capacity [J/K], density times specific heat times volume
+    hS     convection coefficient times surface [W/K], zero: none
     P      dissipated power that enters the disc [W]
     T_s    temperature of a shaft [K], C_s its heat capacity [J/K], G the conductance to it [W/K], zero: no shaft
 

@@ -95,6 +95,7 @@ class Channel:
     label      what it is called
     quantity   what is measured, with the units that are read and drawn
     order      place among the channels, those first that drive the others
+    assumed_noise standard deviation of what is measured [SI] where no samples show it, as of a planned channel
     samples    the samples of a test, None where the channel was not measured
     values     the measured values of the samples (sample,)
     parameters the base parameters that it fixes
@@ -108,6 +109,7 @@ class Channel:
     covariates what a residual may be drawn over, by name (sample,)
     steps      the step of each sample (sample,); None where they are not of single steps
     planned    samples that a planned history would bring
+    look_at    where to look, in words, for the cause of a residual that runs with a covariate, by its name
     stands_for stages whose effects it shows where the channel they show in first was not measured
     over       quantities of its covariates that `quantities` does not know, by name
     """

@@ -5,7 +5,8 @@
     u    worn depth of both discs together [m], (node, strip);   y across the track [m], (strip,)
     S    worn section: worn volume over the circumference [m2], (node,)
     g    load of the strip per width [N/m]; in full sliding the energy a strip dissipates is proportional to it
-    E    dissipated energy [J], K wear coefficient [1], H hardness [Pa], R mean rolling radius [m]
+    E    dissipated energy [J], K wear coefficient [1], H hardness of disc 2 [Pa]
+    R    rolling radius [m] of disc 2, or of disc 1 where disc 2 is straight
 
 Where K is uniform over y the profile depends on K and the history only through S, so one path serves every K and
 every history. Contact "hertz" refits the best circle inside the patch and keeps the ellipse; contact "half_space"
