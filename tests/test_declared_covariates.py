@@ -96,6 +96,16 @@ def test_a_column_that_says_nothing_is_not_found(tmp_path: Path) -> None:
     assert diagnosis.verdict == "no_missing_effect"
 
 
+def test_friction_that_follows_a_valve_is_found_over_its_two_states(tmp_path: Path) -> None:
+    time = wandering(5)[0]
+    valve = (np.floor(time / 70.0) % 3.0 == 0.0).astype(float)
+    ratio = 0.3 * (1.0 - 0.1 * valve) + np.random.default_rng(5).normal(0.0, 0.002, len(time))
+    text = SLIDING.replace('["relative humidity [%]", "oil temperature [degC]"]', '["valve [1]"]')
+    test = load(measured(tmp_path, text, table(ratio, time, **{"valve [1]": valve}))).experiment
+    (law,) = diagnose([test], validate=None, progress=lambda *_: None).laws
+    assert (law.law.quantity, law.law.covariate) == ("mu", "valve [1]")
+
+
 def test_a_log_has_columns_too(tmp_path: Path) -> None:
     time = np.arange(0.0, 1200.0, 0.5)
     creepage = np.array([3, 4, 5, 6])[np.minimum((time / 300.0).astype(int), 3)]

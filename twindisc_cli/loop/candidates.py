@@ -189,6 +189,8 @@ def laws(fitted: Fit, known: Sequence[Response] | None = None, there: LinearPred
         if _is_in(fitted.problem, law_key(pair.quantity, pair.covariate)) or pair.log_evidence < 0.0:
             continue
         forms = _forms(fitted, pair)
+        if not forms:
+            continue
         more = forms[0].promise > SEARCH.strong and not fitted.problem.is_integrated
         more = more and not fitted.problem.assumed(fitted.problem.shown_in(forms[0].effect)).any()
         forms = forms[: SEARCH.strong_forms_fitted if more else SEARCH.forms_fitted]

@@ -106,7 +106,7 @@ class Pair:
         result = [self._of_formulas(columns) for _, _, columns in self.members]
         if not QUANTITIES[self.quantity].shapes:
             result.append(self._of_curves())
-        return float(logsumexp(result) - np.log(len(result)))
+        return float(logsumexp(result) - np.log(len(result))) if result else -np.inf
 
     def _of_formulas(self, columns: Floats) -> float:
         length, along = self._seen(columns)
@@ -187,6 +187,8 @@ class Pair:
             promised = _gain(*self._seen(members)).max()
             length, along = self._seen(column[:, None])
             size = float(np.clip(along[0] / max(length[0], 1e-300), -self.most, self.most))
+            if size == 0.0:
+                continue
             start = {QUANTITIES[self.quantity].size_key: size, **self._keyed(start)}
             trial = replace(formula(self.quantity, self.covariate, shape, start, self.span, self.most), test=self.test)
             cost = choice + 0.5 * float(np.log(samples)) * CHOSEN.get(shape, 0)
@@ -496,9 +498,9 @@ def confounded(predictions: list[Prediction], quantity: str, covariate: str) -> 
 
 
 def covariates_of(problem: Problem, quantity: str) -> list[str]:
-    """What a quantity may change over: its covariates, and columns that every test declares."""
+    """What a quantity may change over: its covariates, and, where it may by any formula, columns that all tests declare."""
     own = QUANTITIES[quantity].covariates
-    if own == ("y_over_edge",):
+    if own == ("y_over_edge",) or QUANTITIES[quantity].shapes:
         return [*own]
     first, *others = [case.test.measured.columns for case in problem.cases]
     return [*own, *(name for name in first if all(name in columns for columns in others))]
