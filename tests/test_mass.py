@@ -98,8 +98,10 @@ def test_both_discs_are_weighed(tmp_path: Path) -> None:
     assert fit_k.run(test(tmp_path, second, mass=only)).json["K"] == pytest.approx(K, rel=2e-3)
     first = weighings(*rows[:2], more=",disc")
     assert fit_k.run(test(tmp_path, second, mass=first)).json["K"] == pytest.approx(K, rel=2e-3)
-    with pytest.raises(ValidityError, match="declare wear_partition"):
-        fit_k.run(test(tmp_path, mass=first))
+    of_first = "\n".join(f"{row},{own}" for row, own in zip(facet().splitlines(), ["disc", *801 * "1"], strict=True))
+    for data in ({"mass": first}, {"profile": of_first}):
+        with pytest.raises(ValidityError, match="declare wear_partition"):
+            fit_k.run(test(tmp_path, **data))
 
 
 @pytest.mark.parametrize(("factor", "agree"), [(1.0, True), (2.0, False)])

@@ -29,6 +29,7 @@ density_kg_m3 = 7850
 def pair(folder: Path, model: str = "", radius: float = 30.0, **data: str) -> Test:
     text = VALID.replace("[thermal]", ALUMINIUM + "\n[thermal]").replace("[model]\n", f"[model]\n{model}\n")
     text = text.replace("disc1 = { rolling_radius_mm = 30.0", f"disc1 = {{ rolling_radius_mm = {radius}")
+    text = text.replace("mean_speed_rpm = 3000.0", "rolling_speed_m_s = 9.42478") if radius == np.inf else text
     return load(write(folder, text, **data))
 
 
@@ -36,15 +37,16 @@ def arrays(result) -> dict[str, np.ndarray]:  # type: ignore[no-untyped-def]
     return {array.name: array.values for array in result.dataset.arrays}
 
 
-@pytest.mark.parametrize("radius", [30.0, 60.0])
+@pytest.mark.parametrize("radius", [30.0, 60.0, np.inf])
 def test_each_disc_wears_by_its_own_k_and_hardness(tmp_path: Path, radius: float) -> None:
-    """W_d = K_d E / H_d, around the rim of its own radius."""
+    """W_d = K_d E / H_d, around the rim of its own radius, on a flat disc around a circle of the other's."""
     test = pair(tmp_path, f"wear_coefficient = {K2}\ndisc1_wear_coefficient = {K1}", radius)
     found = simulate_wear.run(test)
     energy = 1e3 * found.json["dissipated_energy_kJ"]
     worn = arrays(found)
     y = found.dataset.axes[1].values
-    for name, k, hardness, rim in (("disc1_height", K1, 120 * HV, radius), ("height", K2, 700 * HV, 30.0)):
+    first = 30.0 if radius == np.inf else radius
+    for name, k, hardness, rim in (("disc1_height", K1, 120 * HV, first), ("height", K2, 700 * HV, 30.0)):
         volume = -2 * np.pi * rim * 1e-3 * np.trapezoid(worn[name][-1], y)
         assert volume == pytest.approx(k * energy / hardness, rel=1e-3)
     both = K1 * energy / (120 * HV) + K2 * energy / (700 * HV)

@@ -88,9 +88,8 @@ def _of_discs(test: Experiment, fit: WearFit, use: KnownK) -> dict[str, Any]:
     archard = {f"archard_k{end}": or_null(k * fit.archard) for end, k in ends}
     if fit.part == 1.0:
         return archard
-    one, two = test.rig.disc1, test.rig.disc2
-    second = fit.part if fit.disc == 2 else 1.0 - fit.part
-    resists = one.hardness * one.rolling_radius / (two.hardness * two.rolling_radius)
+    rig, second = test.rig, fit.part if fit.disc == 2 else 1.0 - fit.part
+    resists = float(rig.disc1.hardness * rig.track_radius(1) / (rig.disc2.hardness * rig.track_radius(2)))
     parts = {"1": (1.0 - second) * resists, "2": second}
     discs = {f"K_of_discs{end}": or_null({disc: k * part for disc, part in parts.items()}) for end, k in ends}
     return discs | archard

@@ -168,8 +168,5 @@ def _volume(model: ForwardModel, prediction: Prediction, samples: MassSamples) -
     at = model.points.of_iteration[samples.iteration - 1]
     first = np.broadcast_to(prediction.state.disc1_share, prediction.section.shape)[:, at]
     share = np.where(samples.disc == 1, first, 1.0 - first)
-    rig = model.experiment.rig
-    radius = np.where(samples.disc == 1, rig.disc1.rolling_radius, rig.disc2.rolling_radius)
-    return np.asarray(
-        2.0 * np.pi * np.where(np.isfinite(radius), radius, model.radius) * share * prediction.section[:, at]
-    )
+    radius = model.experiment.rig.track_radius(samples.disc)
+    return np.asarray(2.0 * np.pi * radius * share * prediction.section[:, at])

@@ -147,6 +147,7 @@ def _spent(model: ForwardModel, mu: Floats, iterations: int, disc: int) -> tuple
     """Of the first iterations: energy dissipated [J], load times distance slid [N m]; a disc's part of the wear [1].
 
     The part is that of the declared effects; a K of disc 1 that is declared stands beside K, and shares nothing out.
+    ValidityError where the disc bears none.
     """
     test = model.experiment
     state = model.predict(BaseParameters.declared(test, mu[None])).state
@@ -157,4 +158,7 @@ def _spent(model: ForwardModel, mu: Floats, iterations: int, disc: int) -> tuple
         return float(state.energy[0, last]), sliding, 1.0
     share = float(np.broadcast_to(state.disc1_share, state.energy.shape)[0, last])
     part = share if disc == 1 else 1.0 - share
-    return float(state.energy[0, last]), sliding, part if part > 0.0 else 1.0
+    if not part > 0.0:
+        what = f"the last profile is of disc {disc}, and by the model it does not wear: declare wear_partition"
+        raise ValidityError(what)
+    return float(state.energy[0, last]), sliding, part

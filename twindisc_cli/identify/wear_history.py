@@ -64,7 +64,6 @@ def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) ->
     patch = paths.patch(section, load)
     share = np.broadcast_to(state.disc1_share, wide)[0, at][:, None]
     height, disc1_height = -(1.0 - share) * depth, -share * depth
-    radius = test.rig.disc1.rolling_radius
     power = np.diff(state.energy[0, at], prepend=0.0) / test.history.duration
     return WearHistory(
         time=test.history.end_time,
@@ -74,8 +73,8 @@ def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) ->
         power=power,
         power_per_length=_power_per_length(y, depth, power),
         energy=state.energy[0, at],
-        volume=worn_volume(y=y, depth=-height, rolling_radius=model.radius)
-        + worn_volume(y=y, depth=-disc1_height, rolling_radius=radius if np.isfinite(radius) else model.radius),
+        volume=worn_volume(y=y, depth=-height, rolling_radius=test.rig.track_radius(2))
+        + worn_volume(y=y, depth=-disc1_height, rolling_radius=test.rig.track_radius(1)),
         y=y,
         height=height,
         disc1_height=disc1_height,

@@ -113,6 +113,12 @@ class Rig:
         """Density [kg/m3] of each disc by its number, 1 or 2; NaN where it is not stated."""
         return np.where(disc == 1, self.disc1.density, self.disc2.density)
 
+    def track_radius(self, disc: int | Ints) -> Floats:
+        """Radius of the track on each disc by its number, 1 or 2 [m]: where it is flat, that of the other disc."""
+        one, two = self.disc1.rolling_radius, self.disc2.rolling_radius
+        own, other = np.where(disc == 1, one, two), np.where(disc == 1, two, one)
+        return np.where(np.isfinite(own), own, other)
+
     @property
     def is_line(self) -> bool:
         """Whether the discs touch along a line: both straight, or one as hollow as the other is round."""

@@ -137,8 +137,7 @@ class ForwardModel:
     @property
     def radius(self) -> float:
         """Rolling radius of the disc whose profile wears [m]."""
-        rig = self.experiment.rig
-        return rig.disc2.rolling_radius if np.isfinite(rig.disc2.rolling_radius) else rig.disc1.rolling_radius
+        return float(self.experiment.rig.track_radius(2))
 
     @cached_property
     def loads_change(self) -> bool:
@@ -469,8 +468,8 @@ class _Chain:
 
     def _of_disc1(self) -> Floats:
         """Worn depth of disc 1 over disc 2's, K1 H2 R2 / (K2 H1 R1) where both K are known, (set, 1) [1]."""
-        disc = self.model.experiment.rig.disc1
-        resists = 2.0 * np.pi * disc.rolling_radius * disc.hardness / self.model.circumference_hardness
+        rig = self.model.experiment.rig
+        resists = 2.0 * np.pi * rig.track_radius(1) * rig.disc1.hardness / self.model.circumference_hardness
         return np.nan_to_num(self.model.experiment.options.disc1_wear_coefficient / (self.base.K * resists))
 
     def operation(self) -> State:
