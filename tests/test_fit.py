@@ -23,6 +23,7 @@ from rigs import (
 )
 
 from twindisc_cli.effects import catalogue
+from twindisc_cli.identify.energy import measured_energy
 from twindisc_cli.identify.mass import worn_mass
 from twindisc_cli.laws.trial import curve, formula
 from twindisc_cli.loop.explain import as_estimated
@@ -31,8 +32,7 @@ from twindisc_cli.loop.judge import revised_case
 from twindisc_cli.loop.problem import Case, Problem, case_of, parameters_of, problem_of
 from twindisc_cli.loop.term_intervals import estimate_of
 from twindisc_cli.loop.thresholds import TOLERANCES
-from twindisc_cli.model.energy import measured_energy
-from twindisc_cli.model.experiment import MassSamples, Measured, Options, TemperatureSamples
+from twindisc_cli.model.experiment import MassSamples, Measured, Options, TemperatureSamples, TractionSamples
 from twindisc_cli.model.forward import ForwardModel
 
 HISTORY = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 2)
@@ -260,6 +260,16 @@ def test_wear_coefficient_starts_at_archards() -> None:
     assert measured_energy(case.test) == pytest.approx(energy, rel=1e-3)
     assert case.guesses["K"] == pytest.approx(7e-4, rel=0.01)
     assert plant.section(np.inf) == pytest.approx(7e-4 * energy / (2.0 * np.pi * RADIUS * HARDNESS), rel=1e-9)
+
+
+def test_the_energy_of_yawed_discs_is_that_of_all_forces() -> None:
+    """Full slip: T is v / w of mu N, and mu N V w is dissipated, with w^2 = v^2 + yaw^2; T/N of others is the mean."""
+    ran = replace(history((0.03, 0.06), 1), yaw=np.array([0.04, 0.08]))
+    for measured, energy in (([0, 1], 0.05 + 0.10), ([0], 0.05 + 0.6 * 0.06)):
+        step = np.array(measured)
+        samples = TractionSamples(np.nan * step, step, ran.creepage[step], 0.36 + 0.0 * step, np.nan * step)
+        test = experiment(ran, measured=Measured(traction=samples))
+        assert measured_energy(test) == pytest.approx(0.6 * LOAD * SPEED * 84.0 * energy, rel=2e-3)
 
 
 def test_base_parameters_are_found_from_their_channels() -> None:
