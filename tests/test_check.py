@@ -7,8 +7,12 @@ from definitions import TRACTION, VALID, changed, outcome, shipped, write
 
 from twindisc_cli.commands.check import Finding, facet_depth, findings, run
 from twindisc_cli.definition import load
+from twindisc_cli.model.base import BaseParameters
+from twindisc_cli.model.forward import ForwardModel
 
 CURVATURE = 1 / 0.03
+SPEED = 0.03 * 100 * np.pi
+HARDNESS = 700 * 9.80665e6
 
 
 def found(folder: Path, text: str = VALID, **data: str) -> dict[str, Finding]:
@@ -78,6 +82,69 @@ def test_wear_coefficient_against_the_energy(tmp_path: Path) -> None:
         assert finding.high == pytest.approx(k * 1.5, rel=1e-3)
 
 
+def weighed(*rows: tuple[int, int, float]) -> str:
+    """Weighings: iteration, disc, mass loss [mg]."""
+    return "iteration,disc,mass loss [mg]\n" + "".join(f"{stop},{disc},{loss:.9f}\n" for stop, disc, loss in rows)
+
+
+def with_density(text: str, more: str = "") -> str:
+    return text.replace("hardness_HV = 700", f"hardness_HV = 700\ndensity_kg_m3 = 7850.0\n{more}")
+
+
+def test_a_volume_goes_with_the_energy_by_its_stop_and_the_hardness_of_its_disc(tmp_path: Path) -> None:
+    """Full slip: E by iteration 3 of 5 is mu N V (2 x 0.5 % + 1 x 1 %) t; m = rho K E / H with each disc's H."""
+    energy, k = 0.6 * 72 * SPEED * (2 * 0.005 + 0.01) * 84, 7e-5
+    loss = 7850.0 * k * energy / HARDNESS * 1e6
+    text = changed(friction_coefficient=f"friction_coefficient = 0.6\nwear_coefficient = {k}")
+    soft = with_density(text, "[material.disc1]\nhardness_HV = 70\n")
+    for which, masses in ((with_density(text), weighed((3, 2, loss))), (soft, weighed((3, 1, 10.0 * loss)))):
+        finding = found(tmp_path, which, mass=masses)["the declared wear coefficient K"]
+        assert finding.low == pytest.approx(k / 1.5, rel=1e-6)
+        assert finding.high == pytest.approx(k * 1.5, rel=1e-6)
+
+
+def test_each_disc_with_a_coefficient_of_its_own_is_judged_by_its_own_mass(tmp_path: Path) -> None:
+    energy = 0.6 * 72 * SPEED * (2 * 0.005 + 2 * 0.01 + 0.02) * 84
+    masses = weighed((5, 1, 3e-5 * 7850.0 * energy / HARDNESS * 1e6), (5, 2, 7e-5 * 7850.0 * energy / HARDNESS * 1e6))
+    keys = "friction_coefficient = 0.6\nwear_coefficient = 7e-5\ndisc1_wear_coefficient = 3e-5"
+    outcome = found(tmp_path, with_density(changed(friction_coefficient=keys)), mass=masses)
+    assert outcome["the declared wear coefficient K"].low == pytest.approx(7e-5 / 1.5, rel=1e-6)
+    assert outcome["the declared wear coefficient K of disc 1"].low == pytest.approx(3e-5 / 1.5, rel=1e-6)
+
+
+@pytest.mark.parametrize("own", ["", "disc1_wear_coefficient = 7e-5\n"])
+def test_a_declared_change_of_the_wear_counts(tmp_path: Path, own: str) -> None:
+    energy = 0.6 * 72 * SPEED * (2 * 0.005 + 2 * 0.01 + 0.02) * 84
+    text = changed(friction_coefficient=f"friction_coefficient = 0.6\nwear_coefficient = 7e-5\n{own}")
+    text = with_density(text + "[effects.wear_level]\nfactor = 2.0\n")
+    mass = weighed((5, 2, 2.0 * 7e-5 * 7850.0 * energy / HARDNESS * 1e6))
+    assert found(tmp_path, text, mass=mass)["the declared wear coefficient K"].low == pytest.approx(7e-5 / 1.5)
+
+
+def test_a_disc_that_bears_half_the_wear_shows_half_the_depth(tmp_path: Path) -> None:
+    """6 um together cut a chord of 1.2 mm, of which each disc shows 3 um; K is that of both volumes."""
+    energy = 0.6 * 72 * SPEED * (2 * 0.005 + 2 * 0.01 + 0.02) * 84
+    k = 2 * np.pi * 0.03 * 2 / 3 * 1.2e-3 * 6e-6 * HARDNESS / energy
+    text = changed(friction_coefficient=f"friction_coefficient = 0.6\nwear_coefficient = {k}")
+    shared = text + "[effects.wear_partition]\ndisc1_share = 0.5\n"
+    outcome = found(tmp_path, shared, profile=facet(3.0, 1.2))
+    assert outcome["the measured width"].low == pytest.approx(1.2 / 1.15, rel=2e-3)
+    assert outcome["the declared wear coefficient K"].high == pytest.approx(1.5 * k, rel=2e-3)
+    assert not found(tmp_path, text, profile=facet(3.0, 1.2))["the measured width"].ok
+    wandered = text + "[effects.lateral_wander]\nstd_mm = 0.3\n"
+    assert "the measured width" not in found(tmp_path, wandered, profile=facet(3.0, 1.2))
+
+
+def test_a_track_on_a_flat_disc_has_the_radius_of_the_other(tmp_path: Path) -> None:
+    text = with_density(VALID).replace("disc1 = { rolling_radius_mm = 30.0", "disc1 = { rolling_radius_mm = inf")
+    text = text.replace("mean_speed_rpm = 3000.0", "rolling_speed_m_s = 9.42478")
+    profile = facet(6.0, 1.2).replace("\n", ",1\n").replace("[um],1", "[um],disc", 1)
+    loss = 7850.0 * 2 * np.pi * 0.03 * 2 / 3 * 1.2e-3 * 6e-6 * 1e6
+    finding = found(tmp_path, text, profile=profile, mass=weighed((5, 1, loss)))["the mass loss of disc 1"]
+    assert finding.ok
+    assert finding.high == pytest.approx(1.2 * loss, rel=2e-3)
+
+
 def temperatures(top: float) -> str:
     return f"time [s],temperature [degC]\n10,20\n200,{20 + top / 2}\n400,{20 + top}\n"
 
@@ -91,6 +158,32 @@ def test_a_rise_is_paid_for_by_heat(tmp_path: Path) -> None:
         outcomes = [f for f in findings(test) if f.subject == "the measured temperature rise"]
         assert [f.ok for f in outcomes] == [True, ok]
         assert outcomes[1].high == pytest.approx(1.05 * limit)
+
+
+def test_a_rise_under_declared_heat_is_not_paid_for_by_friction_alone(tmp_path: Path) -> None:
+    text = changed(heat_capacity_J_K="heat_capacity_J_K = 100\nconvection_W_K = 0.8")
+    data = {"traction": TRACTION, "temperature": temperatures(15.0)}
+    assert not found(tmp_path, text, **data)["the measured temperature rise"].ok
+    for declared in (
+        "[effects.parasitic_heat]\npower_W = 8.0\n",
+        '[laws.warm]\nquantity = "bearing_heat"\ncovariate = "rolling_speed"\nat = [9.0, 10.0]\nshift = [8.0, 8.0]\n',
+    ):
+        assert "the measured temperature rise" not in found(tmp_path, text + declared, **data)
+
+
+@pytest.mark.parametrize("declared", ["step", "misalignment"])
+def test_what_slides_sideways_heats_too(tmp_path: Path, declared: str) -> None:
+    """In full slip at 4 % and 30 mrad T is 0.8 of mu N, and mu N V 5 % is dissipated."""
+    yaw = ", yaw_mrad = 30.0" if declared == "step" else ""
+    text = changed(heat_capacity_J_K="heat_capacity_J_K = 100\nconvection_W_K = 0.8")
+    text = text.replace("{ creepage_percent = 2.0 }", f"{{ creepage_percent = 4.0{yaw} }}")
+    text += "[effects.misalignment]\nyaw_mrad = 30.0\n" if declared == "misalignment" else ""
+    traction = "creepage [%],traction ratio [1]\n" + "".join(
+        f"{v},{0.58 * v / np.hypot(v, 3.0)}\n" for v in (0.5, 1, 4)
+    )
+    test = load(write(tmp_path, text, traction=traction, temperature=temperatures(15.0))).experiment
+    (_, by_convection) = (f for f in findings(test) if f.subject == "the measured temperature rise")
+    assert by_convection.high == pytest.approx(1.05 * 0.58 * 72 * 0.05 * SPEED / 0.8, rel=2e-3)
 
 
 def test_no_disc_gets_colder_than_its_environment(tmp_path: Path) -> None:
@@ -118,11 +211,62 @@ def test_no_friction_explains_more_than_the_elastic_limit(tmp_path: Path, ratio:
     assert finding.ok is ok
 
 
+def test_a_step_of_another_load_has_a_limit_of_its_own(tmp_path: Path) -> None:
+    """G a b C11 v / N goes as N^(-1/3): under an eighth of the load it is twice as large."""
+    lighter = ", normal_load_N = 9.0"
+    text = VALID.replace("creepage_percent = 0.5", "creepage_percent = 0.05")
+    traction = TRACTION.replace("\n0.5,0.49", "\n0.05,0.16")
+    whole = found(tmp_path, text, traction=traction)["T/N of step 1"]
+    text = text.replace("creepage_percent = 0.05,", f"creepage_percent = 0.05{lighter},")
+    part = found(tmp_path, text, traction=traction)["T/N of step 1"]
+    assert (whole.ok, part.ok) == (False, True)
+    assert part.high == pytest.approx(2.0 * whole.high, rel=1e-6)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_worn_discs_are_stiffer_than_new_ones(tmp_path: Path, known: bool) -> None:
+    """T/N of the model on a worn track lies above the limit of new discs."""
+    steps = "steps = [{ creepage_percent = 5.0, iterations = 5 }, { creepage_percent = 0.02, iterations = 2 }]"
+    start, end = VALID.index("steps = ["), VALID.index("[model]")
+    text = f"{VALID[:start]}{steps}\n\n{VALID[end:]}".replace("friction_coefficient = 0.6", "wear_coefficient = 2e-3")
+    traction = "creepage [%],traction ratio [1]\n5,0.6\n0.02,{}\n"
+    test = load(write(tmp_path, text, traction=traction.format(0.02))).experiment
+    ratio = ForwardModel(test).predict(BaseParameters.declared(test, np.full((1, 2), 0.6))).traction[0, 1]
+    if not known:
+        text = text.replace("wear_coefficient = 2e-3", "")
+    outcome = found(tmp_path, text, traction=traction.format(ratio))
+    assert all(finding.ok for finding in outcome.values())
+    assert ("T/N of step 2" in outcome) is known
+    hard = found(tmp_path, text.replace("2e-3", "1e-9"), traction=traction.format(ratio))
+    assert all(finding.ok for finding in hard.values()) is not known
+
+
+def test_the_greatest_load_presses_hardest(tmp_path: Path) -> None:
+    """p0 goes as N^(1/3); shakedown goes by load and T/N of the same step."""
+    text = VALID.replace("creepage_percent = 1.0", "creepage_percent = 1.0, normal_load_N = 576.0")
+    traction = TRACTION.replace("\n1,0.55", "\n1,0.10").replace("\n2,0.58", "\n2,0.30")
+    plain, heavy = found(tmp_path, traction=traction), found(tmp_path, text, traction=traction)
+    for subject in ("Hertz's peak pressure", "the patch over its radius"):
+        assert heavy[subject].value == pytest.approx(2.0 * plain[subject].value, rel=1e-6)
+    (by_load,) = (finding for subject, finding in heavy.items() if subject.startswith("p0 / k"))
+    assert by_load.subject.endswith("T/N = 0.1")
+    assert by_load.value == pytest.approx(2.0 * 744.9e6 * 3.0 * np.sqrt(3.0) / HARDNESS, rel=2e-3)
+
+
+def test_what_agrees_asks_nothing(tmp_path: Path) -> None:
+    outcome = found(tmp_path, traction=TRACTION)
+    share = outcome["the share of samples with T/N opposed to the creepage"]
+    assert share.message == "0 % of the samples have T/N opposed to the creepage"
+    against = found(tmp_path, traction=TRACTION.replace(",0.", ",-0."))[share.subject]
+    assert against.message.startswith("100 % of the samples have T/N opposed to the creepage; ")
+    assert all(finding.hint not in finding.message for finding in outcome.values() if finding.hint)
+
+
 def test_a_negative_traction_and_a_soft_disc(tmp_path: Path) -> None:
     traction = TRACTION.replace(",0.", ",-0.")
     text = VALID + "[material.disc1]\nhardness_HV = 70\n"
     outcome = found(tmp_path, text, traction=traction)
-    assert not outcome["the share of samples with T/N against the creepage"].ok
+    assert not outcome["the share of samples with T/N opposed to the creepage"].ok
     # Hertz: 745 MPa against 70 HV = 686 MPa
     assert not outcome["Hertz's peak pressure"].ok
     assert outcome["Hertz's peak pressure"].value == pytest.approx(744.9, rel=2e-3)

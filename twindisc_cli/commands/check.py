@@ -6,31 +6,36 @@ General rules, for any test; each compares a value with the range that geometry 
                         its own width 2b, so a depth d allows w between sqrt(8 d / k) and sqrt(8 d / k + 4 b^2)
     weighings           a disc gains no mass: losses count from the beginning of the test
     mass and profile    m = rho W, of the same disc at the same stop
-    volume and energy   K = W H / E with the dissipated energy E = sum (T/N) N V creepage duration (Eq. 13)
+    volume and energy   K = W H / E with the dissipated energy E = sum (T/N) N V creepage duration by then (Eq. 13)
     heat                a rise is at most P / (h S), and at most E / C (Eq. 18 without and with only storage)
-    elastic limit       T/N is at most G a b C11 creepage / N (Eq. 9), whatever mu is
-    pressure            Hertz's p0 stays below the hardness
-    shakedown           p0 / k stays below the limit at the greatest T/N, k = H / (3 sqrt 3)
+    elastic limit       T/N is at most G a b C11 creepage / N (Eq. 9) under the load of the step, whatever mu is
+    pressure            Hertz's p0 stays below the hardness, under the greatest load
+    shakedown           p0 / k stays below the limit at load and T/N of each iteration, k = H / (3 sqrt 3)
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from twindisc_cli.definition import Test
-from twindisc_cli.errors import NEGATIVE_FINDING
-from twindisc_cli.identify.steps import against_creepage
+from twindisc_cli.effects import catalogue
+from twindisc_cli.effects._effect import Stage
+from twindisc_cli.errors import NEGATIVE_FINDING, MeasurementError
+from twindisc_cli.identify.energy import measured_power, measured_ratio
+from twindisc_cli.identify.steps import against_creepage, friction_in_use
 from twindisc_cli.identify.track import Track, last_profile, worn_track
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.noise import scatter
-from twindisc_cli.model.experiment import Experiment, Floats
-from twindisc_cli.model.traction_law import creep_stiffness, slip_of_pressure
+from twindisc_cli.model.base import BaseParameters
+from twindisc_cli.model.experiment import Experiment, Floats, Rig
+from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.traction_law import slip_of_pressure
 from twindisc_cli.physics import kalker, shakedown
 from twindisc_cli.physics.archard import allowed_coefficient, worn_volume
 from twindisc_cli.quantities import for_reading
@@ -39,6 +44,7 @@ from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+WEIGHED = {1: "weighed mass of disc 1", 2: "weighed mass of disc 2"}
 GEOMETRY_MARGIN = 1.15  # of a width or depth: where the worn zone ends is a matter of reading
 MASS_MARGIN = 1.2  # of a mass: the profile is of one place around the disc
 GAIN_MARGIN = 0.05  # of the mass lost, by which a disc may gain where no uncertainty was stated: oil, debris
@@ -47,12 +53,16 @@ ENERGY_MARGIN = 1.5  # of W H / E: a volume and an energy enter, each with its o
 LIMIT_MARGIN = 1.05  # of what nothing can exceed, for the values that it is computed from
 NOISES, FEWEST_READINGS = 3.0, 12
 """Standard deviations of the noise by which the coldest reading may lie below the disc, and readings that show it."""
+STICKS = 0.8  # of linear theory's T/N: below it so much of a patch slips that the discs wear
 COLDER = 2.0  # [K]; thermocouples err by 1.5 (class 1) to 2.5 (class 2), IEC 60584-1
 
 
 @dataclass(frozen=True)
 class Finding:
-    """A value held against the range that the physics allows, in the unit given; ok: whether it lies inside."""
+    """A value held against the range that the physics allows, in the unit given; ok: whether it lies inside.
+
+    hint: what to look at where it does not; sentence: said instead of the value and its range, where it is given.
+    """
 
     rule: str
     subject: str
@@ -62,6 +72,7 @@ class Finding:
     unit: str
     why: str
     hint: str = ""
+    sentence: str = ""
 
     @property
     def ok(self) -> bool:
@@ -82,8 +93,9 @@ class Finding:
         if self.low <= 0.0:
             limits = f"at most {_number(self.high)}"
         unit = f" {self.unit}" if self.unit != "1" else ""
-        hint = f"; {self.hint}" if self.hint else ""
-        return f"{self.subject} is {_number(self.value)}{unit}, {self.why} allows {limits}{unit}{hint}"
+        hint = f"; {self.hint}" if self.hint and not self.ok else ""
+        said = self.sentence or f"{self.subject} is {_number(self.value)}{unit}, {self.why} allows {limits}{unit}"
+        return said + hint
 
     def json(self) -> dict[str, Any]:
         """The finding for scripts."""
@@ -104,25 +116,65 @@ class Facts:
     @cached_property
     def ratio(self) -> Floats:
         """T/N along the creepage of each iteration: measured, else given or declared; NaN: not known. (iteration,)."""
-        history, samples = self.test.history, self.test.measured.traction
-        ratio = np.where(np.isfinite(history.given_mu), history.given_mu, self.test.options.friction_coefficient)
-        if samples is not None:
-            for step in np.unique(samples.step):
-                mean = np.mean(samples.ratio[samples.step == step]) * np.where(history.creepage < 0.0, -1.0, 1.0)
-                ratio = np.where(history.step == step, mean, ratio)
-        return np.where(history.creepage == 0.0, 0.0, ratio)
+        return measured_ratio(self.test)
 
     @cached_property
     def power(self) -> Floats:
-        """Dissipated power of each iteration [W], (iteration,)."""
-        rig, history = self.test.rig, self.test.history
-        load, speed = rig.normal_load * history.load_factor, rig.rolling_speed * history.speed_factor
-        return self.ratio * load * speed * np.abs(history.creepage)
+        """Dissipated power of each iteration [W], (iteration,); NaN: not known."""
+        return measured_power(self.test)
 
     @cached_property
     def energy(self) -> float:
         """Energy dissipated over the test [J]."""
         return float(np.sum(self.power * self.test.history.duration))
+
+    def energy_by(self, stop: int) -> float:
+        """Energy dissipated by the end of an entry of the history, from 1, since its test began [J]."""
+        begin, spent = self.test.history.begin_time[:stop], self.power * self.test.history.duration
+        return float(np.sum(spent[:stop][begin == begin[-1]]))
+
+    @cached_property
+    def load(self) -> Floats:
+        """Normal load of each iteration [N], (iteration,)."""
+        return self.test.rig.normal_load * self.test.history.load_factor
+
+    @cached_property
+    def heaviest(self) -> Rig:
+        """The rig under the greatest load at which the discs turn."""
+        load = np.max(self.load, where=self.test.history.driven, initial=0.0)
+        return replace(self.test.rig, normal_load=float(load) or self.test.rig.normal_load)
+
+    @cached_property
+    def model(self) -> ForwardModel:
+        """The test, ready to be predicted."""
+        return ForwardModel(self.test)
+
+    @cached_property
+    def prediction(self) -> Prediction:
+        """What the model makes of the test with the mu of each step, 1 where none is known."""
+        try:
+            mu = np.nan_to_num(friction_in_use(self.model).mu, nan=1.0)
+        except MeasurementError:
+            mu = np.ones(len(self.test.history.step_creepage))
+        return self.model.predict(BaseParameters.declared(self.test, mu[None]), profiled=False)
+
+    def part(self, disc: int, stop: int) -> float:
+        """Part of the worn depth that a disc bears by the end of an entry of the history, from 1; 1: it wears alone."""
+        if np.isnan(self.test.options.disc1_wear_coefficient) and not _acts(self.test, "wear"):
+            return 1.0
+        state = self.prediction.state
+        first = np.broadcast_to(state.disc1_share, state.energy.shape)[0, self.model.points.of_iteration[stop - 1]]
+        return float(first if disc == 1 else 1.0 - first) or 1.0
+
+    def wear_factor(self, stop: int) -> float:
+        """K over its base value by the end of an entry of the history, from 1, as declared: its mean by the energy."""
+        if not _acts(self.test, "wear"):
+            return 1.0
+        state, entry, begin = self.prediction.state, self.model.points.iteration, self.test.history.begin_time
+        own = 1.0 - state.disc1_share if np.isfinite(self.test.options.disc1_wear_coefficient) else 1.0
+        factor, power = (np.broadcast_to(v, state.energy.shape)[0] for v in (state.wear_factor * own, state.power))
+        mine = (entry < stop) & (begin[entry] == begin[stop - 1])
+        return float(np.average(factor[mine], weights=(power * state.duration)[mine]))
 
     @cached_property
     def track(self) -> Track | None:
@@ -134,40 +186,69 @@ class Facts:
         return worn_track(profile.y[last], profile.height[last], smooth=True)
 
     @cached_property
+    def of_profile(self) -> tuple[int, int]:
+        """Disc of the last measured profile, and the entry of the history, from 1, at whose end it was taken."""
+        profile = self.test.measured.profile
+        assert profile is not None
+        last = last_profile(profile)
+        return int(profile.disc[last][0]), int(profile.iteration[last][0])
+
+    @cached_property
     def volume(self) -> float:
         """Volume missing in the last measured profile [m3]; NaN without one."""
         profile = self.test.measured.profile
         if profile is None:
             return np.nan
-        last = last_profile(profile)
-        disc = self.test.rig.disc1 if profile.disc[last][0] == 1 else self.test.rig.disc2
-        return float(worn_volume(y=profile.y[last], depth=-profile.height[last], rolling_radius=disc.rolling_radius))
+        last, radius = last_profile(profile), self.test.rig.track_radius(self.of_profile[0])
+        return float(worn_volume(y=profile.y[last], depth=-profile.height[last], rolling_radius=radius))
+
+
+def _acts(test: Experiment, stage: Stage) -> bool:
+    """Whether an effect or a law is declared that acts at a stage of the model."""
+    stages = {catalogue()[name].stage for name in test.effects} | {law.stage for law in test.laws.values()}
+    return stage in stages
 
 
 def chord_and_depth(facts: Facts) -> Iterator[Finding]:
     """A depth and a width, of the profile or as reported, must belong to the same facet."""
-    pairs: list[tuple[str, float, float]] = []
+    pairs: list[tuple[str, float, float, tuple[int, int]]] = []
     if facts.track:
-        pairs.append((facts.test.measured.provenance, facts.track.depth, facts.track.width))
+        pairs.append((facts.test.measured.provenance, facts.track.depth, facts.track.width, facts.of_profile))
     if {"depth", "width"} <= set(facts.test.reported):
-        pairs.append(("reported", facts.test.reported["depth"], facts.test.reported["width"]))
-    for kind, depth, width in pairs:
-        curvature = facts.test.rig.curvature_y
+        at_end = 2, len(facts.test.history.step)
+        pairs.append(("reported", facts.test.reported["depth"], facts.test.reported["width"], at_end))
+    for kind, depth, width, (disc, stop) in pairs:
         if facts.test.rig.is_line:
             yield _over_the_width(facts, kind, width)
-            continue
-        facet = 8.0 * depth / curvature
-        needed = facet_depth(width, curvature)
-        yield Finding(
-            rule="chord and depth",
-            subject=f"the {kind} width",
-            value=width * 1e3,
-            low=np.sqrt(facet) / GEOMETRY_MARGIN * 1e3,
-            high=np.sqrt(facet + (2.0 * float(facts.test.rig.patch.b)) ** 2) * GEOMETRY_MARGIN * 1e3,
-            unit="mm",
-            why=f"the {kind} depth of {_number(depth * 1e6)} µm on one disc",
-            hint=f"a facet of this width is {_number(needed * 1e6)} µm deep; or both discs wore, or the track wandered",
-        )
+        elif _cuts_a_facet(facts):
+            yield _of_a_facet(facts, kind, depth, width, facts.part(disc, stop))
+
+
+def _cuts_a_facet(facts: Facts) -> bool:
+    """Whether the contact stays where it is and K is the same all across it, by what is declared."""
+    test = facts.test
+    local = any(catalogue()[name].local for name in test.effects) or any(law.local for law in test.laws.values())
+    unknown = np.isfinite(test.options.disc1_wear_coefficient) and np.isnan(test.options.wear_coefficient)
+    wanders = _acts(test, "contact") and bool(np.any(facts.prediction.state.wander))
+    return not (local or unknown or wanders or _acts(test, "surface"))
+
+
+def _of_a_facet(facts: Facts, kind: str, depth: float, width: float, part: float) -> Finding:
+    """The width of a facet by the depth of a disc, which is so large a part of both discs' depth."""
+    curvature, patch = facts.test.rig.curvature_y, facts.heaviest.patch
+    facet = 8.0 * depth / part / curvature
+    needed = part * facet_depth(width, curvature)
+    return Finding(
+        rule="chord and depth",
+        subject=f"the {kind} width",
+        value=width * 1e3,
+        low=np.sqrt(facet) / GEOMETRY_MARGIN * 1e3,
+        high=np.sqrt(facet + (2.0 * float(patch.b)) ** 2) * GEOMETRY_MARGIN * 1e3,
+        unit="mm",
+        why=f"the {kind} depth of {_number(depth * 1e6)} µm on one disc"
+        + (f", {_number(100.0 * part)} % of the wear," if part < 1.0 else ""),
+        hint=f"a facet of this width is {_number(needed * 1e6)} µm deep; or both discs wore, or the track wandered",
+    )
 
 
 def _over_the_width(facts: Facts, kind: str, width: float) -> Finding:
@@ -252,55 +333,81 @@ def mass_and_profile(facts: Facts) -> Iterator[Finding]:
         )
 
 
+@dataclass(frozen=True)
+class Worn:
+    """A volume [m3] worn off a disc by the end of an entry of the history, from 1, and what it comes from."""
+
+    source: str
+    disc: int
+    stop: int
+    volume: float
+
+
 def volume_and_energy(facts: Facts) -> Iterator[Finding]:
     """A wear coefficient must join the worn volume and the dissipated energy."""
-    volumes = _volumes(facts)
-    if not volumes or not facts.energy > 0.0:
+    options, reported = facts.test.options, facts.test.reported.get("wear_coefficient", np.nan)
+    every = [worn for worn in _worn_volumes(facts) if facts.energy_by(worn.stop) > 0.0]
+    one, two = ([worn for worn in every if worn.disc == disc] for disc in (1, 2))
+    own = np.isfinite(options.disc1_wear_coefficient)
+    yield from _joined(facts, "the reported wear coefficient K", reported, every)
+    yield from _joined(facts, "the declared wear coefficient K", options.wear_coefficient, two if own else every)
+    yield from _joined(facts, "the declared wear coefficient K of disc 1", options.disc1_wear_coefficient, one)
+
+
+def _joined(facts: Facts, subject: str, value: float, volumes: list[Worn]) -> Iterator[Finding]:
+    """A coefficient against W H / E of each of some volumes, and of both discs' weighed mass together."""
+    if not volumes or not np.isfinite(value):
         return
-    hardness = facts.test.rig.disc2.hardness
-    allowed = [float(allowed_coefficient(volume=v, energy=facts.energy, hardness=hardness)) for v in volumes.values()]
-    given = {
-        "the reported wear coefficient K": facts.test.reported.get("wear_coefficient", np.nan),
-        "the declared wear coefficient K": facts.test.options.wear_coefficient,
-    }
-    for subject, value in given.items():
-        if np.isfinite(value):
-            yield Finding(
-                rule="volume and energy",
-                subject=subject,
-                value=value,
-                low=min(allowed) / ENERGY_MARGIN,
-                high=max(allowed) * ENERGY_MARGIN,
-                unit="1",
-                why=f"the worn volume ({' or '.join(volumes)}) with {_number(facts.energy * 1e-3)} kJ",
-                hint=f"W H / E is {' or '.join(_number(k) for k in allowed)}, "
-                f"and K is {' or '.join(_number(value / k if k else np.inf) for k in allowed)} times that",
-            )
+    allowed = {worn.source: _allowed(facts, worn) for worn in volumes}
+    energies = dict.fromkeys(_number(facts.energy_by(worn.stop) * 1e-3) for worn in volumes)
+    if set(WEIGHED.values()) <= set(allowed) and all(facts.part(worn.disc, worn.stop) == 1.0 for worn in volumes):
+        allowed["that of both"] = sum(allowed[source] for source in WEIGHED.values())
+    yield Finding(
+        rule="volume and energy",
+        subject=subject,
+        value=value,
+        low=min(allowed.values()) / ENERGY_MARGIN,
+        high=max(allowed.values()) * ENERGY_MARGIN,
+        unit="1",
+        why=f"the worn volume ({' or '.join(allowed)}) with {' or '.join(energies)} kJ",
+        hint=f"W H / E is {' or '.join(_number(k) for k in allowed.values())}, "
+        f"and K is {' or '.join(_number(value / k if k else np.inf) for k in allowed.values())} times that",
+    )
 
 
-def _volumes(facts: Facts) -> dict[str, float]:
-    """Worn volumes [m3] by what they come from: the profile, and the facet that a reported depth cuts."""
-    volumes = {}
-    mass = facts.test.measured.mass
+def _allowed(facts: Facts, worn: Worn) -> float:
+    """W H / E of the disc concerned; where both discs share the wear of one K, that K, which goes with disc 2's H.
+
+    What is declared to change K counts.
+    """
+    rig, own = facts.test.rig, np.isfinite(facts.test.options.disc1_wear_coefficient)
+    part = 1.0 if own else facts.part(worn.disc, worn.stop)
+    disc = rig.disc1 if worn.disc == 1 and part == 1.0 else rig.disc2
+    volume, energy = worn.volume / part, facts.energy_by(worn.stop) * facts.wear_factor(worn.stop)
+    return float(allowed_coefficient(volume=volume, energy=energy, hardness=disc.hardness))
+
+
+def _worn_volumes(facts: Facts) -> list[Worn]:
+    """The worn volumes by the last weighings, the last profile, and the facet that a reported depth cuts."""
+    volumes, rig, mass = list[Worn](), facts.test.rig, facts.test.measured.mass
     if mass is not None:
-        last = mass.iteration == mass.iteration.max()
-        density = np.where(mass.disc == 1, facts.test.rig.disc1.density, facts.test.rig.disc2.density)
-        volumes["weighed mass"] = float(np.sum((mass.loss / density)[last]))
+        lost, last = mass.loss / rig.density_of(mass.disc), {disc: own[-1] for disc, own in mass.of_discs().items()}
+        volumes = [Worn(WEIGHED[d], d, int(mass.iteration[i]), float(lost[i])) for d, i in last.items()]
     if facts.volume > 0.0:
-        volumes[f"{facts.test.measured.provenance} profile"] = facts.volume
-    depth = facts.test.reported.get("depth")
-    radius = facts.test.rig.disc2.rolling_radius
-    if depth and np.isfinite(radius):
-        rig = facts.test.rig
-        section = depth * (rig.width if rig.is_line else 2.0 / 3.0 * np.sqrt(8.0 * depth / rig.curvature_y))
-        volumes["facet of the reported depth"] = 2.0 * np.pi * radius * section
+        volumes.append(Worn(f"{facts.test.measured.provenance} profile", *facts.of_profile, facts.volume))
+    if depth := facts.test.reported.get("depth"):
+        stop = len(facts.test.history.step)
+        wide = rig.width if rig.is_line else 2.0 / 3.0 * np.sqrt(8.0 * depth / facts.part(2, stop) / rig.curvature_y)
+        volume = 2.0 * np.pi * float(rig.track_radius(2)) * depth * wide
+        volumes.append(Worn("facet of the reported depth", 2, stop, volume))
     return volumes
 
 
 def heat_and_temperature(facts: Facts) -> Iterator[Finding]:
-    """A temperature rise must be paid for by the dissipated heat."""
-    thermal, samples = facts.test.thermal, facts.test.measured.temperature
-    if thermal is None or not facts.energy > 0.0:
+    """A temperature rise must be paid for by the dissipated heat, where no other heat or cooling is declared."""
+    test, thermal, samples = facts.test, facts.test.thermal, facts.test.measured.temperature
+    other = _acts(test, "heat") or any(law.of.channel == "temperature" for law in test.laws.values())
+    if thermal is None or other or not facts.energy > 0.0:
         return
     rises = {"the reported temperature rise": facts.test.reported.get("temperature_rise", np.nan)}
     if samples is not None:
@@ -334,64 +441,104 @@ def _noise(readings: Floats) -> float:
 
 
 def elastic_limit(facts: Facts) -> Iterator[Finding]:
-    """No coefficient of friction makes T/N larger than linear theory does at that creepage."""
-    samples, rig = facts.test.measured.traction, facts.test.rig
+    """No coefficient of friction makes T/N larger than linear theory does at that creepage.
+
+    Discs that wore by an unknown K touch in a larger patch than the unworn one, which only allows more: no step after
+    one that slides contradicts.
+    """
+    test, samples, history = facts.test, facts.test.measured.traction, facts.test.history
     if samples is None:
         return
     try:
-        slope = float(creep_stiffness(rig, rig.patch.a, rig.patch.b)[0]) / rig.normal_load
+        by_creepage, by_pressure = _linear_theory(facts)
     except ValueError:
         return
-    of_pressure = abs(float(slip_of_pressure(rig, rig.patch.a, rig.patch.b, np.asarray(rig.normal_load))))
-    for step in np.unique(samples.step):
-        mine = samples.step == step
+    worn, wears = False, np.isnan(test.options.wear_coefficient) and not (test.rig.is_line or history.separate)
+    slides = (history.step_creepage != 0.0) | (history.yaw[history.step_begin] != 0.0)
+    for step in np.flatnonzero(slides):
+        mine = (samples.step == step) & (history.step_creepage[step] != 0.0)
+        if not np.any(mine):
+            worn = wears
+            continue
         creepage = float(np.mean(samples.creepage[mine]))
         ratio = samples.ratio[mine] * np.sign(creepage)
         error = float(np.std(ratio)) / np.sqrt(len(ratio))
-        creepage, nominal = abs(creepage) + of_pressure, facts.test.history.step_creepage[step]
-        if nominal != 0.0 and slope * creepage < 1.0:
-            yield Finding(
-                rule="elastic limit",
-                subject=f"T/N of step {step + 1}",
-                value=float(np.mean(ratio)),
-                low=0.0,
-                high=slope * creepage * LIMIT_MARGIN + 2.0 * error,
-                unit="1",
-                why=f"linear theory at {_number(creepage * 100.0)} %",
-                hint="no mu explains more: are the zero of creepage, the stiffness and the load right?",
-            )
+        limit = abs(float(np.mean(by_creepage[mine]))) + float(np.mean(by_pressure[mine]))
+        finding = Finding(
+            rule="elastic limit",
+            subject=f"T/N of step {step + 1}",
+            value=float(np.mean(ratio)),
+            low=0.0,
+            high=limit * LIMIT_MARGIN + 2.0 * error,
+            unit="1",
+            why=f"linear theory at {_number(abs(creepage) * 100.0)} %",
+            hint="no mu explains more: are the zero of creepage, the stiffness and the load right?",
+        )
+        if limit < 1.0 and (finding.ok or not worn):
+            yield finding
+        worn |= wears and finding.value < STICKS * limit
+
+
+def _linear_theory(facts: Facts) -> tuple[Floats, Floats]:
+    """T/N at each sample of patches that stick all over: by their creepage, and by the pressure of unlike discs."""
+    test, prediction = facts.test, facts.prediction
+    state = prediction.state
+    load = np.broadcast_to(state.normal_load / state.nominal_load, prediction.section.shape)
+    patch = prediction.paths.patch(prediction.section, load)
+    patch = patch.with_layer(test.options.layer_compliance, line=test.rig.is_line)
+    slip = np.abs(slip_of_pressure(test.rig, patch.a, patch.b, state.normal_load))
+    per_slip = patch.stiffness * state.slope / state.recorded_load
+    by_creepage, by_pressure = (facts.model.points.traction(per_slip * s)[0] for s in (state.creepage, slip))
+    return by_creepage, by_pressure
 
 
 def traction_sign(facts: Facts) -> Iterator[Finding]:
     """The faster disc drives: T/N has the sign of the creepage."""
     samples = facts.test.measured.traction
-    if samples is not None:
-        share = against_creepage(facts.test, samples)
-        why = "the faster disc, which drives the other,"
-        yield Finding("sign", "the share of samples with T/N against the creepage", share, 0.0, 0.5, "1", why)
+    if samples is None:
+        return
+    share = against_creepage(facts.test, samples)
+    yield Finding(
+        rule="sign",
+        subject="the share of samples with T/N opposed to the creepage",
+        value=share,
+        low=0.0,
+        high=0.5,
+        unit="1",
+        why="the faster disc, which drives the other,",
+        sentence=f"{_number(100.0 * share)} % of the samples have T/N opposed to the creepage",
+        hint="the faster disc drives the other: does one of the two count the other way round?",
+    )
 
 
 def pressure(facts: Facts) -> Iterator[Finding]:
-    """The softer disc carries the peak pressure."""
+    """The softer disc carries the peak pressure, under the greatest load."""
     hardness = min(facts.test.rig.disc1.hardness, facts.test.rig.disc2.hardness)
     subject, why = "Hertz's peak pressure", "the hardness of the softer disc"
-    yield Finding("pressure", subject, float(facts.test.rig.patch.p0) * 1e-6, 0.0, hardness * 1e-6, "MPa", why)
+    yield Finding("pressure", subject, float(facts.heaviest.patch.p0) * 1e-6, 0.0, hardness * 1e-6, "MPa", why)
 
 
 def shakes_down(facts: Facts) -> Iterator[Finding]:
-    """Archard's law reads wear of surfaces that no longer flow."""
+    """Archard's law reads wear of surfaces that no longer flow: in the iteration that is nearest to flowing."""
     rig, ratio = facts.test.rig, np.abs(facts.ratio)
-    if not np.any(np.isfinite(ratio)):
-        return
     k = float(shakedown.shear_yield(min(rig.disc1.hardness, rig.disc2.hardness)))
-    patch, largest = rig.patch, float(np.nanmax(ratio))
-    limit = float(shakedown.limits(largest, float(patch.a), np.inf if rig.is_line else float(patch.b))[1])
-    yield Finding(
+    known = np.flatnonzero(np.isfinite(ratio) & facts.test.history.driven)
+    falling = known[np.lexsort((-ratio[known], -facts.load[known]))]
+    above = np.diff(np.maximum.accumulate(ratio[falling]), prepend=-1.0) > 0.0
+    worst = [_shakedown(replace(rig, normal_load=float(facts.load[i])), float(ratio[i]), k) for i in falling[above]]
+    if worst:
+        yield max(worst, key=lambda finding: finding.strain)
+
+
+def _shakedown(rig: Rig, ratio: float, k: float) -> Finding:
+    """p0 over the yield stress k [Pa] in shear, at T/N."""
+    patch = rig.patch
+    return Finding(
         rule="shakedown",
-        subject=f"p0 / k of the softer disc at T/N = {_number(largest)}",
+        subject=f"p0 / k of the softer disc at T/N = {_number(ratio)}",
         value=float(patch.p0) / k,
         low=0.0,
-        high=limit,
+        high=float(shakedown.limits(ratio, float(patch.a), np.inf if rig.is_line else float(patch.b))[1]),
         unit="1",
         why="shakedown",
         hint="beyond it every pass leaves plastic strain, and Archard's law alone does not read the wear",
@@ -400,7 +547,7 @@ def shakes_down(facts: Facts) -> Iterator[Finding]:
 
 def small_patch(facts: Facts) -> Iterator[Finding]:
     """Hertz's theory takes a patch that is small against the radii, Kalker's one that is not too slender."""
-    rig, patch = facts.test.rig, facts.test.rig.patch
+    rig, patch = facts.heaviest, facts.heaviest.patch
     largest = max(float(patch.a) * rig.curvature_x, float(patch.b) * rig.curvature_y)
     yield Finding("theory", "the patch over its radius", largest, 0.0, 0.3, "1", "a half-space")
     if rig.is_line:
