@@ -32,6 +32,8 @@ from twindisc_cli.model.patch import Paths
 
 SET_IN_STEPS = frozenset({"creepage", "load", "rolling_speed"})
 """Covariates that a rig sets for each step."""
+CLOSE = 0.9
+"""Share of the best law's promise from which on any other law over them is fitted: to first order, none is exact."""
 FIRST_STEPS = 6
 """Steps of a fit on tracks of its own after which one of several starts is gone on from."""
 SAME_PLACE = 0.25
@@ -95,7 +97,8 @@ def _likeliest_laws(proposed: Sequence[Proposal]) -> set[str]:
             kinds[p.name] = {p.effect.channel} | ({p.pair.covariate} & SET_IN_STEPS)
     best = by_falling_value(evidence)
     first = {kind: name for name in reversed(best) for kind in kinds[name]}
-    return {*best[: SEARCH.fitted_each_round], *first.values()}
+    close = {name for name in best if kinds[name] & SET_IN_STEPS and evidence[name] > CLOSE * evidence[best[0]]}
+    return {*best[: SEARCH.fitted_each_round], *first.values(), *close}
 
 
 def _asks_too_much(problem: Problem, proposal: Proposal) -> bool:
