@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from definitions import shipped
-from rigs import experiment, history, traction_samples
+from rigs import ROOM, experiment, history, rig, traction_samples
 
 from twindisc_cli.errors import MeasurementError
 from twindisc_cli.identify.friction import mean_and_interval, mu_from_traction, states
@@ -24,7 +24,8 @@ from twindisc_cli.identify.steps import (
 )
 from twindisc_cli.identify.track import worn_track
 from twindisc_cli.identify.wear_coefficient import bisect_depth
-from twindisc_cli.model.experiment import Experiment, Measured, Options, TractionSamples
+from twindisc_cli.model.base import BaseParameters
+from twindisc_cli.model.experiment import Experiment, Measured, Options, Thermal, TractionSamples
 from twindisc_cli.model.forward import ForwardModel
 
 
@@ -89,6 +90,46 @@ def test_identification_undoes_it_with_effects_and_wear_acting(ambient):
     made = replace(samples, ratio=model.predict(base).traction[0])
     again = replace(model.experiment, measured=replace(test.measured, traction=made))
     assert identify_friction(ForwardModel(again)).mu == pytest.approx(mu, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("declared", "loads"),
+    [
+        ({"options": Options(wear_coefficient=7e-5)}, 1.0),
+        ({"options": Options(wear_coefficient=2e-3), "rig": rig(load=800.0)}, 1.0),
+        ({"options": Options(wear_coefficient=7e-5)}, [1.0, 2.0, 1.0, 3.0, 1.0, 0.5]),
+        ({"effects": {"temperature_dependent_friction": {"per_kelvin": -0.03}}}, 1.0),
+        ({"effects": {"temperature_dependent_friction": {"per_kelvin": 0.02}}}, 1.0),
+    ],
+)
+def test_identification_undoes_what_steps_leave_to_later_ones(declared, loads):
+    """Partial slip after steps that have worn and warmed the discs: the model takes mu to T/N, these to mu."""
+    course = history([0.02, 0.001, 0.04, 0.002, 0.08, 0.001], 5)
+    course = replace(course, load_factor=np.broadcast_to(loads, 6)[course.step])
+    thermal = Thermal(ROOM, 100.0, ROOM, convection=0.2)
+    blank = traction_samples(course, course.end_time - 40.0, np.zeros(30))
+    test = experiment(course, thermal=thermal, measured=Measured(traction=blank), **declared)
+    mu = np.array([0.6, 0.55, 0.5, 0.6, 0.55, 0.6])
+    made = ForwardModel(test).predict(BaseParameters.declared(test, mu[None]), profiled=False).traction[0]
+    again = replace(test, measured=Measured(traction=replace(blank, ratio=made)))
+    assert identify_friction(ForwardModel(again)).mu == pytest.approx(mu, rel=1e-5)
+
+
+def test_a_step_without_traction_wears_with_the_declared_friction_or_that_of_the_step_before():
+    course = history([0.04, 0.04, 0.001], 5)
+    course = replace(course, step=np.repeat([0, 1, 2], 5))
+    options = Options(wear_coefficient=2e-4)
+    blank = traction_samples(course, course.end_time - 40.0, np.zeros(15))
+    for given, second in ((np.nan, 0.6), (0.3, 0.3)):
+        given_mu = np.where(course.step == 1, given, np.nan)
+        test = experiment(replace(course, given_mu=given_mu), options=options, measured=Measured(traction=blank))
+        mu = np.array([0.6, second, 0.5])
+        made = ForwardModel(test).predict(BaseParameters.declared(test, mu[None]), profiled=False).traction[0]
+        seen = course.step != 1
+        samples = traction_samples(course, course.end_time[seen] - 40.0, made[seen])
+        found = identify_friction(ForwardModel(replace(test, measured=Measured(traction=samples))))
+        assert np.isnan(found.mu[1])
+        assert found.mu[[0, 2]] == pytest.approx([0.6, 0.5], rel=1e-6)
 
 
 def test_five_hundred_steps_that_wear_have_their_friction():

@@ -2,6 +2,7 @@
 
     T/N = mu f(G a b C11 v / (mu N))      apparent friction; f the traction law, 1 in full sliding
 
+Where steps wear or warm the contact of later ones, `coupled_steps` inverts them in passes.
 T/N grows with mu from 0 to the elastic limit G a b C11 v / N of linear theory. Below it exactly one mu explains a
 measurement; above it none does, and the cause is the creepage's zero, the contact's stiffness or the load.
 
@@ -35,7 +36,8 @@ HIGHEST_THAT_WEARS = 10.0
 def mu_from_traction(ratio: Floats, *, traction: Callable[[Floats], Floats], highest_mu: float = HIGHEST) -> Floats:
     """The mu [1] at which `traction`, T/N over mu, is `ratio`, both (...); to rounding.
 
-    traction must grow with mu. 0 where even the smallest mu gives more, inf above the elastic limit (or highest_mu).
+    traction must grow with mu, and each T/N depend on its own mu alone. 0 where even the smallest mu gives more, inf
+    above the elastic limit (or highest_mu).
     """
     low, high = np.full(ratio.shape, np.log(LOWEST)), np.full(ratio.shape, np.log(highest_mu))
     lowest, highest = traction(np.exp(low)), traction(np.exp(high))

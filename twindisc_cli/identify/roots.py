@@ -1,7 +1,7 @@
 """Roots of monotone functions, many at a time, all of them evaluated together.
 
 scipy.optimize.elementwise.find_root, which is the same method, evaluates those that are left alone: it cannot serve
-where the friction of one step wears the contact of the next.
+where one prediction takes the friction of all steps of a test.
 
 Source: T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145-149: inverse quadratic interpolation where it
 is safe, bisection elsewhere.

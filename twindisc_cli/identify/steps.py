@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from twindisc_cli.errors import MeasurementError, Problem
+from twindisc_cli.identify.coupled_steps import CoupledSteps
 from twindisc_cli.identify.friction import (
     HIGHEST,
     HIGHEST_THAT_WEARS,
@@ -101,7 +102,12 @@ def identify_friction(model: ForwardModel) -> StepFriction:
     plain = model.experiment.is_plain and model.experiment.history.is_constant and not _wears(model.experiment)
     traction, share_at = _in_closed_form(model.experiment, samples) if plain else _through_model(model, samples)
     highest = HIGHEST_THAT_WEARS if _wears(model.experiment) else HIGHEST
-    inverted = partial(mu_from_traction, traction=lambda mu: sense * traction(mu), highest_mu=highest)
+    inverted: Callable[[Floats], Floats]
+    if plain:
+        inverted = partial(mu_from_traction, traction=lambda mu: sense * traction(mu), highest_mu=highest)
+    else:
+        mean = _mean_of_steps(model.experiment, samples)
+        inverted = CoupledSteps(model, lambda values: sense * mean(values), highest).mu_of
     if np.any(error := creepage_error(model.experiment)):
         mu = np.clip(np.nan_to_num(inverted((sense * ratio)[None]), nan=1.0), LOWEST, highest)
         off = traction(mu, error) - traction(mu, -error)

@@ -290,7 +290,8 @@ class ForwardModel:
                  what that makes of profile and patch: each; the first, after which all of them go; none, and only what
                  is taken off is counted; or the paths of a prediction nearby, which all of them go
         profiled whether the measured profiles are asked for; without them there is no worn surface
-        near     the state of one set nearby, from which the passes begin: it saves some of them, at as many points
+        near     the state of one set nearby, or of each set, from which the passes begin: it saves some of them, at as
+                 many points
         within   change of the energy in a pass at which it stands still
         """
         base = BaseParameters.of(base)
@@ -298,7 +299,8 @@ class ForwardModel:
         known = {**catalogue(), **(trial or {})}
         acting = [(known[name], columns) for name, columns in self._all_effects(effects or {}, sets).items()]
         every = _Chain(self, base.columns(sets), acting, sets, None if isinstance(integrated, str) else integrated)
-        chain, place = every.before_recording()
+        of_each = near is not None and len(near.energy) > 1
+        chain, place = (every, np.arange(sets)) if of_each else every.before_recording()
         begin = chain.beginning(near)
         if integrated in ("each", "first") and chain.needs_integration:
             chain, state = chain.on_integrated(begin, slice(1 if integrated == "first" else None))
