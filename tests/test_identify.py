@@ -21,6 +21,7 @@ from twindisc_cli.identify.steps import (
     friction_in_use,
     identify_friction,
     refuse_reversed,
+    softness,
 )
 from twindisc_cli.identify.track import worn_track
 from twindisc_cli.identify.wear_coefficient import bisect_depth
@@ -90,6 +91,20 @@ def test_identification_undoes_it_with_effects_and_wear_acting(ambient):
     made = replace(samples, ratio=model.predict(base).traction[0])
     again = replace(model.experiment, measured=replace(test.measured, traction=made))
     assert identify_friction(ForwardModel(again)).mu == pytest.approx(mu, rel=1e-6)
+
+
+@pytest.mark.parametrize("factor", [8.0, 1.0 / 16.0])
+@pytest.mark.parametrize("crown", [0.03, np.inf])
+def test_smooth_discs_have_the_slope_of_the_theory_under_any_load(factor, crown):
+    """Exact data in partial slip and in full sliding; of a step under yaw T/N says nothing of the slope."""
+    course = history([0.08, 0.0001, 0.0002, 0.0001], 1)
+    course = replace(course, load_factor=np.array([1.0, factor, factor, 1.0]), yaw=np.array([0.0, 0.0, 0.0, 0.02]))
+    blank = traction_samples(course, course.end_time - 40.0, np.zeros(4))
+    discs = replace(rig(crown=crown), disc1=replace(rig().disc1, width=0.01))
+    test = experiment(course, rig=discs, options=Options(traction="exact"), measured=Measured(traction=blank))
+    made = ForwardModel(test).predict({"mu": np.array([0.6])}, profiled=False).traction[0]
+    again = replace(test, measured=Measured(traction=replace(blank, ratio=made)))
+    assert softness(again, identify_friction(ForwardModel(again))) == pytest.approx([1.0, 1.0], rel=1e-3)
 
 
 @pytest.mark.parametrize(

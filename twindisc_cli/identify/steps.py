@@ -26,7 +26,7 @@ from twindisc_cli.identify.friction import (
     mu_from_traction,
     states,
 )
-from twindisc_cli.identify.law import unworn_law
+from twindisc_cli.identify.law import slope_under_load, unworn_law
 from twindisc_cli.identify.least_squares import NINETY
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, Traction, TractionSamples
@@ -163,18 +163,21 @@ def creepage_error(test: Experiment) -> Floats:
 def softness(test: Experiment, friction: StepFriction) -> Floats:
     """The slope that steps below full sliding ask for, over the theory's, if mu is as in full sliding; (such a step,).
 
-    Empty where no step slides all over or declared effects act. Below 1 the contact is softer than smooth discs, as
-    rough or covered ones are, or friction is lower there: T/N alone does not show which.
+    Empty where no step slides all over or declared effects act; steps under yaw are left out. Below 1 the contact is
+    softer than smooth discs, as rough or covered ones are, or friction is lower there: T/N alone does not show which.
     """
-    if not test.is_plain or not np.any(known := np.isfinite(friction.mu) & (friction.mu > 0.0)):
+    first = test.history.step_begin
+    known = np.isfinite(friction.mu) & (friction.mu > 0.0) & (test.history.yaw[first] == 0.0)
+    if not (test.is_plain and np.any(known)):
         return np.empty(0)
     law, creepage, ratio = unworn_law(test), np.abs(friction.creepage), np.abs(friction.ratio)
-    slides = known & (creepage > FAR_BEYOND * friction.mu / law.slope * law.full_slip)
+    slope = law.slope * slope_under_load(test, test.history.load_factor[first])
+    slides = known & (creepage > FAR_BEYOND * friction.mu / slope * law.full_slip)
     if not np.any(slides):
         return np.empty(0)
     mu = float(np.mean(friction.mu[slides]))
-    below = known & (creepage < mu / law.slope * law.full_slip) & (ratio < LIGHT_LINE * mu)
-    return np.asarray(law.unsaturation(ratio[below] / mu) * mu / (law.slope * creepage[below]))
+    below = known & (creepage < mu / slope * law.full_slip) & (ratio < LIGHT_LINE * mu)
+    return np.asarray(law.unsaturation(ratio[below] / mu) * mu / (slope * creepage)[below])
 
 
 def friction_in_use(model: ForwardModel) -> FrictionInUse:
