@@ -6,6 +6,7 @@ import doctest
 import inspect
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -74,6 +75,30 @@ def test_wear_follows_archard_and_heat_the_energy_balance() -> None:
     assert worn.volume == pytest.approx(1e-4 * energy / SPHERES.disc2.hardness, rel=1e-3)
     warm = disc_temperature(5.0, [30.0, 30.0, 60.0], heat_capacity=100.0, convection=0.0, initial=300.0)
     assert warm == pytest.approx([301.5, 303.0, 306.0])
+
+
+def test_a_track_takes_one_mu_or_one_for_each_step() -> None:
+    """Two iterations of the first step and one of the second, in full sliding."""
+    worn = wear_track(SPHERES, [0.02, 0.02, 0.05], 4200, mu=[0.3, 0.6], wear_coefficient=1e-4)
+    assert worn.mu.tolist() == [0.3, 0.3, 0.6]
+    assert worn.traction_ratio == pytest.approx([0.3, 0.3, 0.6])
+    assert wear_track(SPHERES, [0.02, 0.02, 0.05], 4200, mu=0.4, wear_coefficient=1e-4).mu.tolist() == [0.4] * 3
+    with pytest.raises(ValueError, match="3 mu for 2 steps: give one mu for each step, or one for all"):
+        wear_track(SPHERES, [0.02, 0.02, 0.05], 4200, mu=[0.3, 0.3, 0.6], wear_coefficient=1e-4)
+
+
+def test_without_creepage_the_friction_is_not_known() -> None:
+    found = identify_friction(SPHERES, [0.0, 0.05], [0.3, 0.3])
+    assert np.isnan(found[0])
+    assert found[1] == pytest.approx(0.3)
+
+
+def test_discs_of_two_radii_turn_as_often_as_the_mean_of_their_turns() -> None:
+    """At one surface speed V each disc turns V / (2 pi R) times a second; revolutions count the mean of both."""
+    discs = replace(SPHERES, disc2=replace(SPHERES.disc2, rolling_radius=0.06))
+    test = experiment(discs, [0.01], [1000])
+    turns = 0.5 * (1.0 / 0.03 + 1.0 / 0.06) * discs.rolling_speed / (2.0 * np.pi)
+    assert test.history.duration == pytest.approx([1000.0 / turns])
 
 
 def test_samples_that_do_not_fit_their_places_are_refused() -> None:

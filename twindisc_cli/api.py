@@ -42,6 +42,7 @@ from twindisc_cli.model.experiment import (
     Thermal,
     Traction,
     TractionSamples,
+    mean_radius,
 )
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.traction_law import theory_for
@@ -121,7 +122,7 @@ def identify_friction(
     Returns
     -------
     (n,)
-        mu [1]; inf where T/N is above what elasticity allows at that creepage.
+        mu [1]; inf where T/N is above what elasticity allows at that creepage, NaN without creepage.
 
     Raises
     ------
@@ -141,7 +142,8 @@ def identify_friction(
     """
     law, slip = unworn_law(_bare(rig, Options(traction=theory_for(rig, traction)))), np.abs(_floats(creepage))
     ratio = _floats(traction_ratio) * np.sign(_floats(creepage))
-    return mu_from_traction(ratio, traction=lambda mu: law.apparent(mu, slip))
+    mu = mu_from_traction(ratio, traction=lambda mu: law.apparent(mu, slip))
+    return np.where(slip > 0.0, mu, np.nan)
 
 
 def wear_track(
@@ -153,7 +155,7 @@ def wear_track(
     wear_coefficient: float,
     contact: Contact = "hertz",
 ) -> WearHistory:
-    """What wear makes of disc 2 by Archard's law (Eqs. 13 to 17), iteration by iteration.
+    """What wear makes of disc 2 by Archard's law (Eqs. 13 to 15), iteration by iteration.
 
     Parameters
     ----------
@@ -180,6 +182,8 @@ def wear_track(
     ------
     ValidityError
         The patch outgrows the discs, or a quantity lies outside the range of the theory.
+    ValueError
+        There are not as many mu as steps.
 
     Examples
     --------
@@ -196,8 +200,10 @@ def wear_track(
     model = ForwardModel(
         replace(_bare(rig, Options(contact=contact, wear_coefficient=wear_coefficient)), history=history)
     )
-    steps = np.broadcast_to(np.asarray(mu, dtype=float), history.step.shape)
-    return wear_history(model, mu=steps, wear_coefficient=wear_coefficient)
+    friction, steps = _floats(mu), len(history.step_begin)
+    if len(friction) not in (1, steps):
+        raise ValueError(f"{len(friction)} mu for {steps} steps: give one mu for each step, or one for all")
+    return wear_history(model, mu=np.broadcast_to(friction, steps), wear_coefficient=wear_coefficient)
 
 
 def disc_temperature(
@@ -394,8 +400,7 @@ def _bare(rig: Rig, options: Options) -> Experiment:
 def _history(rig: Rig, creepage: ArrayLike, revolutions: ArrayLike) -> History:
     """Iterations (n,); those of one creepage in a row are a step. They last as long as the mean disc turns so often."""
     slip, turns = np.broadcast_arrays(_floats(creepage), _floats(revolutions))
-    radii = np.array([rig.disc1.rolling_radius, rig.disc2.rolling_radius])
-    around = 2.0 * np.pi * float(np.mean(radii[np.isfinite(radii)]))
+    around = 2.0 * np.pi * mean_radius(rig.disc1, rig.disc2)
     step = np.concatenate([[0], np.cumsum(np.diff(slip) != 0.0)])
     return History(step, slip, turns * around / rig.rolling_speed, turns, np.full(len(slip), np.nan))
 
