@@ -24,7 +24,8 @@ from twindisc_cli.campaign.plan import plan, read
 from twindisc_cli.campaign.shared import common_of
 from twindisc_cli.campaign.table import Row, columns_of, csv_text, header, parquet_bytes, table_of
 from twindisc_cli.cli import main
-from twindisc_cli.commands._campaign_work import PRELOAD
+from twindisc_cli.commands._campaign_work import PRELOAD, wear_rate
+from twindisc_cli.definition import load
 from twindisc_cli.errors import DefinitionError
 from twindisc_cli.figures.campaign import figure_of
 
@@ -489,6 +490,34 @@ def test_effects_hold_for_all_some_or_one_test_of_a_group() -> None:
     figure = figure_of("close-loop", table, found, (), "")
     assert figure is not None
     figure()
+
+
+LOADED = """steps = [
+  { creepage_percent = 5.0, iterations = 2 },
+  { pause_s = PAUSE },
+  { creepage_percent = 5.0, iterations = 1, normal_load_N = 144.0, rolling_speed_m_s = 3.0 },
+]
+"""
+"""Two blocks of full sliding, the second under twice the load, whose patch is 2^(2/3) times as large."""
+
+
+@pytest.mark.parametrize("pause", ["60", "600"])
+def test_the_wear_rate_is_per_distance_rolled_and_patch_under_the_load_of_each_step(folder: Path, pause: str) -> None:
+    """T gamma / A = sum mu N v s / sum A s; in a pause nothing rolls, and the energy of fit-k ends with the profile."""
+    before, _, rest = VALID.partition("steps = [")
+    text = before + LOADED.replace("PAUSE", pause) + rest.partition("\n]\n")[2]
+    profile = "y [mm],height [um],iteration\n" + "".join(
+        f"{y:.2f},{-max(0.0, 1.0 - (y / 0.4) ** 2):.4f},2\n" for y in np.linspace(-1.0, 1.0, 101)
+    )
+    test = load(write(folder, text, profile=profile))
+    area = test.experiment.rig.patch.area * np.array([1.0, np.cbrt(4.0)])
+    force, rolled = 0.6 * 0.05 * np.array([72.0, 144.0]), 2.0 * np.pi * 0.03 * 4200 * np.array([2.0, 1.0])
+    for command, key, blocks in (("simulate-wear", "wear_coefficient", 2), ("fit-k", "K", 1)):
+        energy = force[:blocks] @ rolled[:blocks]
+        found = wear_rate(test, {key: 7e-5, "dissipated_energy_kJ": 1e-3 * energy})
+        index = energy / (area[:blocks] @ rolled[:blocks])
+        assert found["T gamma / A [N/mm2]"] == pytest.approx(1e-6 * index), command
+        assert found["wear rate [um/km]"] == pytest.approx(1e9 * 7e-5 * index / (700.0 * 9.80665e6)), command
 
 
 def falling(folder: Path, sizes: dict[str, float]) -> list[Row]:

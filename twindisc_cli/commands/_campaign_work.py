@@ -21,6 +21,7 @@ from twindisc_cli.campaign.table import Row, Value, columns_of, header
 from twindisc_cli.commands import _runner
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import TwindiscError, bug
+from twindisc_cli.identify.track import last_profile
 from twindisc_cli.loop import channels
 from twindisc_cli.plugins import fault
 from twindisc_cli.results.recorded import made_by_another, recorded, up_to_date
@@ -139,25 +140,28 @@ def _operation(test: Test) -> dict[str, Value]:
         "normal load [N]": experiment.rig.normal_load,
         "rolling speed [m/s]": experiment.rig.rolling_speed,
         "largest creepage [%]": largest * 100.0,
-        "rolled distance [km]": float(experiment.rig.rolling_speed * experiment.history.duration.sum() * 1e-3),
+        "rolled distance [km]": float(experiment.rolled.sum() * 1e-3),
     }
 
 
 def _found(test: Test, outcome: Mapping[str, Any]) -> dict[str, Value]:
-    return columns_of(outcome) | _wear_rate(test, outcome)
+    return columns_of(outcome) | wear_rate(test, outcome)
 
 
-def _wear_rate(test: Test, outcome: Mapping[str, Any]) -> dict[str, Value]:
+def wear_rate(test: Test, outcome: Mapping[str, Any]) -> dict[str, Value]:
     """T gamma / A and the wear rate of a test whose energy and K are known, per area of the unworn discs' patch.
 
-    T gamma = E / s, the energy dissipated on the distance s;  wear rate = W / (s A) with W = K E / H.
+    T gamma = E / s, the energy dissipated on the distance s;  wear rate = W / (s A) with W = K E / H. Under several
+    loads A is the mean over the distance; the energy and the distance of fit-k end with the last profile.
     Source: R. Lewis and R. S. Dwyer-Joyce, Proc. IMechE J 218 (2004) 467-478.
     """
     k, energy = outcome.get("K", outcome.get("wear_coefficient")), outcome.get("dissipated_energy_kJ")
     if k is None or energy is None:
         return {}
-    rig, history = test.experiment.rig, test.experiment.history
-    per_area = energy * 1e3 / float(rig.rolling_speed * history.duration.sum() * rig.patch.area)
+    rig, history, profile = test.experiment.rig, test.experiment.history, test.experiment.measured.profile
+    rolled_over = np.cumsum(test.experiment.rolled * rig.area_ratio(history.load_factor) * rig.patch.area)
+    last = int(profile.iteration[last_profile(profile)][0]) if profile and "K" in outcome else len(rolled_over)
+    per_area = energy * 1e3 / float(rolled_over[last - 1])
     return {
         "T gamma / A [N/mm2]": per_area * 1e-6,
         "wear rate [um/km]": per_area * k / rig.disc2.hardness * 1e9,

@@ -45,8 +45,7 @@ class TimeAxis:
         if self.over in UNITS:
             return UNITS[self.over].of_si(seconds)
         history = self.test.history
-        kilometres = 1e-3 * self.test.rig.rolling_speed * history.speed_factor * history.duration * history.driven
-        grown = history.revolutions if self.over == "cycles" else kilometres
+        grown = history.revolutions if self.over == "cycles" else 1e-3 * self.test.rolled
         return np.asarray(np.interp(seconds, np.append(0.0, history.end_time), np.append(0.0, np.cumsum(grown))))
 
     def text(self, time: float) -> str:

@@ -40,11 +40,3 @@ def unworn_law(test: Experiment) -> Law:
         unsaturation=lambda share: law.unsaturation(share, ratio),
         full_slip=float(law.unsaturation(np.asarray(law.full), ratio)),
     )
-
-
-def slope_under_load(test: Experiment, load_factor: Floats) -> Floats:
-    """The initial slope under so many times the rig's load, over that under the rig's, both (...) [1].
-
-    a b / N falls with the third root of N where the patch is an ellipse, with its square root where it is a strip.
-    """
-    return np.asarray(load_factor ** (-0.5 if test.rig.is_line else -1.0 / 3.0))

@@ -32,7 +32,8 @@ from twindisc_cli.model.forward import ForwardModel, IntegratedSets, Prediction
 class WearRates:
     """Wear from weighing to weighing of each disc: disc, T gamma / A [N/m2], rate [kg/m3], its error; each (row,).
 
-    A is the patch of the unworn discs. error: standard error, NaN where no uncertainty was stated.
+    A is the patch of the unworn discs, under several loads its mean over the distance. error: standard error, NaN where
+    no uncertainty was stated.
     """
 
     disc: Ints
@@ -139,9 +140,10 @@ def _of_disc(model: ForwardModel, samples: MassSamples, energy: Mapping[int, flo
 
 
 def _wear_rates(model: ForwardModel, prediction: Prediction, samples: MassSamples) -> WearRates:
-    """Mass lost over energy dissipated and distance rolled between the weighings; none where nothing slid."""
-    state, at = prediction.state, model.points.of_iteration
-    rolled = np.cumsum(np.broadcast_to(state.rolling_speed, state.energy.shape)[0] * state.duration)
+    """Mass lost over energy dissipated and area rolled over between the weighings; none where nothing slid."""
+    state, at, rig = prediction.state, model.points.of_iteration, model.experiment.rig
+    area_ratio = rig.area_ratio(model.experiment.history.load_factor[model.points.iteration])
+    rolled = np.cumsum(np.broadcast_to(state.rolling_speed, state.energy.shape)[0] * state.duration * area_ratio)
     rows = []
     for number, mine in samples.of_discs().items():
         place = at[samples.iteration[mine] - 1]
@@ -150,7 +152,7 @@ def _wear_rates(model: ForwardModel, prediction: Prediction, samples: MassSample
         )
         squared = samples.uncertainty[mine] ** 2
         error = np.sqrt(squared + np.append(0.0, squared[:-1]))
-        per = 1.0 / (distance * float(model.experiment.rig.patch.area))
+        per = 1.0 / (distance * float(rig.patch.area))
         rows.append(np.stack([np.full(len(mine), number), energy * per, lost * per, error * per])[:, energy > 0.0])
     disc, index, rate, error = np.concatenate(rows, axis=1)
     return WearRates(disc.astype(np.int64), index, rate, error)

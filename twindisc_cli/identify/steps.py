@@ -26,7 +26,7 @@ from twindisc_cli.identify.friction import (
     mu_from_traction,
     states,
 )
-from twindisc_cli.identify.law import slope_under_load, unworn_law
+from twindisc_cli.identify.law import unworn_law
 from twindisc_cli.identify.least_squares import NINETY
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, Traction, TractionSamples
@@ -171,7 +171,8 @@ def softness(test: Experiment, friction: StepFriction) -> Floats:
     if not (test.is_plain and np.any(known)):
         return np.empty(0)
     law, creepage, ratio = unworn_law(test), np.abs(friction.creepage), np.abs(friction.ratio)
-    slope = law.slope * slope_under_load(test, test.history.load_factor[first])
+    load_factor = test.history.load_factor[first]
+    slope = law.slope * test.rig.area_ratio(load_factor) / load_factor
     slides = known & (creepage > FAR_BEYOND * friction.mu / slope * law.full_slip)
     if not np.any(slides):
         return np.empty(0)

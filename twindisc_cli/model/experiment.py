@@ -160,6 +160,10 @@ class Rig:
             )
         return result
 
+    def area_ratio(self, load_factor: Floats) -> Floats:
+        """Area of the unworn patch under so many times the load, over that under the load, both (...) [1]."""
+        return np.asarray(load_factor ** (0.5 if self.is_line else 2.0 / 3.0))
+
     def _hertz(self) -> hertz.Ellipse | line_contact.Strip:
         if self.is_line:
             return line_contact.line_contact(
@@ -455,6 +459,12 @@ class Experiment:
     hold_out_steps: tuple[int, ...] | None = None
     reported: Mapping[str, float] = field(default_factory=dict)
     own_parameters: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def rolled(self) -> Floats:
+        """Distance that the discs roll in each iteration [m], (iteration,); none in a pause."""
+        history = self.history
+        return np.asarray(self.rig.rolling_speed * history.speed_factor * history.duration * history.driven)
 
     @property
     def approximates_a_line(self) -> bool:
