@@ -3,6 +3,7 @@ integration."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -11,7 +12,7 @@ from definitions import shipped
 
 from twindisc_cli.commands import fit_k
 from twindisc_cli.definition import load
-from twindisc_cli.identify.sensitivity import RULES, _depth_by_circle, sensitivity
+from twindisc_cli.identify.sensitivity import RULES, _depth_by_circle, circle_applies, sensitivity
 from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.identify.wear import WearFit, identify_wear
 from twindisc_cli.model.forward import ForwardModel
@@ -58,6 +59,22 @@ def test_a_little_wear_takes_off_the_patchs_own_share() -> None:
 
 def test_the_circle_through_the_whole_track_is_near_the_models_own() -> None:
     assert abs(changes()["circle through the whole track"]) < 0.1
+
+
+def test_the_circle_is_asked_where_one_load_wears_disc_2_alone() -> None:
+    """Its patch has the rig's load, and its depth is that of one disc; how fast the discs roll is in the energy."""
+    test = air()[0].experiment
+    history, options = test.history, test.options
+    faster = replace(history, speed_factor=np.full(len(history.step), 2.0))
+    assert circle_applies(test)
+    assert circle_applies(replace(test, history=faster))
+    for course in (
+        replace(history, load_factor=np.where(history.step == 0, 7.0, 1.0)),
+        replace(history, load_factor=np.full(len(history.step), 2.0)),
+        replace(history, separate=True),
+    ):
+        assert not circle_applies(replace(test, history=course))
+    assert not circle_applies(replace(test, options=replace(options, disc1_wear_coefficient=7e-5)))
 
 
 def test_a_declared_partition_counts_in_the_k_of_volume(tmp_path) -> None:  # type: ignore[no-untyped-def]

@@ -54,7 +54,8 @@ class Variation:
 def sensitivity(model: ForwardModel, fit: WearFit) -> list[Variation]:
     """How far the K of depth moves with each assumption that the measured profile's test rests on.
 
-    First those of the discs and the history, then of the contact, then the rules of the circle; none of a line.
+    First those of the discs and the history, then of the contact, then the rules of the circle, where they apply; none
+    of a line.
     """
     test = model.experiment
     if test.rig.is_line:
@@ -62,9 +63,18 @@ def sensitivity(model: ForwardModel, fit: WearFit) -> list[Variation]:
     base = _k_of_depth(test, fit)
     through = [(what, _k_of_depth(changed, fit)) for what, changed in _changed(test)]
     results = [Variation(what, k, k / base - 1.0) for what, k in through]
-    if not (test.effects or test.laws) and test.options.contact == "hertz" and test.measured.start is None:
+    if circle_applies(test):
         results += [Variation(what, base * ratio, ratio - 1.0) for what, ratio in _by_rule(model, fit, base).items()]
     return [variation for variation in results if np.isfinite(variation.change)]
+
+
+def circle_applies(test: Experiment) -> bool:
+    """Whether one Hertzian patch under the rig's load wears disc 2 alone from its crown, as the rules have it."""
+    if test.effects or test.laws or test.options.contact != "hertz" or test.measured.start is not None:
+        return False
+    history = test.history
+    one_load = not history.separate and bool(np.all(history.load_factor[history.driven] == 1.0))
+    return one_load and bool(np.isnan(test.options.disc1_wear_coefficient))
 
 
 def _k_of_depth(test: Experiment, fit: WearFit) -> float:
