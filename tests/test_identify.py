@@ -48,6 +48,13 @@ def with_traction(
     return replace(test, measured=replace(test.measured, traction=traction))
 
 
+@pytest.mark.parametrize("crown", [0.03, np.inf])
+def test_the_patch_grows_with_the_load_as_hertz_has_it(crown):
+    discs = replace(rig(crown=crown), disc1=replace(rig().disc1, width=0.01))
+    pressed = replace(discs, normal_load=5.0 * discs.normal_load)
+    assert discs.area_ratio(np.array([1.0, 5.0])) == pytest.approx([1.0, pressed.patch.area / discs.patch.area])
+
+
 def test_roots_are_found_to_rounding_and_ends_where_there_is_none():
     low, high = np.zeros(4), np.array([2.0, 3.0, 1.0, 50.0])
     root = bracketed_root(lambda x: x**3 - np.array([2.0, 5.0, 8.0, 1e-9]), low, high)

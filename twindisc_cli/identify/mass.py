@@ -103,8 +103,7 @@ def identify_from_mass(model: ForwardModel, mu: Floats) -> MassFit:
     energy = prediction.state.energy[0, model.points.of_iteration[stops - 1]]
     if not energy[-1] > 0.0:
         raise ValidityError("nothing slides up to the last weighing: no K can have worn it")
-    hardness = model.circumference_hardness / (2.0 * np.pi * model.radius)
-    start = float(volume[-1] * hardness / energy[-1])
+    start = float(volume[-1] * test.rig.disc2.hardness / energy[-1])
     if not volumes(np.array([start]))[0, -1] > 0.0:
         raise ValidityError("only disc 1 was weighed, and by the model it does not wear: declare wear_partition")
     weights = 1.0 / error**2 if np.all(np.isfinite(error)) else np.ones(len(stops))

@@ -137,9 +137,8 @@ def _worn(model: ForwardModel, mu: Floats) -> WornDisc:
     energy, sliding, part = _spent(model, mu, int(profile.iteration[last][0]), disc)
     if not energy > 0.0:
         raise ValidityError("nothing slides up to the last measured profile: no K can have worn it")
-    hardness = model.circumference_hardness / (2.0 * np.pi * model.radius)
     volume = 2.0 * np.pi * model.radius * section / part
-    allowed = float(allowed_coefficient(volume=volume, energy=energy, hardness=hardness))
+    allowed = float(allowed_coefficient(volume=volume, energy=energy, hardness=model.experiment.rig.disc2.hardness))
     return WornDisc(last, disc, y, height, track, allowed, part, energy, sliding)
 
 

@@ -30,8 +30,7 @@ def _guess(model: ForwardModel) -> float:
     if test.measured.mass is None:
         return np.nan
     volume = max(float(weighed_volume(model)[1][-1]), 1e-15)
-    hardness = model.circumference_hardness / (2.0 * np.pi * model.radius)
-    return float(np.clip(volume * hardness / measured_energy(test), 1e-9, 0.5))
+    return float(np.clip(volume * test.rig.disc2.hardness / measured_energy(test), 1e-9, 0.5))
 
 
 def noise(test: Experiment) -> Noise:
