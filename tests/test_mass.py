@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -67,6 +68,18 @@ def test_k_is_found_from_mass_alone(tmp_path: Path) -> None:
     worn = simulate_wear.run(test(tmp_path, mass=mass)).json
     assert worn["wear_coefficient_source"] == "from the weighed mass"
     assert worn["worn_volume_mm3"] == pytest.approx(loss(5) / DENSITY * 1e3, rel=2e-3)
+
+
+def test_a_weighing_has_the_number_of_iterations_that_was_written_down(tmp_path: Path) -> None:
+    """A pause is no iteration."""
+    paused = TEXT.replace("steps = [", "steps = [\n  { pause_s = 60 },")
+    found = fit_k.run(test(tmp_path, paused, mass=weighings((2, loss(2)), (5, loss(5)))))
+    assert [row["iteration"] for row in found.json["weighings"]] == [2, 5]
+    assert found.dataset.axes[0].values.tolist() == [2, 5]
+    history = test(tmp_path, paused).experiment.history
+    for course in (history, replace(history, per_iteration=2100.0), replace(history, per_iteration=4200.0)):
+        iteration = np.array([2, 4]) if course.per_iteration != 2100.0 else np.array([4, 8])
+        assert course.completed(course.entry(iteration)).tolist() == iteration.tolist()
 
 
 def test_losses_from_step_to_step_are_said(tmp_path: Path) -> None:

@@ -46,10 +46,10 @@ class WearRates:
 class MassFit:
     """K and its standard error [1] (NaN where one weighing has no uncertainty), and what they rest on.
 
-    iteration: those after which was weighed; volume, predicted: worn off the discs weighed by then [m3], as weighed and
-    at K; error: standard error of volume [m3], NaN where none was stated; energy: dissipated by then [J]; each (stop,).
-    of_disc: K of each disc weighed, with its own hardness, and its standard error, NaN where none was stated; rates:
-    from weighing to weighing.
+    iteration: how many were completed at each weighing; volume, predicted: worn off the discs weighed by then [m3], as
+    weighed and at K; error: standard error of volume [m3], NaN where none was stated; energy: dissipated by then [J];
+    each (stop,). of_disc: K of each disc weighed, with its own hardness, and its standard error, NaN where none was
+    stated; rates: from weighing to weighing.
     """
 
     wear_coefficient: float
@@ -78,7 +78,7 @@ def worn_mass(model: ForwardModel, prediction: Prediction) -> Floats:
 
 
 def weighed_volume(model: ForwardModel) -> tuple[Ints, Floats, Floats]:
-    """Iterations after which was weighed, the volume [m3] that the discs lost by then, its standard error; (stop,)."""
+    """Entries of the history that end with a weighing, the volume [m3] lost by then, its standard error; (stop,)."""
     samples = _weighed(model)
     stops, stop = np.unique(samples.iteration, return_inverse=True)
     density = model.experiment.rig.density_of(samples.disc)
@@ -115,7 +115,7 @@ def identify_from_mass(model: ForwardModel, mu: Floats) -> MassFit:
     return MassFit(
         wear_coefficient=fit.value,
         std=max(known, default=np.nan),
-        iteration=stops,
+        iteration=test.history.completed(stops),
         volume=volume,
         predicted=fit.predicted,
         error=error,

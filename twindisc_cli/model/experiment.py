@@ -248,6 +248,14 @@ class History:
             return np.asarray(np.flatnonzero(self.driven)[iteration - 1] + 1, dtype=np.int64)
         return self.nearest_end(np.cumsum(self.revolutions), np.asarray(iteration * self.per_iteration, dtype=float))
 
+    def completed(self, entry: Ints) -> Ints:
+        """How many iterations are completed at the end of an entry (...); the entry itself where nobody counts them."""
+        if self.per_iteration is None:
+            return np.asarray(np.cumsum(self.driven)[entry - 1], dtype=np.int64)
+        if np.isnan(self.per_iteration):
+            return entry
+        return np.asarray(np.rint(np.cumsum(self.revolutions)[entry - 1] / self.per_iteration), dtype=np.int64)
+
     def nearest_end(self, ends: Floats, place: Floats) -> Ints:
         """The driven entry, from 1, that ends nearest to each place (...); ends: of each entry, (iteration,)."""
         driven = np.flatnonzero(self.driven)
@@ -330,7 +338,8 @@ class RecordedColumn:
 class ProfileSamples:
     """Height change of a worn disc [m] at y [m], negative where material is gone, each (sample,).
 
-    disc is 1 or 2; iteration counts the iterations completed when the profile was taken (1 ... all).
+    disc is 1 or 2; iteration is the entry of the history, from 1, at whose end the profile was taken;
+    `History.completed` says how many iterations that are.
     """
 
     y: Floats
@@ -368,7 +377,8 @@ class TemperatureSamples:
 class MassSamples:
     """Mass that a disc has lost since the start [kg], with its uncertainty (NaN: not stated), each (sample,).
 
-    disc is 1 or 2; iteration counts the iterations completed when it was weighed (1 ... all).
+    disc is 1 or 2; iteration is the entry of the history, from 1, at whose end it was weighed; `History.completed` says
+    how many iterations that are.
     """
 
     iteration: Ints

@@ -122,8 +122,8 @@ def _withheld(test: Experiment, steps: tuple[int, ...]) -> Mask:
 
 
 def _covariates(model: ForwardModel, prediction: Prediction) -> dict[str, Floats | Ints]:
-    profile = known(model.experiment.measured.profile)
-    return {"y": profile.y, "disc": profile.disc, "iteration": profile.iteration}
+    test, profile = model.experiment, known(model.experiment.measured.profile)
+    return {"y": profile.y, "disc": profile.disc, "iteration": test.history.completed(profile.iteration)}
 
 
 def _planned(test: Experiment, times: Floats, half_width: float) -> ProfileSamples:
