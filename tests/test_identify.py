@@ -9,7 +9,8 @@ import pytest
 from definitions import shipped
 from rigs import ROOM, experiment, history, rig, traction_samples
 
-from twindisc_cli.errors import MeasurementError
+from twindisc_cli.errors import MeasurementError, ValidityError
+from twindisc_cli.identify import coupled_steps
 from twindisc_cli.identify.friction import mean_and_interval, mu_from_traction, states
 from twindisc_cli.identify.law import unworn_law
 from twindisc_cli.identify.least_squares import fit_positive
@@ -135,6 +136,15 @@ def test_identification_undoes_what_steps_leave_to_later_ones(declared, loads):
     made = ForwardModel(test).predict(BaseParameters.declared(test, mu[None]), profiled=False).traction[0]
     again = replace(test, measured=Measured(traction=replace(blank, ratio=made)))
     assert identify_friction(ForwardModel(again)).mu == pytest.approx(mu, rel=1e-5)
+
+
+def test_a_friction_with_which_the_model_makes_another_traction_is_refused(monkeypatch):
+    monkeypatch.setattr(coupled_steps, "MET", 0.0)
+    course = history([0.04, 0.001], 2)
+    samples = traction_samples(course, course.end_time - 40.0, np.array([0.6, 0.6, 0.2, 0.2]))
+    test = experiment(course, options=Options(wear_coefficient=7e-5), measured=Measured(traction=samples))
+    with pytest.raises(ValidityError, match="no friction of the steps was found"):
+        identify_friction(ForwardModel(test))
 
 
 def test_a_step_without_traction_wears_with_the_declared_friction_or_that_of_the_step_before():

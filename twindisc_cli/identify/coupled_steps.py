@@ -21,9 +21,9 @@ from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import ForwardModel, IntegratedSets, Prediction
 from twindisc_cli.model.patch import Paths
 
-MOST_PASSES, STANDING = 200, 1e-10
+MOST_PASSES, STANDING = 60, 1e-10
 """Passes at the most, and the change of T/N [1] in a pass at which they end."""
-MOST_INTEGRATIONS, MET = 20, 1e-7
+MOST_INTEGRATIONS, MET = 10, 1e-6
 """Predictions at the most, and the error of T/N [1] at which they end."""
 
 
