@@ -298,10 +298,10 @@ def weighings(facts: Facts) -> Iterator[Finding]:
         gained, error = -np.diff(mass.loss[own]), np.hypot(mass.uncertainty[own][1:], mass.uncertainty[own][:-1])
         allowed = np.where(np.isfinite(error), GAIN_ERRORS * error, GAIN_MARGIN * float(np.abs(mass.loss[own]).max()))
         worst = int(np.argmax(gained - allowed))
+        begin, end = facts.test.history.completed(mass.iteration[own[worst : worst + 2]])
         yield Finding(
             rule="weighings",
-            subject=f"what disc {which} gained from iteration {mass.iteration[own[worst]]} to "
-            f"{mass.iteration[own[worst + 1]]}",
+            subject=f"what disc {which} gained from iteration {begin} to {end}",
             value=max(float(gained[worst]), 0.0) * 1e6,
             low=0.0,
             high=float(allowed[worst]) * 1e6,

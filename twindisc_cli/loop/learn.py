@@ -498,7 +498,7 @@ def confounded(predictions: list[Prediction], quantity: str, covariate: str) -> 
 
 
 def covariates_of(problem: Problem, quantity: str) -> list[str]:
-    """What a quantity may change over: its covariates, and, where any formula may be, columns that all tests declare."""
+    """What a quantity may change over: its covariates and, where any formula may be, columns that all tests declare."""
     own = QUANTITIES[quantity].covariates
     if own == ("y_over_edge",) or QUANTITIES[quantity].shapes:
         return [*own]
