@@ -88,10 +88,10 @@ class Residual:
         return list(best.values())
 
 
-def unexplained_residual(fitted: Fit, channel: str) -> Residual:
+def unexplained_residual(fitted: Fit, channel: str, generator: np.random.Generator | None = None) -> Residual:
     """Test the generic functions of a channel on the residual of a fit."""
     problem = fitted.problem
-    generator = np.random.default_rng(SEED)
+    generator = generator or np.random.default_rng(SEED)
     span = _reached(fitted)
     bases: list[tuple[Group, _Basis]] = []
     for number, (case, prediction) in enumerate(zip(problem.cases, problem.predict(fitted.theta[None]), strict=True)):
