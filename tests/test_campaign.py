@@ -188,6 +188,23 @@ def test_a_campaign_writes_what_the_single_commands_write(folder: Path, capsys: 
     assert {name: together[name] for name in single} == single
 
 
+def test_a_dry_run_says_what_is_there_and_writes_nothing(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    named(folder, "a", "b")
+    (folder / "c.toml").write_text("schema = 1\n")
+    assert exit_code("campaign", "check", "a.toml", "--workers", 1, "-q") == 0
+    before = tree(folder)
+    capsys.readouterr()
+    assert exit_code("campaign", "check", "[abc].toml", "--dry-run") == 2
+    said = capsys.readouterr().out.splitlines()
+    assert said[:3] == [
+        "3 tests: 1 would be computed, 1 up to date, 1 failed", "would be computed: b: is not there", "up to date: a",
+    ]  # fmt: skip
+    assert said[3].startswith("failed: c: ")
+    assert exit_code("campaign", "check", "[ab].toml", "--dry-run", "--json", "--force") == 0
+    assert json.loads(capsys.readouterr().out)["would_be_made"] == {"a": "--force", "b": "is not there"}
+    assert tree(folder) == before
+
+
 def test_what_fails_stands_in_the_table_with_its_error(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     named(folder, "good", "worse")
     write(folder, changed(name='name = "bad"', hardness_HV="hardness_HV = 0"), "bad.toml")

@@ -20,7 +20,7 @@ from twindisc_cli.commands._output import Output
 from twindisc_cli.errors import DefinitionError, Problem, did_you_mean
 from twindisc_cli.results import Result, or_null
 from twindisc_cli.results.origin import Origin
-from twindisc_cli.results.recorded import up_to_date
+from twindisc_cli.results.recorded import up_to_date, why
 from twindisc_cli.results.store import write
 
 if TYPE_CHECKING:
@@ -58,8 +58,10 @@ def run(command: str, given: Sequence[str], means: Means, output: Output) -> int
         what = f"no command for a campaign{did_you_mean(command, COMMANDS)}; one of {', '.join(COMMANDS)}"
         raise DefinitionError(Problem(what, key=command))
     _runner.know(None, trusting=output.trust_effects)
-    jobs = plan(given)
-    rows = _rows(jobs, Order(command, output.folder, output.force, output.trust_effects), means)
+    jobs, order = plan(given), Order(command, output.folder, output.force, output.trust_effects)
+    if output.dry_run:
+        return _dry_run(jobs, order, output)
+    rows = _rows(jobs, order, means)
     single = len(given) == 1 and jobs[0].base is not None
     name = f"{Path(given[0]).stem if single else 'campaign'}-{command}"
     origin = _origin(name, rows)
@@ -75,6 +77,33 @@ def run(command: str, given: Sequence[str], means: Means, output: Output) -> int
         files = write(output.folder, result, origin, extra)
     _tell(result.summary, result.json, _count(rows), files, output, "written")
     return result.exit_code
+
+
+def _dry_run(jobs: Sequence[Job], order: Order, output: Output) -> int:
+    """Say of each test whether it would be computed, and why, or that it cannot be read; nothing is computed."""
+    ready = [prepare(order, job) for job in jobs]
+    made = {task.row.test: _reason(task) for task in ready if isinstance(task, Task)}
+    failed = [row for row in ready if isinstance(row, Row) and row.failed]
+    current = [row.test for row in ready if isinstance(row, Row) and not row.failed]
+    if output.as_json:
+        errors = {row.test: row.error for row in failed}
+        _runner.tell_json({"would_be_made": made, "up_to_date": current, "failed": errors})
+    else:
+        terminal.say(
+            [
+                f"{len(jobs)} tests: {len(made)} would be computed, {len(current)} up to date, {len(failed)} failed",
+                *(f"would be computed: {test}: {reason}" for test, reason in made.items()),
+                *(f"up to date: {test}" for test in current),
+                *(f"failed: {row.test}: {row.error}" for row in failed),
+            ]
+        )
+    return _worst(failed)
+
+
+def _reason(task: Task) -> str:
+    """Why a test would be computed."""
+    origin = _runner.single_origin(task.command, task.test)
+    return why(task.folder / f"{task.command}.h5", task.command, origin) or "--force"
 
 
 def _shared(jobs: Sequence[Job], rows: Sequence[Row]) -> list[Common]:
@@ -167,9 +196,14 @@ def _result(name: str, command: str, rows: Sequence[Row], shared: Sequence[Commo
         },
         dataset=dataset_of(table),
         figure=figure_of(command, table, outcome, shared, _provenance(rows)),
-        exit_code=next((code for code in WORST_FIRST if any(row.exit_code == code for row in rows)), 0),
+        exit_code=_worst(rows),
     )
     return result, extra
+
+
+def _worst(rows: Sequence[Row]) -> int:
+    """The exit code that says the worst of the tests."""
+    return next((code for code in WORST_FIRST if any(row.exit_code == code for row in rows)), 0)
 
 
 def _provenance(rows: Sequence[Row]) -> str:
