@@ -19,6 +19,7 @@ from accidents import process_of, square_or_worse
 from definitions import TRACTION, VALID, changed, write
 
 from twindisc_cli.campaign import pool
+from twindisc_cli.campaign.groups import few
 from twindisc_cli.campaign.outcome import outcome_of
 from twindisc_cli.campaign.plan import plan, read
 from twindisc_cli.campaign.shared import common_of
@@ -504,6 +505,8 @@ def test_effects_hold_for_all_some_or_one_test_of_a_group() -> None:
         "falling_friction": ("g", "all", 3), "load_error": ("g", "one", 3), "misalignment": ("g", "one", 3),
     }  # fmt: skip
     assert "group g: falling_friction in 3 of 3 tests, probability 90 to 90 %" in found.summary
+    assert "group g: load_error in 1 of 3 tests: t0, probability 90 to 90 %" in found.summary
+    assert few(["a", "b", "c", "d"], 9) == few(["a", "b"], 2) == ""
     figure = figure_of("close-loop", table, found, (), "")
     assert figure is not None
     figure()
@@ -560,7 +563,7 @@ def test_what_a_group_lacks_is_looked_for_in_all_of_its_tests(folder: Path) -> N
     (term,) = common.json["terms"]
     assert (term["term"], term["holds"], term["tests"]) == ("falling_friction", "some", ["a", "b"])
     assert term["one_set"] is True
-    assert common.summary[0].startswith("group dry, 3 tests: falling_friction in some (2 of 3; 90 %: ")
+    assert common.summary[0].startswith("group dry, 3 tests: falling_friction in some (2 of 3: a and b; 90 %: ")
     assert (
         common.columns["a"]["falling_friction in group [1]"]
         > 0.9

@@ -6,7 +6,7 @@ Tests with the same `[test] group` are repeats. Their mu and K are pooled as log
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +17,7 @@ from twindisc_cli.campaign.table import Table
 from twindisc_cli.identify import hierarchy
 from twindisc_cli.identify.least_squares import NINETY
 from twindisc_cli.model.experiment import Floats, Ints
-from twindisc_cli.report.words import p_value, with_interval
+from twindisc_cli.report.words import listed, p_value, with_interval
 
 SINGLE = 0.05
 """One value for all tests is refused below this probability."""
@@ -31,6 +31,7 @@ SATURATED = 0.9
 than smooth discs, or a film, keeps T/N under mu, whatever the theory's slope says of it."""
 BAND = 0.1
 """Width of the bands of creepage that means are taken of, in its logarithm: steps of a rig are farther apart."""
+_FEW = 3  # names, which a line holds
 _STEP = re.compile(r"step (\d+) mu \[1\]")
 
 
@@ -135,7 +136,7 @@ class Effect:
         """The outcome in one line."""
         where = f"group {self.group}: " if self.group else ""
         return (
-            f"{where}{self.name} in {len(self.tests)} of {self.of} tests, "
+            f"{where}{self.name} in {len(self.tests)} of {self.of} tests{few(self.tests, self.of)}, "
             f"probability {100.0 * min(self.probability):.0f} to {100.0 * max(self.probability):.0f} %"
         )
 
@@ -150,6 +151,11 @@ class Effect:
             "holds": self.holds,
             "probability": list(self.probability),
         }
+
+
+def few(tests: Sequence[str], of: int) -> str:
+    """`: a and b`, the names of some of so many tests where these are few; empty where they are all or many."""
+    return f": {listed(tests)}" if len(tests) <= min(_FEW, of - 1) else ""
 
 
 def _percent(value: float) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from twindisc_cli.campaign.groups import few
 from twindisc_cli.campaign.plan import Job, read
 from twindisc_cli.campaign.table import Row
 from twindisc_cli.loop.group import SINGLE, GroupDiagnosis, Shared, diagnose_group
@@ -34,7 +35,7 @@ class Common:
         count = f", {len(self.found.tests)} tests"
         if not self.found.shared:
             yield f"{count}: nothing that these tests show holds for the group"
-        yield from (f"{count}: {_term(term)}" for term in self.found.shared)
+        yield from (f"{count}: {_term(term, self.found.tests)}" for term in self.found.shared)
         yield from (f": {name} is refused: {why}" for name, why in self.found.refused.items())
         yield from (f": {level_text(levels)}" for levels in self.found.levels.values())
         for channel, error in self.found.errors.items():
@@ -82,8 +83,8 @@ def common_of(jobs: Sequence[Job], rows: Sequence[Row], progress: Progress) -> l
     ]
 
 
-def _term(term: Shared) -> str:
-    count = f"{len(term.acts)} of {term.shown}"
+def _term(term: Shared, tests: Sequence[str]) -> str:
+    count = f"{len(term.acts)} of {term.shown}{few([tests[i] for i in term.acts], len(tests))}"
     values = ", ".join(f"{key} = {_value(p)}" for key, p in term.parameters.items())
     one = ""
     if np.isfinite(term.p_one):
