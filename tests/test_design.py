@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from rigs import ROOM, SPEED, experiment, history, spread, traction_samples
 
+from twindisc_cli.laws.trial import formula
 from twindisc_cli.loop.design import SAMPLES, next_experiment, next_for_set, up_and_down
 from twindisc_cli.loop.diagnosis import NextExperiment
 from twindisc_cli.loop.fit import Fit, at
 from twindisc_cli.loop.problem import Case, Problem, case_of
-from twindisc_cli.model.experiment import Measured, Thermal
+from twindisc_cli.model.experiment import Measured, RecordedColumn, Thermal
 
 COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06), (2, 3, 2, 4, 2))
 TIME = spread(COURSE, 6)
@@ -44,17 +45,46 @@ def per_iteration(steps: list[Mapping[str, float]]) -> np.ndarray:
 def test_the_separation_of_two_laws_is_their_distance_in_noise_units() -> None:
     """Full sliding: mu (A + (1 - A) e^(-B w)) against mu_2, the second's level refitted: n var / s^2 in closed form."""
     case = constant_case()
-    falling = model_of(case, 0.7, "falling_friction", ratio=0.6, decay_s_m=3.0)
+    falling = model_of(case, 0.7, "falling_friction", ratio=0.98, decay_s_m=3.0)
     offset = model_of(case, 0.5, "torque_offset", offset=0.05)
     found = planned(case, falling, offset)
 
     def separation(creepage: np.ndarray) -> float:
-        law = 0.7 * (0.6 + 0.4 * np.exp(-3.0 * SPEED * creepage))
+        law = 0.7 * (0.98 + 0.02 * np.exp(-3.0 * SPEED * creepage))
         return float(np.sqrt(SAMPLES * np.sum((law - law.mean()) ** 2)) / SIGMA)
 
     assert found.separation_now == pytest.approx(separation(COURSE.creepage), rel=1e-4)
     assert found.separation == pytest.approx(separation(per_iteration(list(found.steps))), rel=1e-4)
     assert set(found.rivals) == {"falling_friction", "torque_offset"}
+
+
+def test_what_this_history_sets_apart_clearly_and_does_not_decide_is_no_next_experiment() -> None:
+    """Twenty times the change: no history separates them twice as well as the one at hand, which did not decide."""
+    case = constant_case()
+    falling = model_of(case, 0.7, "falling_friction", ratio=0.6, decay_s_m=3.0)
+    found = planned(case, falling, model_of(case, 0.5, "torque_offset", offset=0.05))
+    assert found.separation_now > 50.0
+    assert found.why.startswith("no history of these creepages separates falling_friction from torque_offset much bet")
+    assert "expected" not in found.why
+    assert found.steps == ()
+
+
+def test_a_declared_column_runs_over_time_as_it_did() -> None:
+    """A column that is the time: a law over it and one over the time do the same, on every history."""
+    samples = traction_samples(COURSE, TIME, np.full(len(TIME), 0.6), SIGMA)
+    clock = RecordedColumn(TIME, COURSE.step[COURSE.iteration_at(TIME)], TIME)
+    case = case_of(experiment(COURSE, thermal=None, measured=Measured(traction=samples, columns={"clock": clock})))
+    end = float(TIME[-1])
+    fits = []
+    for covariate, suffix in (("time", "_s"), ("clock", "")):
+        start = {f"begin{suffix}": 0.0, f"end{suffix}": end, "size": 0.1}
+        law = formula("mu", covariate, "linear", start, (0.0, end), 1.0)
+        problem = Problem([case], ("traction",)).with_terms("law", trial={"law": law})
+        values = {"law.size": 0.1, "mu": 0.6}
+        fits.append(at(problem, np.array([p.inner(values[p.name]) for p in problem.parameters])))
+    found = next_experiment([(fitted, 0.5) for fitted in fits], ("mu over time", "mu over clock"))
+    assert found.separation < 0.1
+    assert found.separation_now < 0.1
 
 
 def test_the_history_chosen_stays_within_the_rigs_range() -> None:

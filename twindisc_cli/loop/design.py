@@ -6,7 +6,8 @@
     D_ab  distance of their predictions in noise units, after the parameters of the rival have been refitted
 
 The histories stay within the creepages and the length of the test at hand: again, reversed, up and down, alternating,
-and held constant. All of them are under the load, at the speed and with the yaw of the rig.
+and held constant. All of them are under the load, at the speed and with the yaw of the rig; declared columns run over
+time as they did.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from twindisc_cli.model.experiment import (
     Floats,
     History,
     Measured,
+    RecordedColumn,
 )
 from twindisc_cli.model.forward import ForwardModel
 
@@ -65,25 +67,35 @@ def next_for_set(alive: Sequence[Sequence[tuple[Fit, float]]], names: Sequence[s
     missing = [channel for channel in channels() if near and channel not in present]
     more = {c: _length(_mean_distances(best[2], alive, [*present, c])[closest]) for c in missing}
     wanted = max(more, key=lambda c: more[c], default=None)
-    helps = wanted is not None and more[wanted] ** 2 > 2.0 * separation**2
+    helps = wanted is not None and _twice(more[wanted], separation)
     rivals = (names[closest[0]], names[closest[1]])
+    pair, before = f"{rivals[0]} from {rivals[1]}", _length(now[3][closest])
     each = f" in each of {len(alive)} tests" if len(alive) > 1 else ""
-    label = best[1] + ("" if first.test.history.is_constant else ", all at the load, the speed and the yaw of the rig")
-    why = (
-        f"{label}: expected to separate {rivals[0]} from {rivals[1]} by {separation:.1f} standard deviations{each} "
-        f"(this history again: {_length(now[3][closest]):.1f}{TEMPERED * (_length(now[3][closest]) > CLEAR)})"
-    )
-    if separation < HARDLY:
-        pair = f"{rivals[0]} from {rivals[1]}"
+    separates = separation >= HARDLY and (before <= CLEAR or _twice(separation, before))
+    if separates:
+        where = "" if first.test.history.is_constant else ", all at the load, the speed and the yaw of the rig"
+        again = f" (this history again: {before:.1f}{TEMPERED * (before > CLEAR)})" if best is not now else ""
+        why = f"{best[1]}{where}: expected to separate {pair} by {separation:.1f} standard deviations{each}{again}"
+    elif separation < HARDLY:
         why = f"no history of these creepages separates {pair}: they do the same to what is recorded"
+    else:
+        why = (
+            f"no history of these creepages separates {pair} much better than this one, on which they differ by "
+            f"{before:.1f} standard deviations{each}{TEMPERED}"
+        )
     return NextExperiment(
         why=why if not helps else f"{why}; recording the {wanted} as well would settle it",
-        steps=best[2] if helps or separation >= HARDLY else (),
+        steps=best[2] if helps or separates else (),
         rivals=rivals,
         separation=separation,
-        separation_now=_length(now[3][closest]),
+        separation_now=before,
         channel_wanted=wanted if helps else None,
     )
+
+
+def _twice(one: float, other: float) -> bool:
+    """Whether a separation rests on more than twice what another rests on."""
+    return one**2 > 2.0 * other**2
 
 
 def _case(alive: Sequence[tuple[Fit, float]]) -> Case:
@@ -183,8 +195,13 @@ def _planned(test: Experiment, steps: Sequence[Mapping[str, float]], fitted: Fit
     planned = replace(test, history=history)
     times = duration * (np.arange(SAMPLES * len(number)) + 1.0) / SAMPLES
     half = 3.0 * float(fitted.problem.cases[0].model.path(test.options.contact, 0.0).b[-1])
-    measured = Measured()
+    measured = Measured(columns={name: _over_time(column) for name, column in test.measured.columns.items()})
     for name, channel in channels().items():
         measured = measured.with_samples(name, channel.planned(planned, times, half))
     wear = fitted.problem.cases[0].held["K"]
     return replace(planned, measured=measured, options=replace(test.options, wear_coefficient=wear))
+
+
+def _over_time(column: RecordedColumn) -> RecordedColumn:
+    """A declared column that runs over time as it did, whatever the step."""
+    return replace(column, step=np.full_like(column.step, -1))
