@@ -35,6 +35,7 @@ from twindisc_cli.effects import catalogue
 from twindisc_cli.errors import DefinitionError
 from twindisc_cli.figures._loop_view import strongest, views_of
 from twindisc_cli.figures.close_loop import figure
+from twindisc_cli.identify.hierarchy import wander
 from twindisc_cli.laws.law import Law, formula_text
 from twindisc_cli.loop.diagnosis import (
     BaseEstimate,
@@ -50,6 +51,7 @@ from twindisc_cli.loop.diagnosis import (
     PredictedErrors,
     Unexplained,
 )
+from twindisc_cli.loop.levels import ENVIRONMENT, Follows, Levels
 from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm
 from twindisc_cli.report import sentences, words
 from twindisc_cli.results import Result
@@ -746,6 +748,33 @@ def test_page_lists_every_explanation_tried(test: Test) -> None:
 def test_page_says_where_to_look_for_what_is_unexplained(test: Test) -> None:
     cells = Reader(page(result(unknown, test))).text("td", "th")
     assert "traction time a smooth trend 31 % p < 0.001 what changes as the test goes on" in cells
+
+
+def test_what_the_levels_go_with_follows_nothing_is_missing(test: Test) -> None:
+    """On the terminal, the page and in the JSON; a temperature around the discs is no covariate of a law."""
+    place = np.arange(3)
+    of = Levels("mu", "1", place, wander(np.log([0.39, 0.35, 0.31]), np.full(3, 1e-3), place))
+    speed = Follows("rolling_speed", power=True, slope=-0.18, std=0.003, share=0.99, p_value=0.01)
+    room = Follows(ENVIRONMENT, power=False, slope=-0.01, std=0.002, share=0.96, p_value=0.1)
+    withheld = dict.fromkeys(("a", "b", "c"), (1,))
+    diagnosis = replace(
+        nothing(test),
+        held_out_steps=withheld,
+        levels={"mu": replace(of, follows=speed), "K": replace(of, key="K", follows=room)},
+    )
+    verdict, *rest = summary(diagnosis)
+    assert verdict.endswith(
+        "tolerances. The level of mu goes with rolling speed from test to test: a law over rolling speed would say "
+        "so; declare it as a law to use it. The level of K goes with environment temperature from test to test, which "
+        "three tests cannot prove."
+    )
+    assert any("it goes with rolling speed to the power of -0.1800 ± 0.0030 (p = 0.01)" in line for line in rest)
+    assert any("by -1.00 ± 0.20 % a °C (p = 0.1: three tests cannot prove it)" in line for line in rest)
+    outcome = result_of(diagnosis, [test], None)
+    paragraphs = Reader(page(outcome)).text("p")
+    assert "The level of mu goes with rolling speed from test to test" in paragraphs
+    assert "Level of mu 0.348, range 26 %; it goes with rolling speed to the power of" in paragraphs
+    assert outcome.json["levels"]["mu"]["follows"] == {**vars(speed), "others": [], "proven": True}
 
 
 def test_page_gives_the_next_experiment_ready_to_run(test: Test, tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 from rigs import SPEED, Floats, Instruments, Plant, history, one_of, rig, running
+from scipy.stats import linregress
 
 from twindisc_cli.identify.hierarchy import wander
 from twindisc_cli.loop import explanation
@@ -16,11 +17,11 @@ from twindisc_cli.loop.diagnose import contradicted_by, diagnose, few_stops, not
 from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis, FoundEffect, PredictedErrors, PredictedLevel
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import at
-from twindisc_cli.loop.levels import Levels, apart_from_others
+from twindisc_cli.loop.levels import Levels, apart_from_others, differing_between, followed
 from twindisc_cli.loop.problem import Problem, case_of
 from twindisc_cli.loop.terms import LawTerm
 from twindisc_cli.loop.thresholds import SEARCH
-from twindisc_cli.model.experiment import Experiment, History, Options, TemperatureSamples
+from twindisc_cli.model.experiment import Experiment, History, Options, RecordedColumn, TemperatureSamples
 
 COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 3)
 Law = Callable[[Floats, Floats, Floats], Floats]
@@ -367,6 +368,70 @@ def test_a_level_apart_from_those_that_agree_is_found(mu: tuple[float, ...], apa
     found = apart_from_others(levels)
     assert [number for number, _ in found] == apart
     assert all(times == pytest.approx(mu[i] / np.sqrt(np.prod(np.delete(mu, i)))) for i, times in found)
+
+
+def levels_of_mu(mu: np.ndarray, s: np.ndarray | float) -> Levels:
+    place = np.arange(len(mu))
+    return Levels("mu", "1", place, wander(np.log(mu), np.broadcast_to(s, mu.shape), place))
+
+
+def test_levels_that_scatter_about_a_power_law_have_the_p_of_its_regression() -> None:
+    """As scipy's regression has it, times the number of what differs; the scatter counts alike in all tests."""
+    load, other = np.array([900.0, 1500.0, 2400.0, 3600.0, 5000.0]), np.array([3.0, 9.0, 4.0, 5.0, 8.0])
+    mu = 0.5 * (load / 1500.0) ** -0.2 * np.exp([0.02, -0.01, 0.01, -0.02, 0.0])
+    found = followed(levels_of_mu(mu, 1e-5), {"load": load, "humidity [%]": other})
+    line = linregress(np.log(load), np.log(mu))
+    assert found is not None
+    assert (found.covariate, found.power, found.proven, found.others) == ("load", True, True, ())
+    assert found.slope == pytest.approx(line.slope, rel=1e-6)
+    assert found.std == pytest.approx(line.stderr, rel=1e-6)
+    assert found.p_value == pytest.approx(2.0 * line.pvalue, rel=1e-5)
+    assert found.share == pytest.approx(line.rvalue**2, rel=1e-6)
+
+
+def test_levels_that_scatter_within_their_errors_weigh_by_these() -> None:
+    """Over a temperature, whose zero is a convention: a relative change a degree, with the error of known variances."""
+    oil, s = np.array([20.0, 30.0, 40.0, 60.0]), np.array([0.01, 0.02, 0.01, 0.03])
+    found = followed(levels_of_mu(0.4 * np.exp(-0.01 * oil), s), {"oil temperature [degC]": oil})
+    centre = np.average(oil, weights=s**-2)
+    assert found is not None
+    assert not found.power
+    assert found.slope == pytest.approx(-0.01, rel=1e-6)
+    assert found.std == pytest.approx(np.sum(((oil - centre) / s) ** 2) ** -0.5, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("mu", "proven"), [((0.4, 0.34, 0.30), False), ((0.4, 0.41, 0.30), None), ((0.40, 0.397, 0.395), None)]
+)
+def test_three_levels_on_a_line_prove_nothing(mu: tuple[float, ...], proven: bool | None) -> None:
+    """On a line, off it, and on one within what repeats of a test scatter."""
+    speed = np.array([0.4, 0.8, 1.6])
+    found = followed(levels_of_mu(np.array(mu), 1e-3), {"rolling_speed": speed, "load": speed[[1, 2, 0]]})
+    assert (None if found is None else found.proven) is proven
+
+
+def test_levels_that_go_with_nothing_are_seldom_said_to() -> None:
+    """In one of twenty at the most, however many differ."""
+    rng = np.random.default_rng(2)
+    differing = {"load": np.arange(1.0, 6.0), "rolling_speed": np.array([2.0, 1.0, 5.0, 3.0, 1.0])}
+    drawn = [followed(levels_of_mu(0.4 * np.exp(0.03 * rng.normal(size=5)), 0.01), differing) for _ in range(300)]
+    assert np.mean([found is not None for found in drawn]) < 0.08
+
+
+def test_what_differs_between_tests_is_constant_within_each() -> None:
+    """Not the creepage, a room that is the same, or a column that runs the same course in all."""
+    plain = recorded("nothing", "traction")
+    time, step = np.arange(3.0), np.zeros(3, dtype=np.int64)
+    tests = []
+    for load, humidity in ((1.0, 30.0), (2.0, 80.0), (4.0, 50.0)):
+        columns = {"humidity [%]": 0.01 * (humidity + time), "oil temperature [degC]": 300.0 + 10.0 * time + load}
+        own = replace(plain.history, load_factor=load * np.ones(1))
+        measured = replace(plain.measured, columns={k: RecordedColumn(time, step, v) for k, v in columns.items()})
+        tests.append(replace(plain, history=own, measured=measured))
+    found = differing_between(tests)
+    assert set(found) == {"load", "humidity [%]"}
+    assert found["load"] == pytest.approx(plain.rig.normal_load * np.array([1.0, 2.0, 4.0]))
+    assert found["humidity [%]"] == pytest.approx([31.0, 81.0, 51.0])
 
 
 @pytest.mark.parametrize(("own", "said"), [(0.225, True), (0.46, False)])

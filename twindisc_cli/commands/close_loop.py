@@ -37,7 +37,7 @@ from twindisc_cli.loop.diagnosis import (
 from twindisc_cli.loop.terms import Alternative, EffectTerm
 from twindisc_cli.report import sentences
 from twindisc_cli.report.close_loop import render
-from twindisc_cli.report.levels import WANDERS, level_json, level_text
+from twindisc_cli.report.levels import level_json
 from twindisc_cli.report.words import channel_name, listed, number, p_value, percent, unit, with_error
 from twindisc_cli.results import Result, or_null
 from twindisc_cli.version import __version__
@@ -138,7 +138,8 @@ def summary(diagnosis: Diagnosis) -> list[str]:
 
     Where these are more, notes give way first, then the details of what was added: the verdict names it.
     """
-    head = [f"{diagnosis.verdict}: {sentences.sentences(diagnosis)[0]}", *sentences.difference(diagnosis)]
+    verdict = " ".join([sentences.sentences(diagnosis)[0], *sentences.between(diagnosis)])
+    head = [f"{diagnosis.verdict}: {verdict}", *sentences.difference(diagnosis)]
     head += [_error_line(channel_name(channel), error) for channel, error in diagnosis.errors.items()]
     terms = [_term_line(term) for terms in sentences.together(diagnosis).values() for term in terms]
     notes, least = [f"note: {note}" for note in diagnosis.notes], bool(diagnosis.notes)
@@ -170,7 +171,7 @@ def _beyond_the_terms(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.validation is not None:
         lines.append(f"predicted, not fitted, used in the choice: {_predicted_line(diagnosis.validation)}")
     lines += [f"predicted, used in nothing: {_predicted_line(predicted)}" for predicted in diagnosis.predictions]
-    lines += [level_text(of) for of in diagnosis.levels.values() if of.wander.p_order < WANDERS]
+    lines += sentences.levels(diagnosis)
     return [*lines, *([f"next: {diagnosis.next_experiment.why}"] if diagnosis.next_experiment is not None else [])]
 
 

@@ -43,7 +43,7 @@ from twindisc_cli.loop.holdout import steps_withheld
 from twindisc_cli.loop.intervals import base_parameters
 from twindisc_cli.loop.judge import Judged, Kind
 from twindisc_cli.loop.learn import confounded
-from twindisc_cli.loop.levels import Levels, apart_from_others, is_apart, levels_of
+from twindisc_cli.loop.levels import Levels, apart_from_others, is_apart, levels_of, with_what_differs
 from twindisc_cli.loop.mixture import Mixture
 from twindisc_cli.loop.noise import Noise
 from twindisc_cli.loop.problem import Case, case_of
@@ -95,7 +95,7 @@ def diagnose(
     effects, as_others = not_over_others(effects, separating)
     not_excluded = _not_excluded(outcome)
     free = free_zero.with_free_zero(outcome.sure)
-    levels = levels_of([outcome.judged.after])
+    levels = with_what_differs(levels_of([outcome.judged.after]), tests)
     apart = [*_apart(levels, tests), *predicted_badly(predictions)]
     progress("next experiment", 0.95)
     return Diagnosis(

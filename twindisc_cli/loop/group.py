@@ -32,7 +32,7 @@ from twindisc_cli.loop.diagnosis import NextExperiment
 from twindisc_cli.loop.explanation import Explanation, by_falling, evidence_of, without
 from twindisc_cli.loop.fit import Fit, at, precision, refit
 from twindisc_cli.loop.left_out import GroupError, Learnt, group_errors
-from twindisc_cli.loop.levels import Levels, levels_of
+from twindisc_cli.loop.levels import Levels, levels_of, with_what_differs
 from twindisc_cli.loop.members import (
     Added,
     SharedParameter,
@@ -130,7 +130,7 @@ def diagnose_group(tests: Sequence[Experiment], progress: Progress) -> GroupDiag
     return GroupDiagnosis(
         tests=tuple(test.name for test in tests),
         shared=best.shared,
-        levels=levels_of(best.learnt.fits),
+        levels=with_what_differs(levels_of(best.learnt.fits), tests),
         errors=group_errors(best.learnt),
         refused={**one.refused, **best.refused},
         next_experiment=_next(best),

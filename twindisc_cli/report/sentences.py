@@ -21,6 +21,7 @@ from twindisc_cli.loop.diagnosis import (
 )
 from twindisc_cli.loop.terms import Term, in_test
 from twindisc_cli.model.experiment import Experiment
+from twindisc_cli.report.levels import between_text, level_text, stands_out
 from twindisc_cli.report.words import (
     apart,
     channel_name,
@@ -263,7 +264,18 @@ def scatter(diagnosis: Diagnosis) -> list[str]:
 def _nothing_missing(diagnosis: Diagnosis) -> list[str]:
     seen = listed([channel_name(c) for c in channels() if c in diagnosis.errors])
     first = f"Nothing is missing: model and measured {seen} agree within noise and tolerances."
-    return [first, *_not_excluded(diagnosis), *difference(diagnosis)]
+    return [first, *between(diagnosis), *_not_excluded(diagnosis), *difference(diagnosis)]
+
+
+def between(diagnosis: Diagnosis) -> list[str]:
+    """What the levels of the tests go with, where nothing is missing but what they may swallow."""
+    nothing = diagnosis.verdict == "no_missing_effect"
+    return [text for of in diagnosis.levels.values() if nothing and (text := between_text(of))]
+
+
+def levels(diagnosis: Diagnosis) -> list[str]:
+    """The levels of the tests that wander over their order or go with something that differs between them."""
+    return [level_text(of) for of in diagnosis.levels.values() if stands_out(of)]
 
 
 def _not_excluded(diagnosis: Diagnosis) -> list[str]:
