@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from definitions import shipped
+from rigs import experiment, history
 from test_close_loop_report import found, made
 
 from twindisc_cli.commands._step_friction import with_step_friction
@@ -16,6 +17,7 @@ from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.identify.wear import identify_wear
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.diagnosis import Curve, Diagnosis
+from twindisc_cli.model.experiment import Measured, TractionSamples
 from twindisc_cli.model.forward import ForwardModel
 
 NITROGEN = "cryogenic"
@@ -57,6 +59,21 @@ def test_the_profile_misses_what_the_fit_of_k_by_least_squares_misses(diagnosis:
     assert error.before_step_mu == pytest.approx(missed, rel=1e-3)
     # the parabola of the paper's depth and width is 1.51 mm wide, a chord of its depth 1.03 mm
     assert error.before_step_mu > 0.3
+
+
+def test_an_outlier_counts_neither_in_the_mu_of_its_step_nor_in_the_error(diagnosis: Diagnosis) -> None:
+    """In full sliding T/N is mu: without the outlier the mu of each step leaves nothing of these samples."""
+    course = history((0.02, 0.05), 1)
+    time, step = np.linspace(10.0, 160.0, 16), np.repeat((0, 1), 8)
+    ratio = np.where(step == 0, 0.5, 0.4)
+    ratio[5] = 0.9
+    samples = TractionSamples(time, step, np.array([0.02, 0.05])[step], ratio, np.full(16, np.nan))
+    test = experiment(course, measured=Measured(traction=samples))
+    zero, none = np.zeros(16), np.zeros(16, dtype=bool)
+    curve = Curve("small", "traction", ratio, *(zero,) * 4, none, ratio < 0.8, {}, "measured")
+    alone = replace(diagnosis, curves=[curve], errors={"traction": diagnosis.errors["traction"]})
+    errors = with_step_friction(alone, [test])
+    assert errors["traction"].before_step_mu == pytest.approx(0.0, abs=1e-9)
 
 
 def test_without_a_recorded_traction_no_mu_of_a_step_is_claimed(diagnosis: Diagnosis) -> None:
