@@ -1,4 +1,5 @@
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -198,6 +199,39 @@ def test_a_noisy_thermometer_may_read_less_than_the_disc_has(tmp_path: Path, col
     readings = coldest + 2.0 * np.random.default_rng(1).standard_normal(40)
     text = "time [s],temperature [degC]\n" + "\n".join(f"{10 * i + 10},{v}" for i, v in enumerate(readings))
     assert found(tmp_path, traction=TRACTION, temperature=text)["the disc below its environment"].ok == ok
+
+
+@pytest.mark.parametrize(
+    ("course", "ok"),
+    [
+        (lambda t: 20.0 + 25.0 * np.exp(-t / 60.0), False),  # a warm disc cools
+        (lambda t: 45.0 + 0.0 * t, False),  # it and its room are warm
+        (lambda t: 20.0 + 40.0 * (1.0 - np.exp(-t / 12.0)), True),  # a heat that is not known warms a disc that was not
+        (lambda t: 24.0 + 0.0 * t, True),  # a zero of the thermometer
+        (lambda t: 20.0 - 12.0 * (1.0 - np.exp(-t / 12.0)), True),  # a colder room than declared
+    ],
+)
+def test_the_first_readings_are_of_the_disc_at_the_start(
+    tmp_path: Path, course: Callable[[np.ndarray], np.ndarray], ok: bool
+) -> None:
+    """Readings every 2 s of a test of 420 s whose definition says 20 degC."""
+    time = np.arange(2.0, 420.0, 2.0)
+    text = "time [s],temperature [degC]\n" + "\n".join(f"{t},{v:.3f}" for t, v in zip(time, course(time), strict=True))
+    (finding,) = [
+        f for f in found(tmp_path, traction=TRACTION, temperature=text).values() if f.rule.startswith("start")
+    ]
+    assert finding.ok == ok
+
+
+def test_a_thermometer_in_fahrenheit_is_asked_for(tmp_path: Path) -> None:
+    """A disc of 20 degC reads 68; who heats it to 60 before the test is asked for the key alone."""
+    for reading, asked in ((68.0, True), (60.0, False)):
+        rows = "".join(f"{t},{reading}\n" for t in range(4, 400, 4))
+        data = {"traction": TRACTION, "temperature": f"time [s],temperature [degC]\n{rows}"}
+        (finding,) = [f for f in found(tmp_path, **data).values() if f.rule == "start temperature"]
+        assert f"the disc at the start is {reading:g} °C, the definition says 20 °C" in finding.message
+        assert "declare initial_temperature_C under [thermal]" in finding.message
+        assert ("degF" in finding.message) == asked
 
 
 @pytest.mark.parametrize(("ratio", "ok"), [(0.47, True), (0.56, False)])

@@ -8,6 +8,7 @@ General rules, for any test; each compares a value with the range that geometry 
     mass and profile    m = rho W, of the same disc at the same stop
     volume and energy   K = W H / E with the dissipated energy E = sum (T/N) N V creepage duration by then (Eq. 13)
     heat                a rise is at most P / (h S), and at most E / C (Eq. 18 without and with only storage)
+    start temperature   the first readings are those of the disc as it is said to start
     elastic limit       T/N is at most G a b C11 creepage / N (Eq. 9) under the load of the step, whatever mu is
     pressure            Hertz's p0 stays below the hardness, under the greatest load
     shakedown           p0 / k stays below the limit at load and T/N of each iteration, k = H / (3 sqrt 3)
@@ -38,7 +39,7 @@ from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.traction_law import slip_of_pressure
 from twindisc_cli.physics import kalker, shakedown
 from twindisc_cli.physics.archard import allowed_coefficient, worn_volume
-from twindisc_cli.quantities import for_reading
+from twindisc_cli.quantities import CELSIUS, for_reading
 from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 
 if TYPE_CHECKING:
@@ -54,6 +55,11 @@ LIMIT_MARGIN = 1.05  # of what nothing can exceed, for the values that it is com
 NOISES, FEWEST_READINGS = 3.0, 12
 """Standard deviations of the noise by which the coldest reading may lie below the disc, and readings that show it."""
 STICKS = 0.8  # of linear theory's T/N: below it so much of a patch slips that the discs wear
+START, AT_START = 0.02, 3
+"""Share of the test within which readings are of its start, and how many of these at the most are taken."""
+STARTS = 5.0
+"""[K] by which the disc may start off what the definition says: zeros of thermometers, heat of a running-up."""
+FAHRENHEIT = 3.0  # [K] within which a reading is the declared temperature in degrees Fahrenheit
 COLDER = 2.0  # [K]; thermocouples err by 1.5 (class 1) to 2.5 (class 2), IEC 60584-1
 
 
@@ -435,6 +441,40 @@ def heat_and_temperature(facts: Facts) -> Iterator[Finding]:
                 yield Finding("heat and temperature", subject, rise, 0.0, (limit + drift) * LIMIT_MARGIN, "K", why)
 
 
+def start_temperature(facts: Facts) -> Iterator[Finding]:
+    """The first readings are of a disc as warm as it is said to start, beside what can have changed it by then.
+
+    That is the friction's heat and, of readings that go on away from the declared temperature, twice what they change
+    in as long again: a source of heat that is not known has done no more up to 0.7 of the time in which it settles.
+    """
+    thermal, samples, history = facts.test.thermal, facts.test.measured.temperature, facts.test.history
+    if thermal is None or samples is None:
+        return
+    first = np.flatnonzero(samples.time <= START * history.end_time[-1])[:AT_START]
+    if not len(first):
+        return
+    time, reading = float(np.median(samples.time[first])), float(np.median(samples.temperature[first]))
+    declared = thermal.initial_temperature
+    warming = float(np.max(facts.power[history.end_time - history.duration <= time])) * time / thermal.heat_capacity
+    again = float(np.interp(2.0 * time, samples.time, samples.temperature)) - reading
+    away = max(float(np.sign(reading - declared)) * again, 0.0)
+    if not np.isfinite(warming):
+        return
+    shown, said = reading - CELSIUS, declared - CELSIUS
+    in_fahrenheit = "; or are the readings in degF?" if abs(shown - (1.8 * said + 32.0)) < FAHRENHEIT else ""
+    begin = f"the disc at the start is {_number(shown)} °C, the definition says {_number(said)} °C"
+    yield Finding(
+        rule="start temperature",
+        subject=f"{begin}: the difference",
+        value=abs(reading - declared),
+        low=0.0,
+        high=STARTS + NOISES * _noise(samples.temperature) + warming + 2.0 * away,
+        unit="K",
+        why="what can have changed it by then",
+        hint=f"declare initial_temperature_C under [thermal]{in_fahrenheit}",
+    )
+
+
 def _noise(readings: Floats) -> float:
     """Standard deviation of what readings (sample,) scatter from one to the next; 0 where they are too few."""
     return scatter(np.diff(readings, 2)) / np.sqrt(6.0) if len(readings) >= FEWEST_READINGS else 0.0
@@ -565,6 +605,7 @@ RULES: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
     weighings,
     mass_and_profile,
     heat_and_temperature,
+    start_temperature,
     elastic_limit,
     traction_sign,
     pressure,
@@ -573,7 +614,12 @@ RULES: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
 )
 
 
-OF_DATA: tuple[Callable[[Facts], Iterator[Finding]], ...] = (weighings, mass_and_profile, heat_and_temperature)
+OF_DATA: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
+    weighings,
+    mass_and_profile,
+    heat_and_temperature,
+    start_temperature,
+)
 """Rules by which data contradict each other or what was declared, whatever the model lacks."""
 
 
