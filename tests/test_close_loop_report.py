@@ -745,6 +745,14 @@ def test_page_lists_every_explanation_tried(test: Test) -> None:
         assert needed in cells
 
 
+def test_what_so_few_samples_leave_untried_is_not_said_to_explain_nothing(test: Test) -> None:
+    few = replace(unknown(test), too_few_samples=("traction",))
+    said, plain = (sentences.sentences(diagnosis)[0] for diagnosis in (few, unknown(test)))
+    assert "no learnt law explains, of those that so few samples allow to be tried: what is left" in said
+    assert "so few" not in plain
+    assert sentences.sentences(replace(few, too_few_samples=("mass",)))[0] == plain
+
+
 def test_page_says_where_to_look_for_what_is_unexplained(test: Test) -> None:
     cells = Reader(page(result(unknown, test))).text("td", "th")
     assert "traction time a smooth trend 31 % p < 0.001 what changes as the test goes on" in cells

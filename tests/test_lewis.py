@@ -8,13 +8,17 @@ import numpy as np
 import pytest
 from definitions import CONFIGS, outcome
 from matplotlib.figure import Figure
+from rigs import experiment, history
 
 from twindisc_cli.definition import load
 from twindisc_cli.loop.diagnose import diagnose
-from twindisc_cli.loop.fit import plain_fit
+from twindisc_cli.loop.extend import too_few_samples
+from twindisc_cli.loop.fit import Fit, plain_fit
 from twindisc_cli.loop.holdout import without
 from twindisc_cli.loop.problem import problem_of
-from twindisc_cli.loop.thresholds import RESAMPLING
+from twindisc_cli.loop.screen import is_beyond_assumed, unexplained_residual
+from twindisc_cli.loop.thresholds import ACCEPTANCE, RESAMPLING
+from twindisc_cli.model.experiment import Measured, TractionSamples
 
 HEAT_W = (1.3, 9.2, 25.7, 102.6, 246.0, 327.8, 492.1, 728.4)
 BULK_C = np.array([20.6, 22.9, 27.5, 48.6, 89.0, 111.9, 136.8, 202.1])
@@ -89,6 +93,35 @@ def test_noise_that_was_assumed_is_as_large_as_what_is_left() -> None:
     (case,) = fitted.problem.cases
     known = replace(case, noise={"traction": replace(noise, estimated=True)})
     assert replace(fitted, problem=replace(fitted.problem, cases=[known])).excess_of_assumed("traction") == 1.0
+
+
+STEPS = history(0.02 + 0.01 * np.arange(8), 1)
+
+
+def of_eight_steps(scatter: float, uncertainty: float = np.nan) -> Fit:
+    """One mu for eight T/N in full sliding, one of a step without time, in turn above and below 0.45 by a share."""
+    unknown = np.full(8, np.nan)
+    ratio = 0.45 * (1.0 + scatter * (-1.0) ** np.arange(8))
+    samples = TractionSamples(unknown, np.arange(8), STEPS.step_creepage, ratio, np.full(8, uncertainty))
+    return plain_fit(problem_of([experiment(STEPS, thermal=None, measured=Measured(traction=samples))]))
+
+
+@pytest.mark.parametrize(
+    ("scatter", "uncertainty", "left"), [(0.018, np.nan, False), (0.018, 0.0045, True), (0.05, np.nan, True)]
+)
+def test_what_a_noise_twice_the_assumed_one_leaves_is_not_unexplained(
+    scatter: float, uncertainty: float, left: bool
+) -> None:
+    """Eight times 1.8^2 is 26 of chi2 with 7 degrees of freedom, p = 5e-4, and a quarter of it p = 0.5."""
+    fitted = of_eight_steps(scatter, uncertainty)
+    assert unexplained_residual(fitted, "traction").significant(ACCEPTANCE.unexplained_alone)
+    assert is_beyond_assumed(fitted, "traction") == left
+
+
+def test_eight_samples_without_scatter_leave_effects_untried() -> None:
+    """Two parameters in all, mu one of them; with a noise that is known all effects are tried."""
+    assert too_few_samples(of_eight_steps(0.05).problem) == ["traction"]
+    assert too_few_samples(of_eight_steps(0.05, 0.0045).problem) == []
 
 
 def quiet(_what: str, _share: float) -> None:

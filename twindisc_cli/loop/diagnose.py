@@ -38,6 +38,7 @@ from twindisc_cli.loop.diagnosis import (
 )
 from twindisc_cli.loop.explain import Outcome, Progress, explain, significant_on_all
 from twindisc_cli.loop.explanation import Explanation
+from twindisc_cli.loop.extend import too_few_samples
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.holdout import steps_withheld
 from twindisc_cli.loop.intervals import base_parameters
@@ -47,7 +48,7 @@ from twindisc_cli.loop.levels import Levels, apart_from_others, is_apart, levels
 from twindisc_cli.loop.mixture import Mixture
 from twindisc_cli.loop.noise import Noise
 from twindisc_cli.loop.problem import Case, case_of
-from twindisc_cli.loop.screen import Residual, is_unexplained, unexplained_residual
+from twindisc_cli.loop.screen import Residual, is_beyond_assumed, is_unexplained, unexplained_residual
 from twindisc_cli.loop.step_scatter import step_scatter
 from twindisc_cli.loop.term_intervals import term_parameters, unfixed, widened
 from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm, Term, joined
@@ -127,6 +128,7 @@ def diagnose(
         seconds=monotonic() - started,
         difference=_difference(outcome),
         not_excluded=not_excluded,
+        too_few_samples=too_few_samples(outcome.search.base.fit.problem),
     )
 
 
@@ -146,7 +148,14 @@ def _verdict(
         return "effects_found"
     if laws:
         return "law_learned"
-    return "unexplained" if left or outcome.refused else "no_missing_effect"
+    return "unexplained" if left or _explains_what_is_there(outcome) else "no_missing_effect"
+
+
+def _explains_what_is_there(outcome: Outcome) -> bool:
+    """Whether something is refused that explains more than a noise that had to be assumed may be."""
+    base = outcome.search.base.fit
+    shown = {channel for m in outcome.members if m.labels in outcome.refused for channel in m.explained}
+    return any(is_beyond_assumed(base, channel) for channel in shown)
 
 
 # ------------------------------------------------------------------------------------------------- what is left
@@ -158,14 +167,15 @@ def _left(outcome: Outcome, before: Mapping[str, Residual], missed: Set[str]) ->
     fitted, base = outcome.answer.fit, outcome.search.base.fit
     for channel in outcome.problem.channels:
         rest = unexplained_residual(fitted, channel) if fitted.terms else before[channel]
-        if is_unexplained(rest, fitted, base):
+        if is_unexplained(rest, fitted, base) and is_beyond_assumed(fitted, channel):
             left += _listed(rest)
         elif _is_far_off(fitted, channel):
             left += [replace(each, p_value=_chance(fitted, channel)) for each in _listed(rest)]
     known = {each.channel for each in left}
     on_all = {rest.channel: rest for rest in outcome.left_on_all if rest.channel not in known}
     on_all |= significant_on_all(outcome, missed - known)
-    return left + [each for rest in on_all.values() for each in _listed(rest)]
+    estimated = outcome.judged.estimated
+    return left + [each for c, rest in on_all.items() if is_beyond_assumed(estimated, c) for each in _listed(rest)]
 
 
 def _is_far_off(fitted: Fit, channel: str) -> bool:

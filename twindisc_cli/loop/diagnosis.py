@@ -233,6 +233,7 @@ class Diagnosis:
     same_on_all: whether a choice on all samples would give the same terms, None where not asked.
     blind: whether the held-out samples had no say in the choice.
     not_excluded: where nothing was added, what the resamples choose all the same, by falling probability.
+    too_few_samples: channels in which some effect was not tried, for it asks too much of their samples.
     """
 
     verdict: Verdict
@@ -256,6 +257,7 @@ class Diagnosis:
     difference: str = ""
     levels: Mapping[str, Levels] = field(default_factory=dict)
     not_excluded: Sequence[Alternative] = ()
+    too_few_samples: Sequence[str] = ()
 
     @property
     def terms(self) -> list[FoundTerm]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Effect
 from twindisc_cli.laws.law import law_key
 from twindisc_cli.laws.trial import Trial
@@ -16,6 +17,7 @@ from twindisc_cli.loop.candidates import (
     laws_at_other_stages,
     laws_elsewhere,
     proposals,
+    searched,
     warmed,
 )
 from twindisc_cli.loop.channels import channels
@@ -99,6 +101,12 @@ def _likeliest_laws(proposed: Sequence[Proposal]) -> set[str]:
     first = {kind: name for name in reversed(best) for kind in kinds[name]}
     close = {name for name in best if kinds[name] & SET_IN_STEPS and evidence[name] > CLOSE * evidence[best[0]]}
     return {*best[: SEARCH.fitted_each_round], *first.values(), *close}
+
+
+def too_few_samples(problem: Problem) -> list[str]:
+    """Channels of a problem without terms in which some effect is not tried, for it asks too much of their samples."""
+    effects = [Proposal(name, catalogue()[name], [], 0.0) for name in searched(problem)]
+    return list(dict.fromkeys(problem.shown_in(e.effect) for e in effects if _asks_too_much(problem, e)))
 
 
 def _asks_too_much(problem: Problem, proposal: Proposal) -> bool:

@@ -129,6 +129,15 @@ def is_unexplained(rest: Residual, fitted: Fit, base: Fit) -> bool:
     return bool(large and rest.significant(ACCEPTANCE.unexplained_beside))
 
 
+def is_beyond_assumed(fitted: Fit, channel: str) -> bool:
+    """Whether something is left of a channel though its noise, if it had to be assumed, were several times as large."""
+    if not fitted.problem.assumed(channel).any():
+        return True
+    level = ACCEPTANCE.unexplained_beside if fitted.terms else ACCEPTANCE.unexplained_alone
+    louder = replace(fitted, residual=fitted.residual / ACCEPTANCE.assumed_noise)
+    return unexplained_residual(louder, channel).significant(level)
+
+
 def left_over_explained(rest: Residual, fitted: Fit, base: Fit) -> float:
     """Length of what a fit leaves of a channel, over that of what its formulas explain there that can err [1]."""
     explained = fitted.explained(rest.channel, base.power(rest.channel))

@@ -5,8 +5,9 @@
     P W r   whitened residual of an answer along one level for each step, without what its parameters can absorb
     k       number of these directions
 
-S is one where only noise is left. What was recorded of each step (creepage, load, speed, yaw, order) is compared with
-the mean residual of the step by the squared correlation of their ranks (C. Spearman, Am. J. Psychol. 15 (1904) 72-101).
+S is one where only noise is left; a noise that had to be assumed may be larger by `Acceptance.assumed_noise`. What was
+recorded of each step (creepage, load, speed, yaw, order) is compared with the mean residual of the step by the squared
+correlation of their ranks (C. Spearman, Am. J. Psychol. 15 (1904) 72-101).
 """
 
 from __future__ import annotations
@@ -52,7 +53,8 @@ def step_scatter(fitted: Fit) -> list[StepScatter]:
         case, steps = problem.cases[number], channels()[channel].steps
         step = steps(case.test) if steps is not None else np.zeros(1, dtype=np.int64)
         count, squared = _length(fitted, where, case.noise[channel], step)
-        p_value = float(chdtrc(count, squared)) if count else 1.0
+        noise = 1.0 if case.noise[channel].estimated else ACCEPTANCE.assumed_noise
+        p_value = float(chdtrc(count, squared / noise**2)) if count else 1.0
         if p_value < ACCEPTANCE.unexplained_alone:
             prediction = problem.predict(fitted.theta[None])[number]
             miss = case.values(channel) - channels()[channel].predicted(case.model, prediction)[0]

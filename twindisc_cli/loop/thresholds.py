@@ -128,6 +128,10 @@ class Acceptance:
                             is significant is reported, however much was explained.
     mean_square_alone       the same above which it is reported whatever depends on nothing that was tried: twice the
                             noise, where the noise is known.
+    assumed_noise           times as large as it was assumed that a noise may be: nothing is reported as left that is
+                            not significant with that, too. Of eight T/N that scatter by 1.5 %, with 1 % assumed,
+                            something was reported as left. With 3 the disc temperature of Lewis and Dwyer-Joyce
+                            (2004), 1 % assumed, which the heat misses by 3.4 % at high slips, would not be.
     many_terms              terms of one channel from which none is established: their sum describes the record more
                             than it names causes. Pairs of the seeds have two.
     tolerances_off          tolerances by which an input must most probably be off to be named in a note [1]: of the
@@ -160,6 +164,7 @@ class Acceptance:
     another_effect: float = 0.5
     mean_square_left: float = 1.3
     mean_square_alone: float = 4.0
+    assumed_noise: float = 2.0
     many_terms: int = 3
     tolerances_off: float = 3.5
     covariates_named: int = 2

@@ -230,8 +230,10 @@ def _what_was_found(diagnosis: Diagnosis, groups: Mapping[str, Sequence[FoundTer
 
 def _what_is_unexplained(diagnosis: Diagnosis) -> list[str]:
     rest, refused = open_questions(diagnosis), _refused(diagnosis)
-    parts = [f"Something is missing in the {listed(_open(diagnosis))} that no effect and no learnt law explains"]
-    first = f"{parts[0]}: {'; '.join(rest)}." if rest else f"{parts[0]}."
+    few = {channel_name(channel) for channel in diagnosis.too_few_samples} & set(_open(diagnosis))
+    missing = f"Something is missing in the {listed(_open(diagnosis))} that no effect and no learnt law explains"
+    missing += ", of those that so few samples allow to be tried" if few else ""
+    first = f"{missing}: {'; '.join(rest)}." if rest else f"{missing}."
     return [first, *refused, *scatter(diagnosis), *_not_excluded(diagnosis), *difference(diagnosis)]
 
 
