@@ -15,13 +15,13 @@ from twindisc_cli.loop import candidates
 from twindisc_cli.loop.candidates import laws, proposals
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.extend import with_one_more
-from twindisc_cli.loop.fit import fit, plain_fit
+from twindisc_cli.loop.fit import Fit, fit, plain_fit, refit
 from twindisc_cli.loop.holdout import without
 from twindisc_cli.loop.learn import LENGTHS, LEVELS, Pair, confounded, pairs, with_elsewhere
 from twindisc_cli.loop.problem import Case, Problem, case_of
 from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.loop.validate import elsewhere
-from twindisc_cli.model.experiment import History, Measured
+from twindisc_cli.model.experiment import History, Measured, TractionSamples
 
 COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015, 0.05, 0.025), 2)
 TIME = spread(COURSE, 10)
@@ -52,6 +52,30 @@ def test_a_covariate_that_runs_as_another_does_is_named() -> None:
 @cache
 def noise_alone() -> list[float]:
     return [seen(0.0 * TIME, seed)[0].log_evidence for seed in range(12)]
+
+
+def of_means(creepage: Floats) -> Fit:
+    """One mu for the mean T/N of each step of 84 s in full sliding, in which mu runs in over 500 s."""
+    course = history(creepage, 1)
+    end, tau = course.end_time, 500.0
+    mean = 0.6 * (1.0 - 0.3 * tau / 84.0 * (np.exp(-(end - 84.0) / tau) - np.exp(-end / tau)))
+    count = len(creepage)
+    samples = TractionSamples(
+        np.full(count, np.nan), np.arange(count), course.step_creepage, mean, np.full(count, SIGMA)
+    )
+    return fit(Problem([case_of(experiment(course, thermal=None, measured=Measured(traction=samples)))], ("traction",)))
+
+
+def test_means_of_steps_show_a_law_over_time_where_the_order_of_steps_is_not_that_of_creepage() -> None:
+    creepage = np.random.default_rng(5).permutation(np.linspace(0.02, 0.1, 16))
+    running_in = of_means(creepage)
+    best = next(law for law in laws(running_in) if law.name == "mu_over_time" and law.shape == "exponential")
+    explained = refit(running_in.problem.with_terms(best.name, trial={best.name: best.effect}))
+    assert explained.chi2 < 1e-3 * running_in.chi2
+    assert explained.values(best.name)["scale_s"] == pytest.approx(500.0, rel=0.02)
+    of_curve = {pair.covariate for pair in pairs(of_means(np.sort(creepage)))}
+    assert "creepage" in of_curve
+    assert not of_curve & {"time", "cycles", "energy"}
 
 
 # ------------------------------------------------------------------------------------------------ another test

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,14 @@ import pytest
 from rigs import experiment, history, running, traction_samples
 
 from twindisc_cli.model.experiment import Experiment, History, Measured, TemperatureSamples, TractionSamples
-from twindisc_cli.model.points import FEWEST_PARTS, MOST_PARTS, Points, operating_points, sample_times
+from twindisc_cli.model.points import (
+    FEWEST_PARTS,
+    MOST_PARTS,
+    Points,
+    operating_points,
+    sample_times,
+    stand_for_steps,
+)
 
 UNEVEN = replace(
     history((0.01, 0.03, 0.02), (2, 1, 3)),
@@ -89,6 +97,45 @@ def test_samples_without_times_are_spread_over_their_step() -> None:
     assert times == pytest.approx([104 / 3, 208 / 3, 104.0, 404.0, 404 + 141 / 2, 545.0])
     assert np.all(np.searchsorted(ends, times - 1e-6) == step)
     assert np.isnan(untimed.time).all(), "the record itself stays as it was"
+
+
+UNSORTED = (0.02, 0.05, 0.01, 0.03)
+
+
+def untimed(course: History, step: Sequence[int]) -> TractionSamples:
+    """Samples of some steps without a time."""
+    unknown, at = np.full(len(step), np.nan), np.array(step)
+    return TractionSamples(unknown, at, course.step_creepage[at], np.full(len(step), 0.5), unknown)
+
+
+def test_the_mean_of_a_step_is_at_the_middle_of_it() -> None:
+    """A friction that changes evenly over a step has its mean there."""
+    course = history(UNSORTED, (1, 3, 2, 1))
+    ends = np.cumsum([84.0, 252.0, 168.0, 84.0])
+    times = sample_times(course, untimed(course, range(4)))
+    np.testing.assert_allclose(times, ends - 0.5 * np.array([84.0, 252.0, 168.0, 84.0]))
+
+
+@pytest.mark.parametrize(
+    ("creepage", "step", "known"),
+    [
+        (UNSORTED, (0, 1, 2, 3), True),
+        (UNSORTED, (0, 1, 2), True),  # one was not recorded
+        ((0.02, 0.02, 0.02), (0, 1, 2), True),  # there is no order of creepage
+        ((0.01, 0.02, 0.03, 0.05), (0, 1, 2, 3), False),  # a curve: the order may be that of its creepages
+        ((0.05, 0.03, 0.01, 0.01), (0, 1, 2, 3), False),
+        ((-0.05, -0.01, 0.03), (0, 1, 2), False),
+        (UNSORTED, (0, 0, 1, 2, 3), False),  # several of a step
+        ((0.02, 0.05, 0.01, 0.02), (0, 1, 2), False),  # which of the two steps of 2 % is not known
+    ],
+)
+def test_which_samples_stand_for_steps(creepage: Sequence[float], step: Sequence[int], known: bool) -> None:
+    course = history(creepage, 1)
+    samples = untimed(course, step)
+    assert stand_for_steps(course, samples) == known
+    assert not stand_for_steps(replace(course, separate=True), samples)
+    assert not stand_for_steps(replace(course, per_iteration=np.nan), samples), "steps that were found have no length"
+    assert not stand_for_steps(course, replace(samples, time=1.0 + np.arange(len(step))))
 
 
 @pytest.mark.parametrize("count", [300, 4000, 4001, 20_000])

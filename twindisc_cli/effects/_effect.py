@@ -58,7 +58,7 @@ class Effect:
     `channel` is where it shows first; `seen_in` every channel that may change when it is switched on: those of its
     stage (FIRST_SEEN, SEEN_IN) unless it names others; an effect of a sensor names its channel. An effect that
     `needs_stops` is not separated from the base model by one final profile; one that `needs_temperature` does nothing
-    where the disc's temperature is not known; one that `needs_time` is not tried on samples recorded without time;
+    where the disc's temperature is not known; one that `needs_time` is not tried on samples of no known time;
     one that `needs_yaw` not where no step declares a yaw: its longitudinal force alone is that of a softer contact;
     one that `needs_crowns` not where wear with other crowns is not tabulated (loads that change, K that differs from
     strip to strip): each of its sizes would have to be integrated.

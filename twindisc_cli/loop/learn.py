@@ -35,6 +35,7 @@ from twindisc_cli.loop.ties import falling, first_of_most
 from twindisc_cli.loop.validate import LinearPrediction
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import Prediction
+from twindisc_cli.model.points import knows_times
 
 MOST_BINS = 28  # of a covariate, more than a curve has knots
 TIME_BINS = 60  # steps in time are sharper than any other change
@@ -516,13 +517,13 @@ def _bin_rows(problem: Problem, theta: Floats, quantity: str, covariate: str, ed
 
 
 def is_timed(case: Case) -> bool:
-    """Whether a test has samples that know their time; of separate steps, whether one has several."""
+    """Whether a test has samples that know their time or step; of separate steps, whether one has several samples."""
     traction, history = case.test.measured.traction, case.test.history
     if history.separate:
         times = [s.time for s in (traction, case.test.measured.temperature) if s is not None]
         known = np.unique(np.concatenate([t[np.isfinite(t)] for t in times]))
         return bool(np.any(np.bincount(history.step[history.iteration_at(known)]) > 1))
-    return "temperature" in case.noise or bool(traction is not None and np.isfinite(traction.time).all())
+    return "temperature" in case.noise or bool(traction is not None and knows_times(history, traction))
 
 
 def typical_change(fitted: Fit, quantity: str) -> float:

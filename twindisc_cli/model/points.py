@@ -179,16 +179,41 @@ def _direction(history: History) -> Floats:
     return result
 
 
+def stand_for_steps(history: History, samples: TractionSamples) -> bool:
+    """Whether samples without a time are means of steps whose place in time is known: one of each step.
+
+    It is not known of steps that are separate, that were found in the samples, whose creepage rises or falls
+    throughout, as in a curve that was put in order, or is that of other steps without a sample.
+    """
+    if np.isfinite(samples.time).any() or history.separate or history.per_iteration is not None:
+        return False
+    sampled, count = np.unique(samples.step, return_counts=True)
+    creepage, others = history.step_creepage[sampled], np.delete(history.step_creepage, sampled)
+    orders = [np.diff(values) for values in (creepage, np.abs(creepage))]
+    in_order = any(np.all(order >= 0.0) or np.all(order <= 0.0) for order in orders)
+    is_curve = np.ptp(creepage) > 0.0 and in_order
+    return bool(count.max() == 1 and not is_curve and not np.isin(creepage, others).any())
+
+
+def knows_times(history: History, samples: TractionSamples) -> bool:
+    """Whether samples are known to be of a time each, or of a step."""
+    return bool(np.isfinite(samples.time).all()) or stand_for_steps(history, samples)
+
+
 def sample_times(history: History, samples: TractionSamples | None) -> Floats:
-    """Time of every traction sample [s]; where none was recorded, the samples of a step are spread over it."""
+    """Time of every traction sample [s]; where none was recorded, the samples of a step are spread over it.
+
+    One that is the mean of its step is at the middle of it, where what changes evenly has its mean.
+    """
     if samples is None:
         return np.empty(0)
     ends, times = history.end_time, samples.time.copy()
+    last = 0.5 if stand_for_steps(history, samples) else 1.0
     for step in np.unique(samples.step[np.isnan(times)]):
         here = np.isnan(times) & (samples.step == step)
         inside = np.flatnonzero(history.step == step)
         begin, end = ends[inside[0]] - history.duration[inside[0]], ends[inside[-1]]
-        times[here] = begin + (end - begin) * (np.arange(int(here.sum())) + 1.0) / int(here.sum())
+        times[here] = begin + (end - begin) * (np.arange(int(here.sum())) + last) / int(here.sum())
     return times
 
 

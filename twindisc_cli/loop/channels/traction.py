@@ -27,7 +27,7 @@ from twindisc_cli.loop.noise import (
 from twindisc_cli.loop.rounding import with_rounding
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, TractionSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
-from twindisc_cli.model.points import sample_times
+from twindisc_cli.model.points import knows_times, sample_times
 from twindisc_cli.quantities import Quantity
 
 STEPS_THAT_WANDER = 5
@@ -130,7 +130,7 @@ def _generic(model: ForwardModel, prediction: Prediction) -> Iterator[Generic]:
     for name, values in points.columns.items():
         if np.ptp(values[at]) > 0.0:
             yield name, "smooth", smooth(values[at], SMOOTH)
-    if np.isnan(samples.time).any() or test.history.separate:
+    if test.history.separate or not knows_times(test.history, samples):
         return
     yield "time", "smooth", smooth(time, SMOOTH)
     yield "time", "iterations", levels(points.iteration[at]) * prediction.traction.T
