@@ -280,7 +280,7 @@ def _outcome(view: View) -> str:
         return "what the model leaves (not searched)"
     if diagnosis.effects or diagnosis.laws:
         return "left: nothing else is missing here"
-    return f"left: nothing is missing ({p_value(p)}; alarm < {ACCEPTANCE.unexplained_alone:g})"
+    return f"left: nothing is missing ({p_value(p)}; alarm\u00a0<\u00a0{ACCEPTANCE.unexplained_alone:g})"
 
 
 DRAW: Mapping[tuple[str, int], Callable[[Axes, View], None]] = {
