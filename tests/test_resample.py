@@ -117,7 +117,7 @@ class Said:
     temperature: float
 
 
-def test_weights_are_bayes_factors_cooled_by_the_best() -> None:
+def test_weights_are_bayes_factors_tempered_by_the_best() -> None:
     found = softened(np.array([[4.0, 3.0, 1.0]]), [Said(2.0), Said(9.0), Said(5.0)])  # type: ignore[list-item]
     assert found[0, 1] / found[0, 0] == pytest.approx(np.exp(-0.5))
     assert found[0, 2] / found[0, 0] == pytest.approx(np.exp(-1.5))
