@@ -114,7 +114,7 @@ def test_blocks_are_neighbours_of_one_channel() -> None:
 class Said:
     """What softening asks of an explanation."""
 
-    temperature: float
+    evidence_scale: float
 
 
 def test_weights_are_bayes_factors_tempered_by_the_best() -> None:
