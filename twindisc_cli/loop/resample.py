@@ -22,6 +22,7 @@ from twindisc_cli.loop.thresholds import RESAMPLING
 from twindisc_cli.model.experiment import Floats, Ints
 
 SEED = 20061139  # the same draws in every run
+ROUNDING = 1e-12  # of each parameter's precision: what a draw does not fix stays where it is
 
 
 def blocks(fitted: Fit) -> Ints:
@@ -86,7 +87,9 @@ def _drawn_again(fitted: Fit, block: Ints, drawn: Floats) -> tuple[Floats, Float
     prior = precision(fitted.problem)
     both = (drawn @ A).reshape(len(drawn), k, k) + np.diag(prior)
     pull = drawn @ g
-    step = np.linalg.solve(both, pull[..., None])[..., 0]
+    scale = 1.0 / np.sqrt(np.maximum(np.einsum("dii->di", both), 1e-300))
+    scaled = both * scale[:, :, None] * scale[:, None, :] + ROUNDING * np.eye(k)
+    step = scale * np.linalg.solve(scaled, (scale * pull)[..., None])[..., 0]
     return np.asarray(drawn @ s - np.sum(pull * step, axis=1)), np.asarray(step)
 
 
