@@ -410,6 +410,13 @@ def test_three_levels_on_a_line_prove_nothing(mu: tuple[float, ...], proven: boo
     assert (None if found is None else found.proven) is proven
 
 
+def test_levels_of_tests_that_are_alike_go_with_nothing() -> None:
+    """Of four tests three have a level, and these had one load; and levels that are all the same."""
+    load, mu = np.array([900.0, 900.0, 900.0, 1500.0]), np.array([0.4, 0.5, 0.6])
+    assert followed(levels_of_mu(mu, 1e-3), {"load": load}) is None
+    assert followed(levels_of_mu(np.full(4, 0.4), 1e-3), {"load": load}) is None
+
+
 def test_levels_that_go_with_nothing_are_seldom_said_to() -> None:
     """In one of twenty at the most, however many differ."""
     rng = np.random.default_rng(2)

@@ -26,7 +26,6 @@ import numpy as np
 
 from twindisc_cli.definition import Test
 from twindisc_cli.effects import catalogue
-from twindisc_cli.effects._effect import Stage
 from twindisc_cli.errors import NEGATIVE_FINDING, MeasurementError
 from twindisc_cli.identify.energy import measured_power, measured_ratio
 from twindisc_cli.identify.steps import against_creepage, friction_in_use
@@ -35,7 +34,7 @@ from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.noise import scatter
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, Rig
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel, Prediction, acts_at
 from twindisc_cli.model.traction_law import slip_of_pressure
 from twindisc_cli.physics import kalker, shakedown
 from twindisc_cli.physics.archard import allowed_coefficient, worn_volume
@@ -166,7 +165,7 @@ class Facts:
 
     def part(self, disc: int, stop: int) -> float:
         """Part of the worn depth that a disc bears by the end of an entry of the history, from 1; 1: it wears alone."""
-        if np.isnan(self.test.options.disc1_wear_coefficient) and not _acts(self.test, "wear"):
+        if np.isnan(self.test.options.disc1_wear_coefficient) and not acts_at(self.test, "wear"):
             return 1.0
         state = self.prediction.state
         first = np.broadcast_to(state.disc1_share, state.energy.shape)[0, self.model.points.of_iteration[stop - 1]]
@@ -174,7 +173,7 @@ class Facts:
 
     def wear_factor(self, stop: int) -> float:
         """K over its base value by the end of an entry of the history, from 1, as declared: its mean by the energy."""
-        if not _acts(self.test, "wear"):
+        if not acts_at(self.test, "wear"):
             return 1.0
         state, entry, begin = self.prediction.state, self.model.points.iteration, self.test.history.begin_time
         own = 1.0 - state.disc1_share if np.isfinite(self.test.options.disc1_wear_coefficient) else 1.0
@@ -209,12 +208,6 @@ class Facts:
         return float(worn_volume(y=profile.y[last], depth=-profile.height[last], rolling_radius=radius))
 
 
-def _acts(test: Experiment, stage: Stage) -> bool:
-    """Whether an effect or a law is declared that acts at a stage of the model."""
-    stages = {catalogue()[name].stage for name in test.effects} | {law.stage for law in test.laws.values()}
-    return stage in stages
-
-
 def chord_and_depth(facts: Facts) -> Iterator[Finding]:
     """A depth and a width, of the profile or as reported, must belong to the same facet."""
     pairs: list[tuple[str, float, float, tuple[int, int]]] = []
@@ -235,8 +228,8 @@ def _cuts_a_facet(facts: Facts) -> bool:
     test = facts.test
     local = any(catalogue()[name].local for name in test.effects) or any(law.local for law in test.laws.values())
     unknown = np.isfinite(test.options.disc1_wear_coefficient) and np.isnan(test.options.wear_coefficient)
-    wanders = _acts(test, "contact") and bool(np.any(facts.prediction.state.wander))
-    return not (local or unknown or wanders or _acts(test, "surface"))
+    wanders = acts_at(test, "contact") and bool(np.any(facts.prediction.state.wander))
+    return not (local or unknown or wanders or acts_at(test, "surface"))
 
 
 def _of_a_facet(facts: Facts, kind: str, depth: float, width: float, part: float) -> Finding:
@@ -412,7 +405,7 @@ def _worn_volumes(facts: Facts) -> list[Worn]:
 def heat_and_temperature(facts: Facts) -> Iterator[Finding]:
     """A temperature rise must be paid for by the dissipated heat, where no other heat or cooling is declared."""
     test, thermal, samples = facts.test, facts.test.thermal, facts.test.measured.temperature
-    other = _acts(test, "heat") or any(law.of.channel == "temperature" for law in test.laws.values())
+    other = acts_at(test, "heat") or any(law.of.channel == "temperature" for law in test.laws.values())
     if thermal is None or other or not facts.energy > 0.0:
         return
     rises = {"the reported temperature rise": facts.test.reported.get("temperature_rise", np.nan)}

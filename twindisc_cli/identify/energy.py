@@ -10,12 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from twindisc_cli.effects import catalogue
 from twindisc_cli.errors import MeasurementError
 from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats
-from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.forward import ForwardModel, acts_at
 
 
 def measured_ratio(test: Experiment) -> Floats:
@@ -57,8 +56,7 @@ def _pressed_slip(test: Experiment) -> Floats:
 
 def _slides_otherwise(test: Experiment) -> bool:
     """Whether the discs slide in another way than by the creepage of the history."""
-    stages = [catalogue()[name].stage for name in test.effects] + [law.stage for law in test.laws.values()]
-    return bool(np.any(test.history.yaw)) or "operation" in stages
+    return bool(np.any(test.history.yaw)) or acts_at(test, "operation")
 
 
 def _power_of_all_forces(test: Experiment) -> Floats:

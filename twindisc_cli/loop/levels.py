@@ -199,11 +199,12 @@ def differing_between(tests: Sequence[Experiment]) -> dict[str, Floats]:
     common = [name for name in every[0] if all(name in of for of in every)]
     means = {name: np.array([float(np.mean(of[name])) for of in every]) for name in common}
     within = {name: float(np.mean([np.std(of[name]) for of in every])) for name in common}
-    return {
-        name: x
-        for name, x in means.items()
-        if np.std(x) > within[name] and np.ptp(x) > SAME * np.abs(x).max() and np.all(np.isfinite(x))
-    }
+    return {name: x for name, x in means.items() if np.all(np.isfinite(x)) and np.std(x) > within[name] and _differs(x)}
+
+
+def _differs(x: Floats) -> bool:
+    """Whether numbers differ by more than numbers that are meant to be the same do."""
+    return bool(np.ptp(x) > SAME * np.abs(x).max())
 
 
 def _recorded(test: Experiment) -> dict[str, Floats]:
@@ -222,10 +223,10 @@ def _recorded(test: Experiment) -> dict[str, Floats]:
 
 def followed(levels: Levels, differing: Mapping[str, Floats]) -> Follows | None:
     """The best founded line of at least three levels over what differs between the tests, (test,) by covariate."""
-    if len(levels.tests) < 3:
+    y, s, own = levels.wander.y, levels.wander.s, {name: x[levels.tests] for name, x in differing.items()}
+    if len(y) < 3 or np.ptp(y) == 0.0:
         return None
-    y, s = levels.wander.y, levels.wander.s
-    lines = [_line(y, s, name, x[levels.tests], len(differing)) for name, x in differing.items()]
+    lines = [_line(y, s, name, x, len(differing)) for name, x in own.items() if _differs(x)]
     founded = sorted((line for line in lines if _holds(line, y, s)), key=lambda line: -line.share)
     return replace(founded[0], others=tuple(line.covariate for line in founded[1:])) if founded else None
 

@@ -371,6 +371,12 @@ def _mixed(passes: Passes, last: State, state: State, whole: Floats) -> State:
     )
 
 
+def acts_at(test: Experiment, stage: Stage) -> bool:
+    """Whether an effect or a law is declared that acts at a stage of the model."""
+    stages = {catalogue()[name].stage for name in test.effects} | {law.stage for law in test.laws.values()}
+    return stage in stages
+
+
 def _as_it_is(load_ratio: Floats) -> Scaled:
     """The scale of what is not taken to another load."""
     one = np.ones_like(load_ratio)
