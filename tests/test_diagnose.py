@@ -598,7 +598,7 @@ def worn(name: str, k: float, seed: int) -> Experiment:
     return replace(Instruments().record(Plant(COURSE, wear_coefficient=k), np.random.default_rng(seed)), name=name)
 
 
-@pytest.mark.parametrize("k", [(1e-3, 1.6e-3), (1e-3, 1e-3, 0.6e-3)])
+@pytest.mark.parametrize("k", one_of([(1e-3, 1.6e-3), (1e-3, 1e-3, 0.6e-3)]))
 def test_the_test_that_wears_faster_than_the_others_is_named(k: tuple[float, ...]) -> None:
     found = run(*(worn(name, each, seed) for seed, (name, each) in enumerate(zip("ABC", k, strict=False), 1)))
     (effect,) = found.effects

@@ -57,7 +57,7 @@ def test_names_of_eurosprinter_come_back_as_often_as_their_probability_says() ->
 FALLS = pytest.mark.xfail(reason="friction falls above 6 %, where nothing below says so", strict=True)
 
 
-@pytest.mark.parametrize("block", [0, 1, pytest.param(2, marks=FALLS)])
+@pytest.mark.parametrize("block", [0, pytest.param(1, marks=pytest.mark.long), pytest.param(2, marks=FALLS)])
 def test_the_error_of_a_range_of_creepages_that_nothing_saw_is_below_the_base_models(block: int) -> None:
     test = shipped("eurosprinter")
     split, masks = list(held_out(test, "blocks"))[block]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rigs import Instruments, Plant, history
+from rigs import Instruments, Plant, history, one_of
 
 from twindisc_cli.loop.averaging import MOST_SAMPLES, averaged
 from twindisc_cli.loop.channels.temperature import noise
@@ -142,7 +142,7 @@ def test_a_log_of_whole_degrees_keeps_its_readings() -> None:
     assert any("rounded too far to be averaged" in note for note in rows.notes)
 
 
-@pytest.mark.parametrize("seed", [10, 11])
+@pytest.mark.parametrize("seed", one_of([10, 11]))
 def test_no_law_is_made_of_whole_degrees(seed: int) -> None:
     """Had been a lag of the thermocouple, laws of the convection, or no answer in five minutes."""
     assert found([recorded(1.0, 0.05, seed)]).verdict == "no_missing_effect"
