@@ -70,6 +70,8 @@ from twindisc_cli.physics.flash import Solid, flash_temperature
 SURE_PASSES, MOST_PASSES = 20, 200
 """Passes that are made in any case, and at the most: between them they end where nothing more is gained, as where a
 step in the temperature has no fixed point."""
+FEW_PASSES = 12
+"""Passes of a first look, at the most: what has not settled by then seldom does."""
 CARRIED = ("temperature", "energy", "wear_index", "normalised_creepage", "flash_before")
 """What a pass begins with as the one before it left it; the power left becomes `power_before`."""
 SPIN_ARM_OF_A_LINE = 0.5
@@ -409,7 +411,7 @@ class _Chain:
         passes, last, driven = Passes(), state, self.driven(state)
         state = self.run(driven)
         whole = np.maximum(state.energy.max(axis=1, keepdims=True), 1e-30)
-        for number in range(1, MOST_PASSES):
+        for number in range(1, MOST_PASSES if within < COUNTED else FEW_PASSES):
             if _standing(last, state, within) or self._repeats(driven, state):
                 break
             if number >= SURE_PASSES and not passes.progress(_moved(last, state, whole) / within):
