@@ -154,6 +154,7 @@ def test_reported_numbers_are_si(tmp_path: Path) -> None:
         ("revolutions_per_iteration", "revolutions_per_iteration = 0", "must be greater than 0"),
         ("schema", "schema = 2", "must be 1"),
         ("name", 'name = "a b/c"', "must be letters, digits"),
+        ("hardness_HV", "hardness_HV = { value = 700, std = inf }", "{ value = ..., std = ... } with a finite std"),
     ],
 )
 def test_a_wrong_value_is_one_problem_in_its_line(key: str, line: str, says: str) -> None:
@@ -272,6 +273,35 @@ def test_no_solid_is_like_that(table: str, line: str, says: str) -> None:
 def test_heat_is_given_in_one_way(replacement: str, says: str) -> None:
     (problem,) = problems(changed(heat_capacity_J_K=replacement))
     assert says in str(problem)
+
+
+@pytest.mark.parametrize(
+    ("extra", "needle", "says"),
+    [
+        (
+            "torque_zero = nan",
+            "torque_zero",
+            'torque_zero: must be "unloaded", "as recorded" or a torque in N m, not nan',
+        ),
+        ("torque_zero = true", "torque_zero", "or a torque in N m, not true"),
+        ('temperature = { file = "b.csv", shet = "x" }', "shet", "shet: unknown key, did you mean sheet?"),
+        ('temperature = ["c.csv", { file = "b.csv", x = 1 }]', "b.csv", "known here: file, sheet, skip, ignore"),
+        (
+            'temperature = { file = "b.csv", skip = -9999 }',
+            "skip",
+            'must be a text, such as "-9999", or a list of texts',
+        ),
+        ('covariates = ["[%]"]', "covariates", "must be the name of a column, with its unit in [ ] where it has one"),
+        (
+            '[laws.1x]\nquantity = "mu"\ncovariate = "time"\nat = [0, 1]\nfactor = [1, 1]',
+            "laws.1x",
+            "laws.1x: must be letters",
+        ),
+        ("[[laws]]\nx = 1", "laws", "laws: must be a table, not "),
+    ],
+)
+def test_what_is_wrong_in_measured_and_in_names(extra: str, needle: str, says: str) -> None:
+    assert says in only_problem(f'{VALID}\n[measured]\nlog = "a.csv"\n{extra}\n', needle)
 
 
 def test_missing_tables_are_named() -> None:

@@ -339,3 +339,89 @@ def test_a_load_in_kg_is_named_by_the_block(tmp_path: Path, capsys: pytest.Captu
     (tmp_path / "rig.csv").write_text("\n".join([head.format("N m"), *rows]) + "\n")
     folder = imported(tmp_path / "rig.csv", capsys)
     assert load(folder / "rig.toml").experiment.rig.normal_load == pytest.approx(72.0, rel=1e-3)
+
+
+PLAIN = "time [s],creepage [%],traction ratio [1],normal load [N]\n"
+PLAIN += "".join(f"{n},{1 + n // 60},0.4{n % 7},72\n" for n in range(120))
+
+
+@pytest.mark.parametrize(
+    ("block", "says"),
+    [
+        (
+            "[measured]\nskip = -9999",
+            'block.toml:2: measured.skip: must be a text, such as "-9999", or a list of texts',
+        ),
+        ("[measured]\nsheet = 3", "block.toml:2: measured.sheet: must be a text in quotes, not 3"),
+        ("[measured]\nlog = { file = 3 }", "block.toml:2: measured.log.file: must be a text in quotes, not 3"),
+        ('[measured]\ncolumns.torque = { colum = "M" }', "columns.torque.colum: unknown key, did you mean column?"),
+        ("measured = 3\n[rig]\nnormal_load_N = 72.0", "block.toml:1: measured: must be a table, not 3"),
+        (f"measured.{'a.' * 60}b = 1", "is nested too deeply"),
+    ],
+)
+def test_a_wrong_block_is_told_in_its_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], block: str, says: str
+) -> None:
+    (tmp_path / "rig.csv").write_text(PLAIN)
+    (tmp_path / "block.toml").write_text(block)
+    code, _, err = command(
+        "import", tmp_path / "rig.csv", tmp_path / "block.toml", "-o", tmp_path / "to", capsys=capsys
+    )
+    assert (code, says in err) == (2, True), err
+
+
+def test_a_table_that_is_there_is_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "rig.csv").write_text(PLAIN)
+    (tmp_path / "traction.csv").write_text("mine")
+    code, _, err = command("import", tmp_path / "rig.csv", "-o", tmp_path, capsys=capsys)
+    assert (code, "traction.csv: exists already" in err) == (2, True)
+    assert (tmp_path / "traction.csv").read_text() == "mine"
+    assert not (tmp_path / "rig.toml").exists()
+    assert command("import", tmp_path / "rig.csv", "-o", tmp_path, "--force", capsys=capsys)[0] == 0
+
+
+def test_an_imported_definition_finds_its_files(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Through a link, for a file of its own test's name, and for two of one name in different folders."""
+    (tmp_path / "run").mkdir()
+    (tmp_path / "deep/down").mkdir(parents=True)
+    (tmp_path / "run/link").symlink_to(tmp_path / "deep/down")
+    monkeypatch.chdir(tmp_path / "run")
+    for name in ("rig", "rig.csv"):
+        Path(name).write_text(PLAIN)
+    Path("../rig.csv").write_text(PLAIN.replace("72\n", "73\n"))
+    for files, folder in ((["rig.csv"], "link"), (["rig"], "to"), (["rig.csv", "../rig.csv"], "both")):
+        assert command("import", *files, "-o", folder, capsys=capsys)[0] == 0
+        written = tomllib.loads(Path(folder, "rig.toml").read_text(encoding="utf-8"))
+        assert written["test"]["name"] == "rig"
+        named = written["measured"]["log"]
+        named = [named] if isinstance(named, str) else named
+        found = [(Path(folder).resolve() / name).resolve() for name in named]
+        assert found == [Path(file).resolve() for file in files]
+        assert load(Path(folder, "rig.toml")).experiment.measured.traction is not None
+
+
+def test_the_tidy_profile_says_after_which_iteration(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "rig.csv").write_text(PLAIN)
+    y = np.linspace(-4.0, 4.0, 101)
+    rows = [(v, -d * max(0.0, 1.0 - (v / 1.5) ** 2), n) for n, d in ((50, 3.0), (100, 6.0)) for v in y]
+    lines = "".join(f"{v:.3f},{h:.4f},{n}\n" for v, h, n in rows)
+    (tmp_path / "prof.csv").write_text(f"y [mm],height [um],iteration\n{lines}")
+    code, _, err = command("import", tmp_path / "rig.csv", tmp_path / "prof.csv", "-o", tmp_path / "to", capsys=capsys)
+    assert code == 0, err
+    table = np.genfromtxt(tmp_path / "to/profile.csv", delimiter=",", names=True)
+    assert [table["height_um"][table["iteration"] == n].min() for n in (50, 100)] == pytest.approx(
+        [-3.0, -6.0], abs=0.02
+    )
+
+
+def test_a_load_that_is_recorded_as_negative_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "rig.csv").write_text(PLAIN.replace(",72\n", ",-72\n"))
+    code, _, err = command("import", tmp_path / "rig.csv", "-o", tmp_path / "to", capsys=capsys)
+    assert (code, "columns.normal_load = { sign = -1 }" in err) == (3, True), err
+    (tmp_path / "block.toml").write_text("[measured]\ncolumns.normal_load = { sign = -1 }\n")
+    files = (tmp_path / "rig.csv", tmp_path / "block.toml")
+    code, _, err = command("import", *files, "-o", tmp_path / "to", capsys=capsys)
+    assert code == 0, err
+    assert load(tmp_path / "to/rig.toml").experiment.rig.normal_load == 72.0

@@ -387,7 +387,7 @@ def import_files(
     files: Annotated[list[Path], typer.Argument(metavar="RIGFILE...", help="Files of one test.", show_default=False)],
     folder: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Where they go.")] = Path("imported"),
     as_json: AsJson = False,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite the definition.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the definition and the tables.")] = False,
 ) -> None:
     """Make tidy tables and a definition that runs from a rig's own files, and list what was guessed."""
     from twindisc_cli.commands import _runner

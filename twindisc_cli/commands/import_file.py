@@ -6,9 +6,7 @@ The definition names the rig's own files, so that every guess is a key in it; th
 from __future__ import annotations
 
 import json
-import os
 import re
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,8 +15,8 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from twindisc_cli.definition import Test, load_text
-from twindisc_cli.definition.schema import ColumnsTable
+from twindisc_cli.definition import Test, load_text, parse_block, path_from, test_name
+from twindisc_cli.definition.schema import MEASURED_FILES
 from twindisc_cli.errors import DefinitionError, Problem
 from twindisc_cli.measurement.alone import alone
 from twindisc_cli.measurement.content import Content, read_bytes
@@ -80,9 +78,8 @@ def run(files: Sequence[Path], folder: Path, *, force: bool) -> Imported:
     stated = _stated(files)
     given = _given(files, stated.get("measured", {}))
     named = [file for file in files if file in given]
-    path = folder / f"{_name(named[0])}.toml"
-    if path.exists() and not force:
-        raise DefinitionError(Problem("exists already; choose another folder, or overwrite it with --force", str(path)))
+    path = folder / f"{test_name(named[0].stem)}.toml"
+    _refuse_overwriting([path], files, force=force)
     declared = _declared(files)
     looks = {file: guess(given[file], str(file), declared) for file in named}
     given = {file: replace(content, sheet=looks[file].sheet) for file, content in given.items()}
@@ -92,12 +89,20 @@ def run(files: Sequence[Path], folder: Path, *, force: bool) -> Imported:
     text = "\n".join(draft.lines) + "\n"
     given.clear()  # large files are not kept while they are read again
     test = load_text(text, Path(path.name), as_recorded=True)
-    text = _with_iterations(draft, text, test)
-    for file in named:
-        text = text.replace(_quoted(file), _quoted(Path(os.path.relpath(file, folder))))
+    text = _seen_from(folder, _with_iterations(draft, text, test), named)
     tables = {folder / name: content.encode() for name, content in _tables(test.experiment)}
-    _write({path: text.encode(), **tables}, named)
+    _refuse_overwriting(list(tables), named, force=force)
+    write_all({path: text.encode(), **tables})
     return _imported(test, draft, path, list(tables))
+
+
+def _seen_from(folder: Path, text: str, files: Sequence[Path]) -> str:
+    """The definition with paths that lead from its folder to the files."""
+    paths = {_quoted(file): json.dumps(path_from(folder, file), ensure_ascii=False) for file in files}
+    quoted = re.compile("|".join(re.escape(path) for path in paths))
+    is_named = re.compile(rf"(?:{'|'.join(MEASURED_FILES)}) = ")
+    lines = (quoted.sub(lambda m: paths[m[0]], li) if is_named.match(li) else li for li in text.split("\n"))
+    return "\n".join(lines)
 
 
 def _with_iterations(draft: _Draft, text: str, test: Test) -> str:
@@ -113,12 +118,13 @@ def _with_iterations(draft: _Draft, text: str, test: Test) -> str:
     return text.replace('history = "measured"\n', "", 1).replace("[rig]", lines, 1)
 
 
-def _write(contents: Mapping[Path, bytes], files: Sequence[Path]) -> None:
-    """Write tables; none of them may be a file that is imported."""
-    clash = [str(file) for file in files if file.resolve() in {table.resolve() for table in contents}]
+def _refuse_overwriting(targets: Sequence[Path], files: Sequence[Path], *, force: bool) -> None:
+    """What is there is kept unless forced, and a file that is imported always."""
+    clash = [str(file) for file in files if file.resolve() in {target.resolve() for target in targets}]
     if clash:
-        raise DefinitionError(Problem("would be overwritten by a table; choose another folder", clash[0]))
-    write_all(contents)
+        raise DefinitionError(Problem("would be overwritten; choose another folder", clash[0]))
+    if there := [str(target) for target in targets if target.exists() and not force]:
+        raise DefinitionError(Problem("exists already; choose another folder, or overwrite it with --force", there[0]))
 
 
 def _stated(files: Sequence[Path]) -> Mapping[str, Mapping[str, Any]]:
@@ -152,8 +158,8 @@ def _cells(given: str | Sequence[str]) -> tuple[str, ...]:
 def _block(file: Path) -> Mapping[str, Any]:
     """The tables of a .toml."""
     try:
-        tables = tomllib.loads(read_bytes(file).decode("utf-8-sig"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        tables = parse_block(read_bytes(file).decode("utf-8-sig"), str(file))
+    except UnicodeDecodeError as error:
         raise DefinitionError(Problem(f"not TOML: {error}", str(file))) from None
     if not any(isinstance(table, dict) for table in tables.values()):
         raise DefinitionError(Problem("must hold a table such as [measured]", str(file)))
@@ -161,16 +167,11 @@ def _block(file: Path) -> Mapping[str, Any]:
 
 
 def _declared(files: Sequence[Path]) -> dict[str, Named]:
-    """What the .toml among the files say of columns, checked as in a definition."""
+    """What the .toml among the files say of columns."""
     declared: dict[str, Named] = {}
     for file in files:
-        if file.suffix == ".toml":
-            try:
-                columns = ColumnsTable.model_validate(_block(file).get("measured", {}).get("columns", {}))
-            except ValueError as error:
-                raise DefinitionError(Problem(f"measured.columns: {error}", str(file))) from None
-            tables = columns.model_dump(exclude_none=True)
-            declared |= {key.replace("_", " "): Named(**table) for key, table in tables.items()}
+        columns = _block(file).get("measured", {}).get("columns", {}) if file.suffix == ".toml" else {}
+        declared |= {key.replace("_", " "): Named(**table) for key, table in columns.items()}
     return declared
 
 
@@ -183,8 +184,6 @@ def _alone(looks: Mapping[Path, Guess], given: Mapping[Path, Content], folder: P
         target = folder / f"{result.kind}.csv"
         if target in contents:
             raise DefinitionError(Problem(f"is a second {result.kind}; import one at a time", str(file)))
-        if target.exists() and not force:
-            raise DefinitionError(Problem("exists already; overwrite it with --force", str(target)))
         contents[target] = _csv(table.columns).encode()
         rows.append(table.rows)
         lines += [
@@ -192,7 +191,8 @@ def _alone(looks: Mapping[Path, Guess], given: Mapping[Path, Content], folder: P
             f"written: {target}; in a definition, under [measured]:",
             f'{result.kind} = "{target.name}"',
         ]
-    _write(contents, list(looks))
+    _refuse_overwriting(list(contents), list(looks), force=force)
+    write_all(contents)
     return Imported(
         summary=tuple(lines),
         json={
@@ -202,10 +202,6 @@ def _alone(looks: Mapping[Path, Guess], given: Mapping[Path, Content], folder: P
             "guesses": [],
         },
     )
-
-
-def _name(file: Path) -> str:
-    return re.sub(r"[^A-Za-z0-9._-]+", "_", file.stem).lstrip("._-") or "test"
 
 
 def _imported(test: Test, draft: _Draft, path: Path, tables: Sequence[Path]) -> Imported:
@@ -231,7 +227,7 @@ def _draft(
     draft.lines += ["schema = 1"]
     draft.lines += [] if "history" in stated else ['history = "measured"']
     draft.lines += ["", "[test]"]
-    draft.key("test", "name", f'"{_name(next(iter(looks)))}"')
+    draft.key("test", "name", f'"{test_name(next(iter(looks)).stem)}"')
     draft.rest("test", "name")
     _rig(draft, first, looks, given)
     _material(draft, "mass" in kinds)
@@ -408,7 +404,8 @@ def _tables(test: Experiment) -> Iterator[tuple[str, str]]:
             "uncertainty [1]": t.uncertainty,
         })  # fmt: skip
     if (p := measured.profile) is not None:
-        yield "profile.csv", _csv({"y [mm]": 1e3 * p.y, "height [um]": 1e6 * p.height, "disc": p.disc})
+        stops = {"iteration": test.history.completed(p.iteration)} if np.ptp(p.iteration) else {}
+        yield "profile.csv", _csv({"y [mm]": 1e3 * p.y, "height [um]": 1e6 * p.height, "disc": p.disc, **stops})
     if (warm := measured.temperature) is not None:
         yield "temperature.csv", _csv({"time [s]": warm.time, "temperature [degC]": warm.temperature - CELSIUS})
     if (m := measured.mass) is not None:

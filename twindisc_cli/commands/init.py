@@ -6,6 +6,7 @@ import re
 from importlib.resources import files
 from pathlib import Path
 
+from twindisc_cli.definition import test_name
 from twindisc_cli.errors import DefinitionError, Problem, did_you_mean
 from twindisc_cli.results.files import write_all
 
@@ -22,8 +23,7 @@ def run(path: Path, *, rig: str, force: bool) -> None:
         raise DefinitionError(Problem("is a folder; name the file to write", str(path)))
     if path.exists() and not force:
         raise DefinitionError(Problem("exists already; choose another name, or overwrite it with --force", str(path)))
-    name = re.sub(r"[^A-Za-z0-9._-]+", "_", path.stem).lstrip("._-") or "test"
-    write_all({path: _template(rig).replace('name = "mytest"', f'name = "{name}"').encode()})
+    write_all({path: _template(rig).replace('name = "mytest"', f'name = "{test_name(path.stem)}"').encode()})
 
 
 def _template(rig: str) -> str:

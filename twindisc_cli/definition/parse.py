@@ -18,7 +18,16 @@ from pydantic_core import ErrorDetails
 from twindisc_cli import effects
 from twindisc_cli.definition.lines import Key, locate
 from twindisc_cli.definition.rules import broken
-from twindisc_cli.definition.schema import DefinitionBase, definition_model
+from twindisc_cli.definition.schema import (
+    COLUMN_NAME,
+    LAW_NAME,
+    MEASURED_FILES,
+    TEST_NAME,
+    BlockTable,
+    DefinitionBase,
+    FileTable,
+    definition_model,
+)
 from twindisc_cli.errors import DefinitionError, Problem, nearest
 from twindisc_cli.loop import channels
 from twindisc_cli.plugins import UntrustedError, is_trusted
@@ -33,6 +42,12 @@ _ENDLESS = re.compile(r"[0-9_]{1000}")
 _MOST_SYNTAX_ERRORS = 20  # then the file is not a definition
 NAMED: Key = ("laws",)
 """The table whose tables have names of the user's choice."""
+_NAMES = {
+    TEST_NAME: "must be letters, digits, '.', '_' or '-', and begin with a letter or digit",
+    LAW_NAME: "must be letters, digits or '_', and begin with a letter",
+    COLUMN_NAME: "must be the name of a column, with its unit in [ ] where it has one",
+}
+"""What is wrong with a name, by its pattern."""
 
 
 @dataclass(frozen=True)
@@ -58,18 +73,31 @@ def parse(text: str, file: str) -> DefinitionBase:
         raise DefinitionError(Problem("is nested too deeply for a test definition", file)) from None
 
 
+def parse_block(text: str, file: str) -> Mapping[str, Any]:
+    """The tables of a block, which says how measured files are read; DefinitionError lists what is wrong in it."""
+    try:
+        source, problems = _read(text, file)
+    except RecursionError:
+        raise DefinitionError(Problem("is nested too deeply for a block", file)) from None
+    try:
+        BlockTable.model_validate(source.raw)
+    except ValidationError as error:
+        problems.extend(_schema_problems(source, error, _meant(error, BlockTable), BlockTable))
+    if problems:
+        raise DefinitionError(_in_order(problems))
+    return source.raw
+
+
 def _parse(text: str, file: str) -> DefinitionBase:
     source, problems = _read(text, file)
     problems.extend(_add_folders(source))
-    meant: dict[Key, str] = {}
+    meant: Mapping[Key, str] = {}
     model = definition_model()
     try:
         definition = model.model_validate(source.raw)
     except ValidationError as error:
-        errors = error.errors(include_url=False)
-        unknown = [tuple(error["loc"]) for error in errors if error["type"] == "extra_forbidden"]
-        meant = {key: guess for key in unknown if (guess := _guess(key, model))}
-        problems.extend(_schema_problems(source, errors, meant, model))
+        meant = _meant(error, model)
+        problems.extend(_schema_problems(source, error, meant, model))
     for key, what in broken(_corrected(source.raw, meant)):
         if key[-1] not in source.mended:
             problems.append(source.problem(key, what))
@@ -161,13 +189,19 @@ def _corrected(raw: Mapping[str, Any], meant: Mapping[Key, str]) -> Mapping[str,
     return corrected
 
 
+def _meant(error: ValidationError, model: type[BaseModel]) -> Mapping[Key, str]:
+    """What unknown keys most probably mean, where it can be guessed."""
+    unknown = [tuple(each["loc"]) for each in error.errors(include_url=False) if each["type"] == "extra_forbidden"]
+    return {key: guess for key in unknown if (guess := _guess(key, model))}
+
+
 def _schema_problems(
-    source: _Source, errors: Sequence[ErrorDetails], meant: Mapping[Key, str], model: type[BaseModel]
+    source: _Source, mistakes: ValidationError, meant: Mapping[Key, str], model: type[BaseModel]
 ) -> Iterator[Problem]:
     """One problem per mistake: a misspelt key is not also reported as missing."""
     spelt = {(*key[:-1], guess) for key, guess in meant.items()}
-    for error in errors:
-        key: Key = tuple(error["loc"])
+    for error in mistakes.errors(include_url=False):
+        key: Key = tuple(part for part in error["loc"] if part != "[key]")
         if error["type"] == "extra_forbidden":
             yield source.problem(key, _unknown(key, meant.get(key), model))
         elif error["type"] != "missing":
@@ -187,10 +221,11 @@ def _wrong(error: ErrorDetails) -> str:
         "string_type": "must be a text in quotes",
         "list_type": "must be a list in [ ]",
         "model_type": "must be a table",
+        "dict_type": "must be a table",
         "finite_number": "must be a finite number",
         "too_short": "must not be empty",
         "string_too_short": "must name a file; leave the key out where nothing was measured",
-        "string_pattern_mismatch": "must be letters, digits, '.', '_' or '-', and begin with a letter or digit",
+        "string_pattern_mismatch": _NAMES.get(context.get("pattern", ""), ""),
     }
     if kind == "value_error":
         what = str(context["error"])
@@ -251,6 +286,8 @@ def _same_quantity(name: str, guess: str) -> bool:
 
 def _keys(model: type[BaseModel], path: Key) -> list[str]:
     """The valid keys of the table at a path."""
+    if path[:1] == ("measured",) and path[1:2] and path[1] in (*MEASURED_FILES, *channels.further_channels()):
+        return list(FileTable.model_fields)
     for place, part in enumerate(path):
         if isinstance(part, int) or path[:place] == NAMED:
             continue

@@ -5,6 +5,7 @@ The [effects] tables are built from the catalogue, so that an effect is known he
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from typing import Annotated, Any, Literal
@@ -33,6 +34,9 @@ from twindisc_cli.loop.channels import further_channels
 from twindisc_cli.loop.channels._channel import Channel
 
 SCHEMA_URL = "https://json-schema.org/draft/2020-12/schema"
+TEST_NAME = r"^[A-Za-z0-9][A-Za-z0-9._-]*$"
+LAW_NAME = r"^[A-Za-z][A-Za-z0-9_]*$"
+COLUMN_NAME = r"^[^\[\]]+(\[[^\[\]]+\])?$"
 
 
 def _radius(value: float) -> float:
@@ -52,8 +56,10 @@ def _maybe_uncertain(given: Any, number: Callable[[Any], float]) -> float:
     if not isinstance(given, dict):
         return number(given)
     std = given.get("std")
-    if set(given) != {"value", "std"} or isinstance(std, bool) or not isinstance(std, (int, float)) or not std > 0.0:
-        raise ValueError("must be a number, or { value = ..., std = ... } with a positive std")
+    if not isinstance(std, (int, float)) or isinstance(std, bool) or set(given) != {"value", "std"}:
+        std = math.nan
+    if not 0.0 < std < math.inf:
+        raise ValueError("must be a number, or { value = ..., std = ... } with a finite std above 0")
     uncertain = Uncertain(number(given["value"]))
     uncertain.std = float(std)
     return uncertain
@@ -115,11 +121,11 @@ class TestTable(Table):
 
     __test__ = False
 
-    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", description="names the results; no spaces")
+    name: str = Field(pattern=TEST_NAME, description="names the results; no spaces")
     description: str = ""
     group: str | None = Field(
         default=None,
-        pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$",
+        pattern=TEST_NAME,
         description="tests of one group are repeats, which `twindisc campaign` pools",
     )
 
@@ -260,9 +266,11 @@ class ModelTable(Table):
     )
 
 
-def _zero(value: float | str) -> float | str:
-    if isinstance(value, str) and value not in ("unloaded", "as recorded"):
+def _zero(given: Any, handler: Callable[[Any], Any]) -> float | str:
+    is_number = isinstance(given, (int, float)) and not isinstance(given, bool) and math.isfinite(given)
+    if not is_number and given not in ("unloaded", "as recorded"):
         raise ValueError('must be "unloaded", "as recorded" or a torque in N m')
+    value: float | str = handler(given)
     return value
 
 
@@ -276,10 +284,12 @@ def _or_file(given: Any, handler: Callable[[Any], Any]) -> Any:
 
 def _cells(given: Any, handler: Callable[[Any], Any]) -> Any:
     """One text or a list of texts."""
+    if not isinstance(given, (str, list)):
+        raise ValueError('must be a text, such as "-9999", or a list of texts')
     return handler([given] if isinstance(given, str) else given)
 
 
-ZeroOfTorque = Annotated[float | str, AfterValidator(_zero)]
+ZeroOfTorque = Annotated[float | str, WrapValidator(_zero)]
 
 
 class ColumnTable(Table):
@@ -390,11 +400,27 @@ class MeasuredTable(Table):
     balance_mg: Positive | None = Field(
         default=None, description="standard deviation of one weighing, where the table of masses states none"
     )
-    covariates: list[Annotated[str, Field(pattern=r"^[^\[\]]+(\[[^\[\]]+\])?$")]] | None = Field(
+    covariates: list[Annotated[str, Field(pattern=COLUMN_NAME)]] | None = Field(
         default=None, description="further columns of the traction or log, `name [unit]`, that laws may run over"
     )
     columns: ColumnsTable | None = None
     provenance: Literal["measured", "digitised", "reconstructed", "synthetic"] = "measured"
+
+
+class BlockMeasuredTable(MeasuredTable):
+    """Measured data in a block, and how all files are read that it does not name; other keys are the definition's."""
+
+    model_config = ConfigDict(extra="allow")
+
+    sheet: str | None = None
+    skip: Cells | None = None
+    ignore: Cells | None = None
+
+
+class BlockTable(BaseModel):
+    """What a .toml beside measured files says of their reading; its other tables go into the definition."""
+
+    measured: BlockMeasuredTable = BlockMeasuredTable()
 
 
 class LoopTable(Table):
@@ -466,7 +492,7 @@ class DefinitionBase(Table):
     )
     model: ModelTable = ModelTable()
     measured: MeasuredTable = MeasuredTable()
-    laws: dict[Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")], LawTable] = Field(
+    laws: dict[Annotated[str, Field(pattern=LAW_NAME)], LawTable] = Field(
         default_factory=dict, description="Laws learnt from data, one table each."
     )
     loop: LoopTable = LoopTable()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from itertools import takewhile
@@ -67,7 +68,7 @@ def relocate(text: str, *, source: Path, target: Path, effects: Path | None = No
         if named is not None:
             document[table][key] = _moved(named, source, target)
     if effects is not None:
-        document.setdefault("loop", {}).setdefault("effects", _from(target, effects))
+        document.setdefault("loop", {}).setdefault("effects", path_from(target, effects))
     return remarks + tomli_w.dumps(document)
 
 
@@ -76,11 +77,16 @@ def _moved(named: Any, source: Path, target: Path) -> Any:
     if isinstance(named, list):
         return [_moved(one, source, target) for one in named]
     if isinstance(named, dict):
-        return {**named, "file": _from(target, source / named["file"])}
-    return _from(target, source / named)
+        return {**named, "file": path_from(target, source / named["file"])}
+    return path_from(target, source / named)
 
 
-def _from(folder: Path, file: Path) -> str:
+def test_name(stem: str) -> str:
+    """The name of a test that is called after a file."""
+    return re.sub(r"[^A-Za-z0-9._-]+", "_", stem).lstrip("._-") or "test"
+
+
+def path_from(folder: Path, file: Path) -> str:
     """A path that leads from a folder to a file, with `/` between its parts."""
     there = file.parent.resolve() / file.name
     try:

@@ -235,7 +235,7 @@ def typical(content: Content, file: str, result: Guess) -> tuple[float, float, f
     except MeasurementError:  # said of the whole file, with its own lines
         log = read_log(content, file, rig=rig, torque_disc=2, naming=result.columns)
     carrying = np.abs(log.load) > _CARRYING * np.max(np.abs(log.load)) if log.has_load else np.ones(len(log.time), bool)
-    return float(np.median(log.load[carrying])), float(np.median(np.abs(log.speed[carrying]))), _RADIUS
+    return float(np.median(np.abs(log.load[carrying]))), float(np.median(np.abs(log.speed[carrying]))), _RADIUS
 
 
 def _thinned(content: Content) -> Content:

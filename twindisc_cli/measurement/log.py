@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from twindisc_cli.measurement.channels import LARGEST_RATIO, RATIOS, SLIP
+from twindisc_cli.measurement.channels import FEWEST, LARGEST_RATIO, RATIOS, SLIP, check_enough
 from twindisc_cli.measurement.content import Content
 from twindisc_cli.measurement.header import Column, Naming, declared
 from twindisc_cli.measurement.held import HELD, repeated
@@ -89,6 +89,7 @@ def read_log(
     """The rows of a log; MeasurementError says which columns or rows are wrong."""
     first, *others = ((*way, *map(declared, covariates)) for way in _ways(rig))
     table = read_table(data, file, first, naming, gaps=True, instead=others)
+    check_enough(table, FEWEST["traction"])
     check_time(table)
     table.check()
     columns = table.columns
@@ -250,7 +251,10 @@ def idle_rows(log: Log, rig: Rig, lightest: float) -> Codes:
 
 
 def _never_driven(log: Log, rig: Rig, reason: Codes) -> None:
-    if np.all(reason == REASONS.index("unloaded")):
+    if np.any(log.load < -UNLOADED * rig.normal_load):
+        cure = ("columns.normal_load = { sign = -1 }",)
+        log.table.note("the load is negative: what presses the discs together is positive", "normal load", block=cure)
+    elif np.all(reason == REASONS.index("unloaded")):
         log.table.note(f"the load never comes near the definition's {rig.normal_load:g} N", "normal load")
     else:
         log.table.note("the discs never turn under the load", "speed 1")
