@@ -153,3 +153,14 @@ def test_columns_need_a_file(tmp_path: Path) -> None:
     text = VALID + '[measured]\ncovariates = ["humidity [%]"]\n'
     with pytest.raises(DefinitionError, match="of which there is none"):
         load(write(tmp_path, text))
+
+
+def test_a_declared_unit_is_that_of_the_file_however_it_is_written(tmp_path: Path) -> None:
+    time, humidity, oil = wandering(1)
+    names = {"Öltemperatur [°C]": oil, "Schlag [µm]": humidity, "Reibmoment [Nm]": humidity}
+    columns = ", ".join(f'"{name}"' for name in names)
+    text = SLIDING.replace('"relative humidity [%]", "oil temperature [degC]"', columns)
+    recorded = load(measured(tmp_path, text, table(np.full(len(time), 0.3), time, **names))).experiment.measured.columns
+    np.testing.assert_allclose(recorded["Öltemperatur [°C]"].values, oil + 273.15, rtol=1e-5)
+    np.testing.assert_allclose(recorded["Schlag [µm]"].values, humidity * 1e-6, rtol=1e-5)
+    np.testing.assert_allclose(recorded["Reibmoment [Nm]"].values, humidity, rtol=1e-5)

@@ -184,6 +184,7 @@ def test_hashes_are_of_the_files(tmp_path: Path) -> None:
             "traction.csv:2: a quote is opened here and not closed",
         ),
         (TRACTION.replace("0.55", "True"), 'traction.csv:3: traction ratio [1]: "True" is not a number'),
+        (TRACTION.replace("0.55", "0_55"), 'traction.csv:3: traction ratio [1]: "0_55" is not a number'),
         (TRACTION.replace("0.55", "1e999"), 'traction.csv:3: traction ratio [1]: "1e999" is not a number'),
         ("creepage [%],traction ratio [1]\n0,5,0,49\n1,0,0,55\n", "a decimal comma? put ; between the columns"),
         (
@@ -234,6 +235,30 @@ def test_a_bad_traction_is_told(tmp_path: Path, text: str, says: str) -> None:
 def test_a_bad_temperature_is_told(tmp_path: Path, text: str, says: str) -> None:
     found = messages(tmp_path, temperature=text)
     assert any(says in message for message in found), found
+
+
+def test_files_of_temperatures_follow_on_each_other(tmp_path: Path) -> None:
+    later = TEMPERATURES.replace("\n10,", "\n310,").replace("\n100,", "\n350,")
+    later = later.replace("\n200,", "\n380,").replace("\n300,", "\n400,")
+    (tmp_path / "later.csv").write_text(later)
+    (tmp_path / "first.csv").write_text(TEMPERATURES)
+    files = '\n[measured]\ntemperature = ["{}.csv", "{}.csv"]\n'
+    samples = loaded(tmp_path, VALID + files.format("first", "later")).measured.temperature
+    assert samples is not None
+    assert np.all(np.diff(samples.time) > 0.0)
+    for one, other in (("later", "first"), ("first", "first")):
+        [message] = messages(tmp_path, VALID + files.format(one, other))
+        assert message.startswith("first.csv: time: begins at 10 s of the history, and the file before ends at ")
+
+
+@pytest.mark.parametrize(("name", "key"), [("lod", "normal_load"), ("M", "traction_ratio")])
+def test_a_declared_column_that_is_not_there_is_named(tmp_path: Path, name: str, key: str) -> None:
+    (tmp_path / "log.csv").write_text("time [s],creepage [%],traction ratio [1],load [N]\n1,0.5,0.4,72\n2,0.5,0.4,72\n")
+    text = f'{VALID}\n[measured]\nlog = "log.csv"\ncolumns.{key} = {{ column = "{name}" }}\n'
+    found = messages(tmp_path, text)
+    assert any(f"log.csv:1: no column {name}, as columns.{key} names it; the header has time" in m for m in found), (
+        found
+    )
 
 
 def _narrow(half_width: float) -> str:
@@ -378,6 +403,9 @@ def test_a_rig_log_of_two_equal_steps_is_cut_by_time(tmp_path: Path) -> None:
         (rig_log().replace("[rpm]", "[rad/s]"), VALID, "the definition says 9.425 m/s; check the unit"),
         (rig_log(), VALID.replace("= 1.0, iterations = 2", "= 1.0, iterations = 1"), "step 2 lasts"),
         (rig_log().replace("\n7;", "\n6;"), VALID, "time 6 occurs twice"),
+        ("\n".join(rig_log().split("\n")[:2]), VALID, "log.csv:2: too few points: 1, at least 2 are needed"),
+        ("\n".join(rig_log().split("\n")[:3]), VALID, "no stretch of the log runs at the 1 % of step 2"),
+        (rig_log().replace(";0,072", ";-0,072"), VALID, "the load is negative: what presses the discs together is"),
     ],
 )
 def test_a_bad_rig_log_is_told(tmp_path: Path, log: str, text: str, says: str) -> None:

@@ -106,6 +106,7 @@ def covariate_of(name: str) -> Covariate:
 def _column(declared: str) -> Column:
     """A column that is declared as `name [unit]`, or as a name where it has no unit."""
     label, _, unit = (part.strip(" ]") for part in declared.partition("["))
+    unit = re.sub("[µμ]", "u", unit).replace("°", "deg")
     units = {of.solidus: name for name, of in UNITS.items()}
     return Column(Quantity(identifier(declared), label, label, units.get(unit, unit) or "1"), declared)
 

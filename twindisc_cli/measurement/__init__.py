@@ -240,7 +240,8 @@ def _without_creepage_noise(traction: _Traction, reading: _Reading) -> _Traction
 
 def _temperature(reading: _Reading, history: History, traction: _Traction) -> TemperatureSamples:
     """The temperatures of a file or of the logs, on the clock of these where the history begins somewhere on it."""
-    naming, parts = reading.sources.columns, []
+    naming = reading.sources.columns
+    parts: list[TemperatureSamples] = []
     for source, shift in zip_longest(reading.sources.temperature, traction.shifts, fillvalue=0.0):
         assert isinstance(source, Source)  # shifts are of the same files
         data = reading.content(source)
@@ -249,6 +250,9 @@ def _temperature(reading: _Reading, history: History, traction: _Traction) -> Te
         else:
             begin = traction.begin - float(shift)
             part, count = log_temperature(*data, history=history, begin=begin, naming=naming)
+        if parts and part.time[0] <= parts[-1].time[-1]:
+            what = f"begins at {part.time[0]:g} s of the history, and the file before ends at {parts[-1].time[-1]:g} s"
+            raise MeasurementError(Problem(f"{what}: is the order right?", data[1], 0, "time"))
         parts.append(part)
         reading.counted(count, source)
     time, temperature = (np.concatenate([getattr(p, name) for p in parts]) for name in ("time", "temperature"))

@@ -51,6 +51,8 @@ def marks_of(cells: Iterable[str]) -> Marks:
 def number(cell: str, marks: Marks) -> float:
     """The number in a cell, NaN where there is none."""
     text = cell.translate(_OTHER)
+    if "_" in text:  # Python reads 0_35 as 35
+        return np.nan
     if marks.thousands:
         text = text.replace(marks.thousands, "")
     try:

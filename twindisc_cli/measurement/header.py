@@ -16,7 +16,7 @@ from twindisc_cli.measurement.units import COUNT, TIME, Quantity, kind_of
 _FORMS = tuple(
     re.compile(form) for form in (r"^(.*?)\s*\[([^\]]*)\]$", r"^(.*?)\s*\(([^)]*)\)$", r"^(.*?)\s*/\s*([^/\s].*)$")
 )
-_SHARED = ("time", "step", "disc", "iteration", "uncertainty")
+SHARED = ("time", "step", "disc", "iteration", "uncertainty")
 """Columns that files of several kinds have."""
 _FIGURE = re.compile(r"[-+]?\d+([.,]\d+)?(?:[eE][-+]?\d+)?")
 _CLOCK = re.compile(
@@ -102,7 +102,7 @@ def match(header: Sequence[str], wanted: Sequence[Column], naming: Naming) -> Ma
     A name that is declared for one file of a test says nothing of another's clock or count where it does not stand.
     """
     there = {plain(text) for n, cell in enumerate(header, start=1) for text in (cell, parts(cell)[0], f"#{n}")}
-    naming = {name: n for name, n in naming.items() if name not in _SHARED or not n.column or plain(n.column) in there}
+    naming = {name: n for name, n in naming.items() if name not in SHARED or not n.column or plain(n.column) in there}
     declared = {plain(named.column): name for name, named in naming.items() if named.column}
     free = [column for column in wanted if column.name not in declared.values()]
     columns = {column.name: column for column in wanted}

@@ -360,8 +360,8 @@ def _align(mean: _Averages, history: History, rig: Rig) -> Ints:
 
 def _misfit(mean: _Averages, history: History, rig: Rig, driven: Ints) -> Floats:
     """By how much each average is off each step, in tolerances, squared: (average, driven step)."""
-    first = history.step_begin[driven]
-    like = _like(history.creepage[first], float(np.median(np.abs(np.diff(mean.creepage)))))
+    first, change = history.step_begin[driven], np.abs(np.diff(mean.creepage))
+    like = _like(history.creepage[first], float(np.median(change)) if len(change) else 0.0)
     off = np.abs(mean.creepage[:, None] - history.creepage[first][like]) / tolerance(history)[driven][like]
     cost = np.minimum(off, 3.0) ** 2
     if not history.is_constant:

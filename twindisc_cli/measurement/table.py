@@ -16,6 +16,7 @@ from twindisc_cli.measurement import markers
 from twindisc_cli.measurement.cells import ANY, number
 from twindisc_cli.measurement.content import Content
 from twindisc_cli.measurement.header import (
+    SHARED,
     Column,
     Match,
     Naming,
@@ -130,7 +131,7 @@ def read_table(
         if place.guessed
     ]
     sheet, places = _below_units(table, sheet, result.places)
-    _check_header(table, sheet, result, places, wanted)
+    _check_header(table, sheet, result, places, wanted, naming)
     if table.problems:
         for _, index in result.doubled:
             table.note("the column occurs twice", header[index], sheet.line)
@@ -198,9 +199,14 @@ def _mark(table: Table, rows: Rows, places: Mapping[str, Place], content: Conten
 
 
 def _way(header: Sequence[str], ways: Sequence[Sequence[Column]], naming: Naming) -> Sequence[Column]:
-    """The first set of columns that is there, else the one of which most are."""
+    """The first set of columns that is there, else the one of which most are there or declared."""
     whole = [way for way in ways if is_header(header, way, naming)]
-    return whole[0] if whole else max(ways, key=lambda way: len(match(header, way, naming).places))
+    declared = {name for name, named in naming.items() if named.column}
+
+    def known(way: Sequence[Column]) -> int:
+        return len(declared & {column.name for column in way} | set(match(header, way, naming).places))
+
+    return whole[0] if whole else max(ways, key=known)
 
 
 def _below_units(table: Table, sheet: Sheet, places: Mapping[str, Place]) -> tuple[Sheet, Mapping[str, Place]]:
@@ -228,7 +234,7 @@ def _unit_line(name: str, place: Place) -> tuple[str, ...]:
 
 
 def _check_header(
-    table: Table, sheet: Sheet, result: Match, places: Mapping[str, Place], wanted: Sequence[Column]
+    table: Table, sheet: Sheet, result: Match, places: Mapping[str, Place], wanted: Sequence[Column], naming: Naming
 ) -> None:
     """Note what is missing, misspelt, doubled, or in no known unit."""
     header, by_name = sheet.header, {column.name: column for column in wanted}
@@ -239,15 +245,21 @@ def _check_header(
         except ValueError as error:
             table.note(str(error), name, sheet.line, _unit_line(name, place))
     absent = {column.name for column in wanted} - set(places)
+    declared = {name: named.column for name, named in naming.items() if named.column}
     for other in result.others:
-        guess = nearest(other, absent)
+        guess = nearest(other, absent - set(declared))
         if guess and guess[0] == other[0]:  # temp is no step
             table.note(f"unknown column, did you mean {by_name[guess]}?", other, sheet.line)
             absent.discard(guess)
+    there = f"the header has {', '.join(c.strip() for c in header)}"
     for column in wanted:
-        if column.required and column.name in absent:
-            message = f"no column {column}; the header has {', '.join(c.strip() for c in header)}"
-            table.note(f"{message}; name it under [measured.columns]", line=sheet.line)
+        if column.name not in absent:
+            continue
+        if column.name in declared and (column.required or column.name not in SHARED):
+            key = f"columns.{column.name.replace(' ', '_')}"
+            table.note(f"no column {declared[column.name]}, as {key} names it; {there}", line=sheet.line)
+        elif column.required:
+            table.note(f"no column {column}; {there}; name it under [measured.columns]", line=sheet.line)
 
 
 def _fill(table: Table, rows: Rows, places: Mapping[str, Place], sheet: Sheet, *, gaps: bool) -> None:

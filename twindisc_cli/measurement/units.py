@@ -35,7 +35,7 @@ class Quantity:
             if self.default is None:
                 raise ValueError(f"has no unit; write one of [{known}] after the name")
             unit = self.default
-        plain = _plain(unit)
+        plain = unit if unit in self.units else _plain(unit)
         if plain in self.units:
             return self.units[plain]
         result = None if plain in _COMMON else self._looked_up(plain)
