@@ -391,6 +391,19 @@ def test_a_campaign_of_variations_is_called_after_its_file(folder: Path) -> None
     assert [row["definition"] for row in table] == ["a.toml", "a.toml"]
 
 
+def test_a_campaign_file_may_be_called_as_it_likes_and_a_mistake_names_no_line_of_the_base(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    named(folder, "a")
+    text = 'base = "a.toml"\n[vary]\nrig.normal_load_N = [50.0, 80.0]\n'
+    (folder / "loads ü.toml").write_text(text)
+    assert [job.name for job in plan(["loads ü.toml"])] == ["loads_-normal_load_N-50", "loads_-normal_load_N-80"]
+    assert [read(job).experiment.rig.normal_load for job in plan(["loads ü.toml"])] == [50.0, 80.0]
+    (folder / "loads.toml").write_text(text.replace("load_N", "lod_N"))
+    with pytest.raises(DefinitionError, match=r"^a\.toml: rig\.normal_lod_N: unknown key, did you mean normal_load_N"):
+        read(plan(["loads.toml"])[0])
+
+
 # What the tests say together
 
 

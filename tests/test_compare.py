@@ -91,6 +91,27 @@ def test_histories_run_over_time_cycles_or_distance(results: Path, over: str, he
     assert pandas.read_csv(results / "compare/depth.csv")[header].max() == pytest.approx(last, rel=1e-6)
 
 
+def test_tests_of_one_name_are_called_after_their_folders(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = DEFINITION.partition("[measured]")[0].format(name="one", load=100.0)
+    text = text.replace("wear_coefficient", "friction_coefficient = 0.4\nwear_coefficient")
+    for place, steps in (("a", "2.0 }"), ("b", "2.0, iterations = 7 }")):
+        (tmp_path / f"{place}.toml").write_text(text.replace("2.0 }", steps))
+        assert (
+            left(["simulate-wear", str(tmp_path / f"{place}.toml"), "-q", "-o", str(tmp_path / place / "results")]) == 0
+        )
+    folders = [str(tmp_path / place / "results/one") for place in "ab"]
+    capsys.readouterr()
+    assert left(["compare", *folders, "--json", "-o", str(tmp_path / "both")]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["tests"] == ["a/results/one", "b/results/one"]
+    assert said["differs"] == {"history.steps[2].iterations": ["1", "7"]}
+    depth = pandas.read_csv(tmp_path / "both/compare/depth.csv")
+    assert depth.groupby("test")["what differs"].unique().map(list).to_dict() == {
+        "a/results/one": ["a/results/one: steps[2].iterations 1"],
+        "b/results/one": ["b/results/one: steps[2].iterations 7"],
+    }
+
+
 def test_what_cannot_be_compared_is_said(results: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert left(["compare", str(results / "soft")]) == 2
     assert "one test alone" in capsys.readouterr().err

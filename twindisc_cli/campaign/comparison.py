@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -29,6 +30,7 @@ UNSAID = ("test", "measured", "reported", "loop")
 """Tables of a definition that no legend names: what a test is called, and where its data lie."""
 MOST_LISTED = 3
 """Keys that a legend names of a test."""
+_STEPS = "history.steps"
 
 
 @dataclass(frozen=True)
@@ -88,8 +90,10 @@ def read(paths: Sequence[Path]) -> list[Shown]:
         raise DefinitionError(problems)
     tests = [_shown(n, folder, of_commands) for n, (folder, of_commands) in enumerate(results.items(), start=1)]
     if len({test.name for test in tests}) < len(tests):
+        above = os.path.commonpath([folder.parent for folder in results])
         tests = [
-            replace(test, name=f"{folder.parent.name}/{test.name}") for test, folder in zip(tests, results, strict=True)
+            replace(test, name=folder.relative_to(above).as_posix())
+            for test, folder in zip(tests, results, strict=True)
         ]
     return tests
 
@@ -131,21 +135,27 @@ def _shown(number: int, folder: Path, results: Mapping[str, Recorded]) -> Shown:
 
 
 def differing(tests: Sequence[Shown]) -> dict[str, list[str]]:
-    """The keys at which the definitions differ, with the value of each test ("–" where it has none)."""
+    """The keys at which the definitions differ, with the value of each test ("–" where it has none).
+
+    Steps stand there one by one where their number and their first and last creepage are the same.
+    """
     flat = [dict(_flat(test.definition, "")) for test in tests]
     keys = dict.fromkeys(key for values in flat for key in values)
     results = {key: [values.get(key, "–") for values in flat] for key in keys}
-    return {key: values for key, values in results.items() if len(set(values)) > 1}
+    differ = {key: values for key, values in results.items() if len(set(values)) > 1}
+    return {key: v for key, v in differ.items() if not (_STEPS in differ and key.startswith(f"{_STEPS}["))}
 
 
 def labels(tests: Sequence[Shown]) -> list[str]:
     """What a legend calls each test: its name, and the keys in which it differs from the others."""
     differ = list(differing(tests).items())
-    texts = [
-        ", ".join(f"{key.rpartition('.')[2]} {values[i]}" for key, values in differ[:MOST_LISTED])
-        for i in range(len(tests))
-    ]
+    texts = [", ".join(f"{_short(key)} {values[i]}" for key, values in differ[:MOST_LISTED]) for i in range(len(tests))]
     return [f"{test.name}: {what}" if what else test.name for test, what in zip(tests, texts, strict=True)]
+
+
+def _short(key: str) -> str:
+    """A key without its tables, but with its step."""
+    return key.removeprefix("history.") if key.startswith(f"{_STEPS}[") else key.rpartition(".")[2]
 
 
 def _flat(table: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, str]]:
@@ -154,8 +164,10 @@ def _flat(table: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, str]]:
             continue
         if isinstance(value, Mapping):
             yield from _flat(value, f"{prefix}{key}.")
-        elif key == "steps":
-            yield f"{prefix}steps", f"{len(value)} ({_digest(value)})"
+        elif f"{prefix}{key}" == _STEPS and isinstance(value, list):
+            yield _STEPS, f"{len(value)} ({_digest(value)})"
+            for number, step in enumerate(value, start=1):
+                yield from _flat(step, f"{_STEPS}[{number}].")
         else:
             yield f"{prefix}{key}", f"{value:g}" if isinstance(value, float) else str(value)
 

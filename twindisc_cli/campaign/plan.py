@@ -17,12 +17,12 @@ import copy
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
 from typing import Any, TypeGuard
 
-from twindisc_cli.definition import Test, load, load_text
+from twindisc_cli.definition import Test, load, load_text, test_name
 from twindisc_cli.errors import DefinitionError, Problem
 from twindisc_cli.reading import LARGEST_DEFINITION, read_regular, read_toml
 
@@ -53,7 +53,11 @@ def read(job: Job) -> Test:
         return load(job.path)
     import tomli_w
 
-    return load_text(tomli_w.dumps(_varied(job.base, {**job.varied, "test.name": job.name}, job.path)), job.path)
+    text = tomli_w.dumps(_varied(job.base, {**job.varied, "test.name": job.name}, job.path))
+    try:
+        return load_text(text, job.path)
+    except DefinitionError as error:  # its lines are those of the variation, which is in no file
+        raise type(error)([replace(problem, line=0) for problem in error.problems]) from None
 
 
 def plan(given: Sequence[str]) -> list[Job]:
@@ -153,7 +157,7 @@ def _variations(path: Path, document: Mapping[str, Any]) -> Iterator[Job]:
             seen.add(tuple(values))
             _varied(base, values, path)
         naming = {key: value for key, value in values.items() if key in differing} or values
-        name = str(table["name"]) if "name" in table else f"{path.stem}-{_label(naming)}"
+        name = str(table["name"]) if "name" in table else f"{test_name(path.stem)}-{_label(naming)}"
         yield Job(name, base_path, base, values)
 
 
