@@ -140,6 +140,37 @@ def test_a_report_gathers_all_commands_on_one_page_and_two_for_print(results: Pa
     assert (results / "soft/report.pdf").read_bytes() == pdf
 
 
+def test_a_report_says_what_was_made_from_another_definition(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = DEFINITION.partition("[measured]")[0].format(name="one", load=100.0)
+    text = text.replace("wear_coefficient", "friction_coefficient = 0.4\nwear_coefficient")
+    path, results = tmp_path / "one.toml", str(tmp_path / "results")
+
+    def warned(what: str) -> list[str]:
+        capsys.readouterr()
+        assert left(["report", what, "-o", results]) == 0
+        page = (tmp_path / "results/one/report.html").read_text(encoding="utf-8")
+        lines = re.findall(
+            r"(\S+): warning: made from another definition or other data than (.*)", capsys.readouterr().out
+        )
+        assert page.count("warning: made from another definition") == len(lines)
+        return [" / ".join(line) for line in lines]
+
+    path.write_text(text)
+    for command in ("simulate-wear", "check"):
+        left([command, str(path), "-q", "-o", results])
+    assert warned(str(path)) == warned(f"{results}/one") == []
+    path.write_text(f"# a remark\n{text}")
+    assert warned(str(path)) == []
+    path.write_text(text.replace("wear_coefficient = 1e-4", "wear_coefficient = 2e-4"))
+    again = "the test as it is now: run {0} again"
+    assert warned(str(path)) == [f"{name} / {again.format(name)}" for name in ("check", "simulate-wear")]
+    left(["check", str(path), "-q", "-o", results])
+    assert warned(str(path)) == ["simulate-wear / the test as it is now: run simulate-wear again"]
+    assert warned(f"{results}/one") == ["simulate-wear / check: run simulate-wear again"]
+
+
 def test_a_report_of_nothing_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert left(["report", str(tmp_path)]) == 2
     assert "holds no result of a command" in capsys.readouterr().err

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from twindisc_cli.commands._message import tell
 from twindisc_cli.commands._output import Output
-from twindisc_cli.errors import DefinitionError, Problem
+from twindisc_cli.definition import Test, load
+from twindisc_cli.errors import DefinitionError, Problem, TwindiscError
 from twindisc_cli.reading import LARGEST_DEFINITION, read_regular
 from twindisc_cli.report.gathered import Part, key_numbers, parts_of, render
 from twindisc_cli.results.files import write_all
@@ -20,7 +21,7 @@ def run(test: Path, output: Output) -> int:
     from twindisc_cli.figures.style import house_style
 
     folder = test if test.is_dir() else output.folder / _name(test)
-    parts = parts_of(folder)
+    parts = parts_of(folder, None if test.is_dir() else _as_it_is(test))
     name, description, provenance = _about(folder, parts[0])
     with house_style(output.style):
         files = {
@@ -29,7 +30,9 @@ def run(test: Path, output: Output) -> int:
         }
     write_all(files)
     answer = {"test": name, "commands": [part.command for part in parts], "files": [str(path) for path in files]}
-    tell([f"{name}: {', '.join(part.command for part in parts)}"], answer, list(files), output, "written")
+    warnings = [f"{part.command}: {part.warning}" for part in parts if part.warning]
+    summary = [f"{name}: {', '.join(part.command for part in parts)}", *warnings]
+    tell(summary, answer, list(files), output, "written")
     return 0
 
 
@@ -41,6 +44,14 @@ def _name(definition: Path) -> str:
     except (ValueError, KeyError, TypeError) as error:
         what = "is neither the folder of a test's results nor a definition with a name under [test]"
         raise DefinitionError(Problem(what, definition)) from error
+
+
+def _as_it_is(definition: Path) -> Test | None:
+    """The test that a definition describes; None where it cannot be read now."""
+    try:
+        return load(definition)
+    except TwindiscError:
+        return None
 
 
 def _about(folder: Path, part: Part) -> tuple[str, str, str]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from twindisc_cli.definition import Test, dump
 from twindisc_cli.errors import DefinitionError, Problem
 from twindisc_cli.report import pages
 from twindisc_cli.results.recorded import Recorded, recorded
@@ -28,10 +29,14 @@ TITLES: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class Part:
-    """What one command found: its question, its sentences, its JSON and its figure (PNG; empty where it has none)."""
+    """What one command found: its question, its sentences, its JSON and its figure (PNG; empty where it has none).
+
+    warning: that it was made from something else than the others, with which the sentences begin; empty where not.
+    """
 
     command: str
     title: str
+    warning: str
     summary: tuple[str, ...]
     json: Mapping[str, Any]
     figure: bytes
@@ -42,19 +47,34 @@ class Part:
         return b64encode(self.figure).decode("ascii")
 
 
-def parts_of(folder: Path) -> list[Part]:
-    """The results of all commands that lie in the folder of a test and are whole."""
+def parts_of(folder: Path, test: Test | None = None) -> list[Part]:
+    """The results of all commands that lie in the folder of a test and are whole.
+
+    Each says so where it was made from something else than the test as it is now, or, where that is None, than the
+    first of them.
+    """
     parts = []
+    known, whose = (_made_from(dump(test.resolved), test.inputs), "the test as it is now") if test else (None, "")
     for command, title in TITLES.items():
         result = recorded(folder / f"{command}.h5")
         if isinstance(result, Recorded):
             picture = folder / f"{command}.png"
             figure = picture.read_bytes() if picture in result.stored.files else b""
-            parts.append(Part(command, title, result.stored.summary, result.stored.json, figure))
+            own = _made_from(result.configs[0], result.sources[0]["inputs"] if result.sources else {})
+            known, whose = known or own, whose or command
+            warning = ""
+            if own != known:
+                warning = f"warning: made from another definition or other data than {whose}: run {command} again"
+            summary = (*([warning] if warning else []), *result.stored.summary)
+            parts.append(Part(command, title, warning, summary, result.stored.json, figure))
     if not parts:
         what = f"holds no result of a command; run one first, for example twindisc check. Known: {', '.join(TITLES)}"
         raise DefinitionError(Problem(what, folder))
     return parts
+
+
+def _made_from(config: str, inputs: Mapping[str, str]) -> tuple[str, dict[str, str]]:
+    return config, dict(inputs)
 
 
 def key_numbers(parts: Sequence[Part]) -> list[tuple[str, str]]:
