@@ -6,6 +6,7 @@ import doctest
 import inspect
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -99,6 +100,58 @@ def test_discs_of_two_radii_turn_as_often_as_the_mean_of_their_turns() -> None:
     test = experiment(discs, [0.01], [1000])
     turns = 0.5 * (1.0 / 0.03 + 1.0 / 0.06) * discs.rolling_speed / (2.0 * np.pi)
     assert test.history.duration == pytest.approx([1000.0 / turns])
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (
+            lambda: creep_curve(SPHERES, 0.001, mu=0.3, traction="Exact"),
+            "traction is one of fastsim, fastrip, exact, not Exact",
+        ),  # type: ignore[arg-type]
+        (lambda: creep_curve(SPHERES, [[0.001, 0.002], [0.003, 0.004]], mu=0.3), r"shape \(2, 2\): give one axis"),
+        (lambda: creep_curve(SPHERES, 0.001, mu=-0.3), "mu must be finite and not negative"),
+        (
+            lambda: creep_curve(replace(SPHERES, normal_load=0.0), 0.001, mu=0.3),
+            "normal_load must be finite and greater than 0",
+        ),
+        (lambda: identify_friction(SPHERES, [0.01, 0.02], [0.3]), "1 T/N for 2 creepages"),
+        (
+            lambda: wear_track(SPHERES, 0.01, -10, mu=0.3, wear_coefficient=1e-4),
+            "revolutions must be finite and greater",
+        ),
+        (lambda: wear_track(SPHERES, 0.01, 10, mu=0.3, wear_coefficient=-1e-4), "wear_coefficient must be finite and"),
+        (
+            lambda: wear_track(SPHERES, 0.01, 10, mu=np.nan, wear_coefficient=1e-4),
+            "mu must be finite and greater than 0",
+        ),
+        (
+            lambda: wear_track(SPHERES, 0.01, 10, mu=0.3, wear_coefficient=1e-4, contact="herz"),
+            "contact is one of hertz, half",
+        ),  # type: ignore[arg-type]
+        (lambda: wear_track(SPHERES, [], 10, mu=0.3, wear_coefficient=1e-4), "no iterations"),
+        (lambda: disc_temperature(1.0, -1.0, heat_capacity=100.0, convection=1.0), "duration must be finite and not"),
+        (
+            lambda: disc_temperature(1.0, 1.0, heat_capacity=0.0, convection=1.0),
+            "heat_capacity must be finite and greater",
+        ),
+        (lambda: experiment(SPHERES, 0.01, 100, traction_ratio=np.nan), "T/N must be finite numbers"),
+        (
+            lambda: experiment(SPHERES, 0.01, 100, traction_ratio=[0.3, 0.3], traction_time=[1.0, 0.5]),
+            "must rise, and lie in",
+        ),
+        (
+            lambda: experiment(SPHERES, 0.01, 100, traction_ratio=[0.3], traction_time=[1e6]),
+            "must rise, and lie in the history",
+        ),
+        (lambda: experiment(SPHERES, 0.01, 100, profile=([0.0, 1e-3], [0.0])), "1 heights for 2 places"),
+        (lambda: experiment(SPHERES, 0.01, 100, temperature=([1.0], [293.0])), "a temperature needs thermal"),
+        (lambda: experiment(SPHERES, 0.01, 100, mu=-0.3), "mu must be finite and greater than 0"),
+    ],
+)
+def test_what_no_test_can_have_is_refused(call: Callable[[], object], says: str) -> None:
+    with pytest.raises(ValueError, match=says):
+        call()
 
 
 def test_samples_that_do_not_fit_their_places_are_refused() -> None:

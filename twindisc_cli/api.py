@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -86,6 +87,8 @@ def creep_curve(rig: Rig, creepage: ArrayLike, *, mu: ArrayLike, traction: Tract
     ------
     ValidityError
         A quantity lies outside the range of the theory.
+    ValueError
+        A name or a number is not what it can be, or there are not as many of both arrays.
 
     Examples
     --------
@@ -97,8 +100,9 @@ def creep_curve(rig: Rig, creepage: ArrayLike, *, mu: ArrayLike, traction: Tract
     >>> creep_curve(rig, [0.001, 0.05], mu=[0.3, 0.6], traction="exact").shape
     (2, 2)
     """
-    test = _bare(rig, Options(traction=theory_for(rig, traction)))
-    result = friction_chart(test, mu=np.atleast_1d(np.asarray(mu, dtype=float)), creepage=_floats(creepage)).apparent
+    test = _bare(rig, Options(traction=_theory(rig, traction)))
+    friction = _positive("mu", mu, or_zero=True)
+    result = friction_chart(test, mu=friction, creepage=_floats(creepage)).apparent
     return result if np.ndim(mu) else np.asarray(result[0])
 
 
@@ -128,6 +132,8 @@ def identify_friction(
     ------
     ValidityError
         A quantity lies outside the range of the theory.
+    ValueError
+        A name or a number is not what it can be, or there are not as many of both arrays.
 
     Examples
     --------
@@ -140,8 +146,8 @@ def identify_friction(
     >>> print(identify_friction(rig, [0.0001], [0.5]))
     [inf]
     """
-    law, slip = unworn_law(_bare(rig, Options(traction=theory_for(rig, traction)))), np.abs(_floats(creepage))
-    ratio = _floats(traction_ratio) * np.sign(_floats(creepage))
+    law, slip = unworn_law(_bare(rig, Options(traction=_theory(rig, traction)))), np.abs(_floats(creepage))
+    ratio = _floats(traction_ratio) * np.sign(_equally_many("creepages", creepage, "T/N", traction_ratio)[0])
     mu = mu_from_traction(ratio, traction=lambda mu: law.apparent(mu, slip))
     return np.where(slip > 0.0, mu, np.nan)
 
@@ -183,7 +189,7 @@ def wear_track(
     ValidityError
         The patch outgrows the discs, or a quantity lies outside the range of the theory.
     ValueError
-        There are not as many mu as steps.
+        There are not as many mu as steps, or a number is not what it can be.
 
     Examples
     --------
@@ -197,10 +203,10 @@ def wear_track(
     0.12 um deep, 0.54 mm wide
     """
     history = _history(rig, creepage, revolutions)
-    model = ForwardModel(
-        replace(_bare(rig, Options(contact=contact, wear_coefficient=wear_coefficient)), history=history)
-    )
-    friction, steps = _floats(mu), len(history.step_begin)
+    _positive("wear_coefficient", wear_coefficient)
+    options = Options(contact=_one_of("contact", contact, get_args(Contact)), wear_coefficient=wear_coefficient)
+    model = ForwardModel(replace(_bare(rig, options), history=history))
+    friction, steps = _positive("mu", mu), len(history.step_begin)
     if len(friction) not in (1, steps):
         raise ValueError(f"{len(friction)} mu for {steps} steps: give one mu for each step, or one for all")
     return wear_history(model, mu=np.broadcast_to(friction, steps), wear_coefficient=wear_coefficient)
@@ -245,7 +251,9 @@ def disc_temperature(
     [ 6.32120559 10.        ]
     """
     start = environment if initial is None else initial
-    watts, seconds = np.broadcast_arrays(_floats(power), _floats(duration))
+    watts, seconds = np.broadcast_arrays(_floats(power), _positive("duration", duration, or_zero=True))
+    _positive("heat_capacity", heat_capacity)
+    _positive("convection", convection, or_zero=True)
     return np.asarray(
         temperatures(
             power=watts[None],
@@ -310,7 +318,7 @@ def experiment(
     Raises
     ------
     ValueError
-        There are not as many T/N as iterations or times.
+        There are not as many T/N as iterations or times, or a number is not what it can be.
 
     Examples
     --------
@@ -320,11 +328,17 @@ def experiment(
     ([0, 0, 1], 252.1)
     """
     history = _history(rig, creepage, revolutions)
+    if temperature is not None and thermal is None:
+        raise ValueError("a temperature needs thermal: the heat capacity and the environment of the disc")
+    for what, value in (("mu", mu), ("wear_coefficient", wear_coefficient)):
+        if not np.isnan(value):
+            _positive(what, value)
     measured = Measured(
         traction=None if traction_ratio is None else _traction(history, traction_ratio, traction_time),
-        profile=None if profile is None else _profile(history, *map(_floats, profile)),
-        temperature=None if temperature is None else TemperatureSamples(*map(_floats, temperature)),
+        profile=None if profile is None else _profile(history, *profile),
+        temperature=None if temperature is None else _temperature(history, *temperature),
     )
+    _one_of("contact", contact, get_args(Contact))
     options = Options(contact=contact, wear_coefficient=wear_coefficient, friction_coefficient=mu)
     return Experiment(name, "", rig, history, options, thermal, measured=measured)
 
@@ -389,7 +403,50 @@ def close_loop(
 
 
 def _floats(values: ArrayLike) -> Floats:
-    return np.atleast_1d(np.asarray(values, dtype=float))
+    """Values (n,); ValueError where they have more axes."""
+    array = np.atleast_1d(np.asarray(values, dtype=float))
+    if array.ndim > 1:
+        raise ValueError(f"an array of shape {array.shape}: give one axis")
+    return array
+
+
+def _finite(what: str, values: ArrayLike) -> Floats:
+    array = _floats(values)
+    if not np.all(np.isfinite(array)):
+        raise ValueError(f"{what} must be finite numbers")
+    return array
+
+
+def _positive(what: str, values: ArrayLike, *, or_zero: bool = False) -> Floats:
+    array = _floats(values)
+    if not np.all(np.isfinite(array) & ((array > 0.0) | (or_zero & (array == 0.0)))):
+        raise ValueError(f"{what} must be finite and {'not negative' if or_zero else 'greater than 0'}")
+    return array
+
+
+def _equally_many(what: str, values: ArrayLike, other: str, others: ArrayLike) -> tuple[Floats, Floats]:
+    one, two = _floats(values), _floats(others)
+    if one.shape != two.shape:
+        raise ValueError(f"{len(two)} {other} for {len(one)} {what}: give as many of both")
+    return one, two
+
+
+def _one_of(what: str, named: Any, names: Sequence[str]) -> Any:
+    if named not in names:
+        raise ValueError(f"{what} is one of {', '.join(names)}, not {named}")
+    return named
+
+
+def _theory(rig: Rig, named: Traction | None) -> Traction:
+    """The theory of rolling that is named, else the usual one."""
+    return theory_for(rig, None if named is None else _one_of("traction", named, get_args(Traction)))
+
+
+def _rising(what: str, time: Floats, history: History) -> None:
+    """Times rise, from 0 to the end of the history."""
+    end = float(history.end_time[-1])
+    if not np.all(np.diff(time) > 0.0) or not np.all((time >= 0.0) & (time <= end * 1.001)):
+        raise ValueError(f"the times of the {what} must rise, and lie in the history, 0 to {end:g} s")
 
 
 def _bare(rig: Rig, options: Options) -> Experiment:
@@ -399,7 +456,11 @@ def _bare(rig: Rig, options: Options) -> Experiment:
 
 def _history(rig: Rig, creepage: ArrayLike, revolutions: ArrayLike) -> History:
     """Iterations (n,); those of one creepage in a row are a step. They last as long as the mean disc turns so often."""
-    slip, turns = np.broadcast_arrays(_floats(creepage), _floats(revolutions))
+    slip, turns = np.broadcast_arrays(_finite("creepages", creepage), _positive("revolutions", revolutions))
+    if not len(slip):
+        raise ValueError("no iterations: give a creepage for each")
+    for what in ("normal_load", "rolling_speed"):
+        _positive(what, getattr(rig, what))
     around = 2.0 * np.pi * mean_radius(rig.disc1, rig.disc2)
     step = np.concatenate([[0], np.cumsum(np.diff(slip) != 0.0)])
     return History(step, slip, turns * around / rig.rolling_speed, turns, np.full(len(slip), np.nan))
@@ -412,9 +473,18 @@ def _traction(history: History, ratio: ArrayLike, time: ArrayLike | None) -> Tra
     if values.shape != at.shape:
         expected = "one T/N for each iteration" if time is None else "as many times as T/N"
         raise ValueError(f"{len(values)} T/N for {len(at)} places: give {expected}")
+    _finite("T/N", values)
+    _rising("T/N", at, history)
     return TractionSamples(at, history.step[number], history.creepage[number], values, np.full(len(at), np.nan))
 
 
-def _profile(history: History, y: Floats, height: Floats) -> ProfileSamples:
+def _profile(history: History, places: ArrayLike, heights: ArrayLike) -> ProfileSamples:
+    y, height = _equally_many("places", _finite("places", places), "heights", _finite("heights", heights))
     last = np.full(len(y), len(history.step), dtype=np.int64)
     return ProfileSamples(y, height, np.full(len(y), 2, dtype=np.int64), last)
+
+
+def _temperature(history: History, times: ArrayLike, kelvin: ArrayLike) -> TemperatureSamples:
+    time, temperature = _equally_many("times", times, "temperatures", _finite("temperatures", kelvin))
+    _rising("temperatures", time, history)
+    return TemperatureSamples(time, temperature)
