@@ -357,11 +357,10 @@ PLAIN += "".join(f"{n},{1 + n // 60},0.4{n % 7},72\n" for n in range(120))
         ('[measured]\ncolumns.torque = { colum = "M" }', "columns.torque.colum: unknown key, did you mean column?"),
         ("measured = 3\n[rig]\nnormal_load_N = 72.0", "block.toml:1: measured: must be a table, not 3"),
         (f"measured.{'a.' * 60}b = 1", "is nested too deeply"),
+        ("[rig]\nnormal_lod_N = 72.0", "block.toml: rig.normal_lod_N: unknown key, did you mean normal_load_N?"),
     ],
 )
-def test_a_wrong_block_is_told_in_its_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], block: str, says: str
-) -> None:
+def test_a_wrong_block_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str], block: str, says: str) -> None:
     (tmp_path / "rig.csv").write_text(PLAIN)
     (tmp_path / "block.toml").write_text(block)
     code, _, err = command(

@@ -88,12 +88,21 @@ def run(files: Sequence[Path], folder: Path, *, force: bool) -> Imported:
     draft = _draft(looks, given, stated)
     text = "\n".join(draft.lines) + "\n"
     given.clear()  # large files are not kept while they are read again
-    test = load_text(text, Path(path.name), as_recorded=True)
+    test = _loaded(text, path.name, [file for file in files if file.suffix == ".toml"])
     text = _seen_from(folder, _with_iterations(draft, text, test), named)
     tables = {folder / name: content.encode() for name, content in _tables(test.experiment)}
     _refuse_overwriting(list(tables), named, force=force)
     write_all({path: text.encode(), **tables})
     return _imported(test, draft, path, list(tables))
+
+
+def _loaded(text: str, name: str, blocks: Sequence[Path]) -> Test:
+    """The test of a definition that is not written yet, whose lines nobody can look up."""
+    try:
+        return load_text(text, Path(name), as_recorded=True)
+    except DefinitionError as error:
+        file = str(blocks[0]) if len(blocks) == 1 else name
+        raise type(error)([replace(problem, file=file, line=0) for problem in error.problems]) from None
 
 
 def _seen_from(folder: Path, text: str, files: Sequence[Path]) -> str:
