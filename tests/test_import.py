@@ -120,6 +120,17 @@ def test_what_cannot_be_imported_is_told(tmp_path: Path, capsys: pytest.CaptureF
     assert (code, "exists already" in err) == (2, True)
 
 
+def test_a_log_without_a_motion_is_said_to_lack_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Ball on disc at one speed, which stands in the head only: what was proposed had dropped the traction."""
+    rows = "".join(f"{n},1.3,11.8,24.1,24.2\n" for n in range(20))
+    (tmp_path / "pod.csv").write_text(
+        f"time [s],friction force [N],load [N],lube temperature [degC],pot temperature [degC]\n{rows}"
+    )
+    code, _, err = command("import", tmp_path / "pod.csv", "-o", tmp_path / "to", capsys=capsys)
+    assert (code, "No column says how the discs move: a log needs two speeds, a creepage" in err) == (3, True), err
+    assert "columns.temperature" not in err
+
+
 def test_a_curve_whose_rows_are_all_broken_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "curve.csv").write_text("creepage [%],traction ratio [1]\n1,2,3\n4\n5\n")
     code, _, err = command("import", tmp_path / "curve.csv", "-o", tmp_path / "to", capsys=capsys)

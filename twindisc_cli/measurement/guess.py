@@ -113,6 +113,7 @@ _RADIUS = 0.0235  # [m] of the paper's discs, named as a guess
 
 _SAMPLE = 60  # rows that show what a column is
 _WEIGHED = ("mass loss", *WEIGHTS, "mass")
+_SIGNALS = frozenset(("torque", "traction ratio", "traction force"))
 _MISTAKABLE: Mapping[Kind, tuple[str, ...]] = {
     "log": ("normal load", "torque", "time", "speed 1", "speed 2", "temperature"), "profile": ("y", "height"),
 }  # fmt: skip
@@ -217,6 +218,11 @@ def _none_of_ours(best: _Reading, file: str) -> Problem:
         "is not a log (time, speeds or creepage, torque or traction), curve, profile, temperature or mass "
         f"by its header; understood: {understood}."
     )
+    driven = any(key in text for text in lines for key in ("columns.speed", "columns.creepage"))
+    if "time" in best.columns and _SIGNALS & set(best.columns) and not driven:
+        return Problem(
+            f"{what} No column says how the discs move: a log needs two speeds, a creepage or a sliding speed", file
+        )
     if lines:
         return Problem(f"{what} {_HOW}", file, block=tuple(lines))
     held = ", ".join(cell.written or cell.name for cell in best.cells[:12])
@@ -415,7 +421,7 @@ def _is_number(text: str) -> bool:
 def _kind(columns: Mapping[str, Named]) -> Kind | None:
     """What a file with these columns is."""
     has = set(columns)
-    traction = bool(has & {"torque", "traction ratio", "traction force"})
+    traction = bool(has & _SIGNALS)
     if "time" in has and traction and ({"speed 1", "speed 2"} <= has or has & {"creepage", "sliding speed"}):
         return "log"
     if {"creepage", "traction ratio"} <= has:
