@@ -430,8 +430,8 @@ def test_a_load_that_is_recorded_as_negative_is_said(tmp_path: Path, capsys: pyt
     (tmp_path / "rig.csv").write_text(PLAIN.replace(",72\n", ",-72\n"))
     code, _, err = command("import", tmp_path / "rig.csv", "-o", tmp_path / "to", capsys=capsys)
     assert (code, "columns.normal_load = { sign = -1 }" in err) == (3, True), err
-    (tmp_path / "block.toml").write_text("[measured]\ncolumns.normal_load = { sign = -1 }\n")
-    files = (tmp_path / "rig.csv", tmp_path / "block.toml")
+    (tmp_path / "BLOCK.TOML").write_text("[measured]\ncolumns.normal_load = { sign = -1 }\n")
+    files = (tmp_path / "rig.csv", tmp_path / "BLOCK.TOML")
     code, _, err = command("import", *files, "-o", tmp_path / "to", capsys=capsys)
     assert code == 0, err
     assert load(tmp_path / "to/rig.toml").experiment.rig.normal_load == 72.0

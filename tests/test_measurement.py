@@ -251,6 +251,17 @@ def test_files_of_temperatures_follow_on_each_other(tmp_path: Path) -> None:
         assert message.startswith("first.csv: time: begins at 10 s of the history, and the file before ends at ")
 
 
+def test_a_column_that_is_ignored_in_vain_is_said(tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text(TRACTION.replace("\n", ",1\n").replace("[1],1", "[1],AE RMS [V]"))
+    for ignored, note in (
+        ("ae rms", ()),
+        ("#3", ()),
+        ("AE RSM", ("no column AE RSM to ignore, did you mean AE RMS?",)),
+    ):
+        text = f'{VALID}\n[measured]\ntraction = {{ file = "t.csv", ignore = "{ignored}" }}\n'
+        assert load(write(tmp_path, text)).rows[0].notes == note
+
+
 @pytest.mark.parametrize(("name", "key"), [("lod", "normal_load"), ("M", "traction_ratio")])
 def test_a_declared_column_that_is_not_there_is_named(tmp_path: Path, name: str, key: str) -> None:
     (tmp_path / "log.csv").write_text("time [s],creepage [%],traction ratio [1],load [N]\n1,0.5,0.4,72\n2,0.5,0.4,72\n")

@@ -88,7 +88,7 @@ def run(files: Sequence[Path], folder: Path, *, force: bool) -> Imported:
     draft = _draft(looks, given, stated)
     text = "\n".join(draft.lines) + "\n"
     given.clear()  # large files are not kept while they are read again
-    test = _loaded(text, path.name, [file for file in files if file.suffix == ".toml"])
+    test = _loaded(text, path.name, [file for file in files if _is_block(file)])
     text = _seen_from(folder, _with_iterations(draft, text, test), named)
     tables = {folder / name: content.encode() for name, content in _tables(test.experiment)}
     _refuse_overwriting(list(tables), named, force=force)
@@ -136,11 +136,16 @@ def _refuse_overwriting(targets: Sequence[Path], files: Sequence[Path], *, force
         raise DefinitionError(Problem("exists already; choose another folder, or overwrite it with --force", there[0]))
 
 
+def _is_block(file: Path) -> bool:
+    """Whether a file says how others are read."""
+    return file.suffix.casefold() == ".toml"
+
+
 def _stated(files: Sequence[Path]) -> Mapping[str, Mapping[str, Any]]:
     """The tables of all .toml among the files, one over the other."""
     stated: dict[str, dict[str, Any]] = {}
     for file in files:
-        for name, table in (_block(file) if file.suffix == ".toml" else {}).items():
+        for name, table in (_block(file) if _is_block(file) else {}).items():
             if isinstance(table, dict):
                 stated[name] = {**stated.get(name, {}), **table}
     return stated
@@ -151,7 +156,7 @@ def _given(files: Sequence[Path], measured: Mapping[str, Any]) -> dict[Path, Con
     tables = {Path(t["file"]).name: t for t in measured.values() if isinstance(t, dict) and "file" in t}
     given = {}
     for file in files:
-        if file.suffix != ".toml":
+        if not _is_block(file):
             table = {**tables.get(file.name, {}), **{key: measured[key] for key in _READING if key in measured}}
             cells = {key: _cells(table[key]) for key in ("skip", "ignore") if key in table}
             given[file] = Content(read_bytes(file), table.get("sheet"), cells.get("skip"), cells.get("ignore", ()))
@@ -179,7 +184,7 @@ def _declared(files: Sequence[Path]) -> dict[str, Named]:
     """What the .toml among the files say of columns."""
     declared: dict[str, Named] = {}
     for file in files:
-        columns = _block(file).get("measured", {}).get("columns", {}) if file.suffix == ".toml" else {}
+        columns = _block(file).get("measured", {}).get("columns", {}) if _is_block(file) else {}
         declared |= {key.replace("_", " "): Named(**table) for key, table in columns.items()}
     return declared
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from twindisc_cli.errors import MeasurementError, Problem, nearest
+from twindisc_cli.errors import MeasurementError, Problem, did_you_mean, nearest
 from twindisc_cli.measurement import markers
 from twindisc_cli.measurement.cells import ANY, number
 from twindisc_cli.measurement.content import Content
@@ -123,6 +123,7 @@ def read_table(
     )
     header = _heard(sheet.header, ignored)
     table = Table(file, {}, {}, {}, np.zeros(0, dtype=np.int64), notes=[*sheet.notes])
+    table.notes += _ignored_in_vain(sheet.header, ignored)
     wanted = _way(header, ways, naming)
     result = match(header, wanted, naming)
     table.notes += [
@@ -155,6 +156,13 @@ def _heard(header: Sequence[str], ignored: Sequence[str]) -> Sequence[str]:
         "" if plain(cell) in names or plain(parts(cell)[0]) in names or f"#{n}" in names else cell
         for n, cell in enumerate(header, start=1)
     ]
+
+
+def _ignored_in_vain(header: Sequence[str], ignored: Sequence[str]) -> list[str]:
+    """A note for each column that is to be ignored and is not there."""
+    names = [parts(cell)[0] for cell in header]
+    there = {plain(cell) for cell in (*header, *names)} | {f"#{n}" for n in range(1, len(header) + 1)}
+    return [f"no column {name} to ignore{did_you_mean(name, names)}" for name in ignored if plain(name) not in there]
 
 
 def _check_doubled(table: Table, sheet: Sheet, result: Match, places: Mapping[str, Place], rows: Rows) -> None:
