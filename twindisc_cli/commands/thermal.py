@@ -166,7 +166,7 @@ def _heat(model: ForwardModel, thermal: Thermal) -> Heat:
         convection, std, source = fit.value, float(np.hypot(fit.std, of_power)), "from the measured temperature"
     k, wear = wear_coefficient(model, mu)
     base = BaseParameters.declared(test, mu[None])
-    prediction = model.predict(replace(base, K=np.array([k]), convection=np.array([convection])))
+    prediction = model.unbounded.predict(replace(base, K=np.array([k]), convection=np.array([convection])))
     energy = prediction.state.energy[0, model.points.of_iteration]
     return Heat(
         time=model.points.time,

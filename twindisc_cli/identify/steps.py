@@ -90,6 +90,7 @@ class FrictionInUse(NamedTuple):
 
 def identify_friction(model: ForwardModel) -> StepFriction:
     """Invert the measured traction of every step."""
+    model = model.unbounded
     samples = model.experiment.measured.traction
     if samples is None:
         raise MeasurementError("no traction was measured; name its file under [measured]")

@@ -54,7 +54,7 @@ def wear_history(model: ForwardModel, *, mu: Floats, wear_coefficient: float) ->
     """Wear the discs with mu (step,) and one K [1], declared effects acting."""
     test, at = model.experiment, model.points.of_iteration
     base = replace(BaseParameters.declared(test, mu[None]), K=np.array([wear_coefficient]))
-    prediction = model.predict(base, profiled=False)
+    prediction = model.unbounded.predict(base, profiled=False)
     state, wide = prediction.state, prediction.section.shape
     paths = prediction.paths
     load = np.broadcast_to(state.normal_load / state.nominal_load, wide)[0, at]

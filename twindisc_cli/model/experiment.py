@@ -230,6 +230,13 @@ class History:
         return self.revolutions > 0.0
 
     @property
+    def last_load(self) -> Floats:
+        """load_factor; in a pause that of the entry before it, in which the discs turned last, (iteration,)."""
+        driven = np.flatnonzero(self.driven)
+        last = np.searchsorted(driven, np.arange(len(self.step)), side="right") - 1
+        return self.load_factor[driven[np.maximum(last, 0)]] if len(driven) else self.load_factor
+
+    @property
     def is_constant(self) -> bool:
         """Whether load, speed and yaw are the rig's wherever the discs turn."""
         steady = (self.load_factor == 1.0) & (self.speed_factor == 1.0) & (self.yaw == 0.0)

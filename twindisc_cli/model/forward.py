@@ -64,6 +64,7 @@ from twindisc_cli.model.wear_path import (
     weights_on,
 )
 from twindisc_cli.model.wear_path.carried import PIECE
+from twindisc_cli.model.wear_path.path import CROWNED
 from twindisc_cli.physics import combined, disc_heat, line_contact, polach, spin, third_body, unlike
 from twindisc_cli.physics.flash import Solid, flash_temperature
 
@@ -143,12 +144,16 @@ class ForwardModel:
 
     @cached_property
     def loads_change(self) -> bool:
-        """Whether the profile depends on the history of the load: neither along a line nor in steps of their own."""
+        """Whether the profile depends on the history of the load: neither along a line nor in steps of their own.
+
+        Recorded new discs have heights of their own, which no other load than the rig's scales.
+        """
         history = self.experiment.history
         loads = history.load_factor[history.driven]
         if self.experiment.rig.is_line or history.separate or not len(loads):
             return False
-        return bool(np.ptp(np.log(loads)) > PIECE)
+        scaled = np.append(loads, loads[0] if self.experiment.measured.start is None else 1.0)
+        return bool(np.ptp(np.log(scaled)) > PIECE)
 
     @cached_property
     def slips(self) -> NDArray[np.bool_]:
@@ -173,24 +178,35 @@ class ForwardModel:
         return max(sections) / min(1.0, float(history.load_factor.min()))
 
     def _recorded_sections(self, slid: Floats) -> list[float]:
-        """Worn sections [m2] that profiles or a balance show; that of the balance by the end of the distance slid [m].
+        """Worn sections [m2] that profiles and a balance show, by the end of the distance slid [m].
 
         slid: so far, (iteration,).
         """
         profile, mass, rig = self.experiment.measured.profile, self.experiment.measured.mass, self.experiment.rig
-        sections = [] if profile is None else recorded_sections(profile)
+
+        def grown(iteration: Ints) -> float:
+            by_then = float(slid[iteration.max() - 1])
+            return float(slid[-1]) / by_then if by_then > 0.0 else 1.0
+
+        sections = [] if profile is None else [grown(profile.iteration) * max(recorded_sections(profile))]
         if mass is not None:
             volume = mass.loss / rig.density_of(mass.disc)
             lost = sum(float(volume[mass.disc == disc].max()) for disc in np.unique(mass.disc))
-            by_then = float(slid[mass.iteration.max() - 1])
-            grown = float(slid[-1]) / by_then if by_then > 0.0 else 1.0
-            sections.append(grown * lost / (2.0 * np.pi * self.radius))
+            sections.append(grown(mass.iteration) * lost / (2.0 * np.pi * self.radius))
         return sections
 
     @property
     def shows_wear(self) -> bool:
         """Whether a profile or a balance shows how far the wear went."""
         return self.experiment.measured.profile is not None or self.experiment.measured.mass is not None
+
+    @cached_property
+    def unbounded(self) -> ForwardModel:
+        """The same without what shows how far the wear went: it is followed as far as a known K takes it."""
+        if not self.shows_wear:
+            return self
+        measured = replace(self.experiment.measured, profile=None, mass=None)
+        return ForwardModel(replace(self.experiment, measured=measured))
 
     def path(self, contact: Contact, wander: float, crown: float = 1.0, section: float = 0.0) -> WearPath:
         """The wear path of this rig; beyond `reach` only where nothing shows how far the wear went.
@@ -237,7 +253,7 @@ class ForwardModel:
             shape = (sets, len(points.time))
             environment = test.thermal.environment_temperature if test.thermal else np.nan
             initial = test.thermal.initial_temperature if test.thermal else environment
-            history, load = test.history, test.rig.normal_load * test.history.load_factor[points.iteration]
+            history, load = test.history, test.rig.normal_load * test.history.last_load[points.iteration]
             self._declared[sets] = State(
                 time=points.own_time,
                 begins=points.begins,
@@ -455,7 +471,8 @@ class _Chain:
         test = self.model.experiment
         if test.rig.is_line or test.history.separate:
             return True
-        return not any(loads.changes for loads in self._loads(state, section))
+        histories, begun = self._loads(state, section), test.measured.start is not None
+        return not any(loads.changes or (begun and loads.departs) for loads in histories)
 
     def _loads(self, state: State, section: Floats) -> list[LoadHistory]:
         """Sections and loads of every set; the whole history in proportion where it wears beyond the reach."""
@@ -764,12 +781,21 @@ class _Chain:
         enough = self.model.reach
         if not self.model.shows_wear:
             enough = max(enough, float(np.max(section / (state.normal_load / state.nominal_load))))
-        asked = enough, state.half_space.tobytes(), state.wander.tobytes(), state.crown.tobytes()
+        wander = self._wander(state, section)
+        asked = enough, state.half_space.tobytes(), wander.tobytes(), state.crown.tobytes()
         if asked not in self._known_paths:
             path = partial(self.model.path, section=enough)
             declared = self.model.experiment.options.contact
-            self._known_paths[asked] = weighted_paths(path, declared, state.half_space, state.wander, state.crown)
+            self._known_paths[asked] = weighted_paths(path, declared, state.half_space, wander, state.crown)
         return self._known_paths[asked]
+
+    def _wander(self, state: State, section: Floats) -> Floats:
+        """Wander (set, 1) [m] of paths that are scaled to one other load: they scale it with all that lies across."""
+        test = self.model.experiment
+        scales = not (test.rig.is_line or test.history.separate) and bool(np.any(state.wander))
+        if not scales or (section.any() and not self._one_load(state, section)):
+            return state.wander
+        return np.asarray(state.wander / CROWNED.to(state.normal_load[:, -1:] / state.nominal_load).across)
 
     @cached_property
     def _known_paths(self) -> dict[tuple[float, bytes, bytes, bytes], WeightedPaths]:

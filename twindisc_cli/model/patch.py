@@ -20,6 +20,8 @@ from twindisc_cli.model.wear_path import CarriedPath, Scaled, WearPath
 from twindisc_cli.physics import third_body
 from twindisc_cli.physics._even_grid import cubic_weights
 
+ALL_WANDERS = np.append(WANDERS, WANDERS[-1] * 1.2 ** np.arange(1.0, 25.0))
+"""Wanders in units of their border: those of the table, and others, whose paths are integrated."""
 CROWNS = np.exp(0.05 * np.arange(-28.0, 29.0))
 """Transverse radii over the declared one, between which paths are interpolated."""
 
@@ -237,7 +239,7 @@ def _wanders(straight: Callable[[], WearPath], wander: Floats) -> list[tuple[flo
     if not np.any(wander):
         return [(0.0, np.ones_like(wander))]
     unit = straight().wander_unit
-    return _between(WANDERS, np.clip(wander / unit, 0.0, WANDERS[-1]), WANDERS * unit)
+    return _between(ALL_WANDERS, np.clip(wander / unit, 0.0, ALL_WANDERS[-1]), ALL_WANDERS * unit)
 
 
 def _crowns(crown: Floats) -> list[tuple[float, Floats]]:

@@ -56,9 +56,14 @@ class LoadHistory:
 
     @property
     def changes(self) -> bool:
-        """Whether the load changes while anything is worn."""
-        worn = np.diff(self.section, prepend=0.0) > 0.0
+        """Whether the load changes from where anything is worn on: what rolls without wear is on that profile, too."""
+        worn = self.section > 0.0
         return bool(worn.any() and np.ptp(np.log(self.ratio[worn])) > PIECE)
+
+    @property
+    def departs(self) -> bool:
+        """Whether anything is worn under another load than the rig's."""
+        return bool(np.any(np.abs(np.log(self.ratio[self.section > 0.0])) > PIECE))
 
     def pieces(self) -> tuple[Floats, Floats]:
         """Sections at which pieces of one load end [m2], and that load over the rig's [1], each (piece,).
