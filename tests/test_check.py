@@ -8,6 +8,8 @@ from definitions import TRACTION, VALID, changed, outcome, shipped, write
 
 from twindisc_cli.commands.check import Finding, facet_depth, findings, run
 from twindisc_cli.definition import load
+from twindisc_cli.identify.energy import measured_energy
+from twindisc_cli.identify.wear_history import wear_history
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.forward import ForwardModel
 
@@ -94,9 +96,9 @@ def with_density(text: str, more: str = "") -> str:
 
 def test_a_volume_goes_with_the_energy_by_its_stop_and_the_hardness_of_its_disc(tmp_path: Path) -> None:
     """Full slip: E by iteration 3 of 5 is mu N V (2 x 0.5 % + 1 x 1 %) t; m = rho K E / H with each disc's H."""
-    energy, k = 0.6 * 72 * SPEED * (2 * 0.005 + 0.01) * 84, 7e-5
+    energy, k = 0.1 * 72 * SPEED * (2 * 0.005 + 0.01) * 84, 7e-5
     loss = 7850.0 * k * energy / HARDNESS * 1e6
-    text = changed(friction_coefficient=f"friction_coefficient = 0.6\nwear_coefficient = {k}")
+    text = changed(friction_coefficient=f"friction_coefficient = 0.1\nwear_coefficient = {k}")
     soft = with_density(text, "[material.disc1]\nhardness_HV = 70\n")
     for which, masses in ((with_density(text), weighed((3, 2, loss))), (soft, weighed((3, 1, 10.0 * loss)))):
         finding = found(tmp_path, which, mass=masses)["the declared wear coefficient K"]
@@ -105,9 +107,9 @@ def test_a_volume_goes_with_the_energy_by_its_stop_and_the_hardness_of_its_disc(
 
 
 def test_each_disc_with_a_coefficient_of_its_own_is_judged_by_its_own_mass(tmp_path: Path) -> None:
-    energy = 0.6 * 72 * SPEED * (2 * 0.005 + 2 * 0.01 + 0.02) * 84
+    energy = 0.1 * 72 * SPEED * (2 * 0.005 + 2 * 0.01 + 0.02) * 84
     masses = weighed((5, 1, 3e-5 * 7850.0 * energy / HARDNESS * 1e6), (5, 2, 7e-5 * 7850.0 * energy / HARDNESS * 1e6))
-    keys = "friction_coefficient = 0.6\nwear_coefficient = 7e-5\ndisc1_wear_coefficient = 3e-5"
+    keys = "friction_coefficient = 0.1\nwear_coefficient = 7e-5\ndisc1_wear_coefficient = 3e-5"
     outcome = found(tmp_path, with_density(changed(friction_coefficient=keys)), mass=masses)
     assert outcome["the declared wear coefficient K"].low == pytest.approx(7e-5 / 1.5, rel=1e-6)
     assert outcome["the declared wear coefficient K of disc 1"].low == pytest.approx(3e-5 / 1.5, rel=1e-6)
@@ -115,8 +117,8 @@ def test_each_disc_with_a_coefficient_of_its_own_is_judged_by_its_own_mass(tmp_p
 
 @pytest.mark.parametrize("own", ["", "disc1_wear_coefficient = 7e-5\n"])
 def test_a_declared_change_of_the_wear_counts(tmp_path: Path, own: str) -> None:
-    energy = 0.6 * 72 * SPEED * (2 * 0.005 + 2 * 0.01 + 0.02) * 84
-    text = changed(friction_coefficient=f"friction_coefficient = 0.6\nwear_coefficient = 7e-5\n{own}")
+    energy = 0.1 * 72 * SPEED * (2 * 0.005 + 2 * 0.01 + 0.02) * 84
+    text = changed(friction_coefficient=f"friction_coefficient = 0.1\nwear_coefficient = 7e-5\n{own}")
     text = with_density(text + "[effects.wear_level]\nfactor = 2.0\n")
     mass = weighed((5, 2, 2.0 * 7e-5 * 7850.0 * energy / HARDNESS * 1e6))
     assert found(tmp_path, text, mass=mass)["the declared wear coefficient K"].low == pytest.approx(7e-5 / 1.5)
@@ -124,9 +126,9 @@ def test_a_declared_change_of_the_wear_counts(tmp_path: Path, own: str) -> None:
 
 def test_a_disc_that_bears_half_the_wear_shows_half_the_depth(tmp_path: Path) -> None:
     """6 um together cut a chord of 1.2 mm, of which each disc shows 3 um; K is that of both volumes."""
-    energy = 0.6 * 72 * SPEED * (2 * 0.005 + 2 * 0.01 + 0.02) * 84
+    energy = 0.1 * 72 * SPEED * (2 * 0.005 + 2 * 0.01 + 0.02) * 84
     k = 2 * np.pi * 0.03 * 2 / 3 * 1.2e-3 * 6e-6 * HARDNESS / energy
-    text = changed(friction_coefficient=f"friction_coefficient = 0.6\nwear_coefficient = {k}")
+    text = changed(friction_coefficient=f"friction_coefficient = 0.1\nwear_coefficient = {k}")
     shared = text + "[effects.wear_partition]\ndisc1_share = 0.5\n"
     outcome = found(tmp_path, shared, profile=facet(3.0, 1.2))
     assert outcome["the measured width"].low == pytest.approx(1.2 / 1.15, rel=2e-3)
@@ -360,3 +362,18 @@ def test_a_disc_gains_no_mass(tmp_path: Path, losses: tuple[float, ...], uncerta
     every = found(tmp_path, text, mass=f"{head}\n{rows}")
     (weighed,) = [finding for subject, finding in every.items() if "gained" in subject]
     assert weighed.ok is ok
+
+
+@pytest.mark.parametrize(
+    "creepage, more", [(0.05, ""), (2.0, "[effects.falling_friction]\nratio = 0.1\ndecay_s_m = 30")]
+)
+def test_exact_wear_by_a_given_mu_is_no_contradiction(tmp_path: Path, creepage: float, more: str) -> None:
+    """Where T/N was not measured, a given mu is not T/N: part of the patch may stick, and an effect may act."""
+    text = changed(friction_coefficient="friction_coefficient = 0.6\nwear_coefficient = 1e-3") + more
+    begin, end = text.index("steps = ["), text.index("[model]")
+    text = f"{text[:begin]}steps = [{{ creepage_percent = {creepage}, iterations = 8 }}]\n{text[end:]}"
+    worn = wear_history(ForwardModel(load(write(tmp_path, text)).experiment), mu=np.array([0.6]), wear_coefficient=1e-3)
+    rows = [f"{y * 1e3},{z * 1e6}" for y, z in zip(worn.y, worn.height[-1], strict=True)]
+    test = load(write(tmp_path, text, profile="\n".join(["y [mm],height [um]", *rows])))
+    assert measured_energy(test.experiment) == pytest.approx(worn.energy[-1], rel=1e-6)
+    assert not run(test).json["problems"]

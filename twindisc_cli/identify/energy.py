@@ -1,7 +1,8 @@
 """The energy that a test dissipated by its own measurements, before anything is fitted.
 
-    P = (T/N) N V v                 T/N as measured, else mu as given or declared
-    P = V (v T + vy Ty + phi M)     what no T/N shows, with the mu identified: lateral creepage, spin, another creepage
+    P = (T/N) N V v                 T/N as measured
+    P = V (v T + vy Ty + phi M)     what no T/N shows, with the mu in use: steps that were not measured, lateral
+                                    creepage, spin, another creepage
 
 v    longitudinal creepage of the history [1];  vy  lateral creepage [1];  phi  spin [1/m];  V  rolling speed [m/s]
 """
@@ -10,33 +11,38 @@ from __future__ import annotations
 
 import numpy as np
 
-from twindisc_cli.errors import MeasurementError
+from twindisc_cli.errors import MeasurementError, ValidityError
 from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import ForwardModel, acts_at
+from twindisc_cli.physics.half_space import OutOfRangeError
+
+UNKNOWN = (MeasurementError, ValidityError, OutOfRangeError)
+"""What keeps the model from saying more than was measured."""
 
 
 def measured_ratio(test: Experiment) -> Floats:
-    """T/N along the creepage of each iteration: measured, else given or declared; NaN: not known. (iteration,)."""
-    history, samples = test.history, test.measured.traction
-    ratio = np.where(np.isfinite(history.given_mu), history.given_mu, test.options.friction_coefficient)
-    if samples is not None:
-        for step in np.unique(samples.step):
-            mean = np.mean(samples.ratio[samples.step == step]) * np.where(history.creepage < 0.0, -1.0, 1.0)
-            ratio = np.where(history.step == step, mean, ratio)
-    return np.where(history.creepage == 0.0, 0.0, ratio)
+    """T/N along the creepage of each iteration: measured, else by the model; NaN: not known. (iteration,)."""
+    measured = _measured_ratio(test)
+    if not np.isnan(measured).any():
+        return measured
+    try:
+        return np.where(np.isnan(measured), _by_model(test)[0], measured)
+    except UNKNOWN:
+        return measured
 
 
 def measured_power(test: Experiment) -> Floats:
     """Dissipated power of each iteration [W], (iteration,); NaN: not known."""
-    power = measured_ratio(test) * _pressed_slip(test)
-    if not _slides_otherwise(test):
-        return power
+    measured = _measured_ratio(test) * _pressed_slip(test)
+    if not (np.isnan(measured).any() or _slides_otherwise(test)):
+        return measured
     try:
-        return _power_of_all_forces(test)
-    except MeasurementError:
-        return power
+        power = _by_model(test)[1]
+    except UNKNOWN:
+        return measured
+    return power if _slides_otherwise(test) else np.where(np.isnan(measured), power, measured)
 
 
 def measured_energy(test: Experiment) -> float:
@@ -45,6 +51,17 @@ def measured_energy(test: Experiment) -> float:
     if samples is not None:
         power = np.where(np.isnan(power), np.mean(np.abs(samples.ratio)) * _pressed_slip(test), power)
     return max(float(np.sum(power * test.history.duration)), 1e-9)
+
+
+def _measured_ratio(test: Experiment) -> Floats:
+    """T/N along the creepage of each iteration as measured, 0 without creepage; NaN: not measured. (iteration,)."""
+    history, samples = test.history, test.measured.traction
+    ratio = np.where(history.creepage == 0.0, 0.0, np.nan)
+    if samples is not None:
+        for step in np.unique(samples.step):
+            mean = np.mean(samples.ratio[samples.step == step]) * np.sign(history.creepage)
+            ratio = np.where(history.step == step, mean, ratio)
+    return ratio
 
 
 def _pressed_slip(test: Experiment) -> Floats:
@@ -59,11 +76,16 @@ def _slides_otherwise(test: Experiment) -> bool:
     return bool(np.any(test.history.yaw)) or acts_at(test, "operation")
 
 
-def _power_of_all_forces(test: Experiment) -> Floats:
-    """The model's power of each iteration [W], (iteration,); NaN where something slides with an unknown mu."""
+def _by_model(test: Experiment) -> tuple[Floats, Floats]:
+    """T/N along the creepage and power [W] of each iteration by the model, (iteration,); NaN where no mu is known."""
     model, history = ForwardModel(test), test.history
     mu = friction_in_use(model).mu
     state = model.predict(BaseParameters.declared(test, np.nan_to_num(mu, nan=1.0)[None]), profiled=False).state
-    spent = (np.broadcast_to(state.power, state.energy.shape) * state.duration)[0]
-    power = np.bincount(model.points.iteration, spent, minlength=len(history.step)) / history.duration
-    return np.where((power > 0.0) & np.isnan(mu)[history.step], np.nan, power)
+
+    def mean(values: Floats) -> Floats:
+        total = (np.broadcast_to(values, state.energy.shape) * state.duration)[0]
+        return np.asarray(np.bincount(model.points.iteration, total, minlength=len(history.step)) / history.duration)
+
+    power, ratio = mean(state.power), mean(state.traction_ratio) * np.sign(history.creepage)
+    unknown = (power > 0.0) & np.isnan(mu)[history.step]
+    return np.where(unknown, np.nan, ratio), np.where(unknown, np.nan, power)
