@@ -60,3 +60,9 @@ def test_in_nitrogen_the_twelve_steps_cannot_tell_the_causes_apart() -> None:
     assert before["temperature of the disc"] - 77.15 == pytest.approx(0.07 * 72.0 * 9.4248 * 0.02 / 3.5, rel=0.01)
     assert before["flash temperature"] < 10.0
     assert any("cannot be separated by these 12 steps" in line for line in result.summary)
+
+
+def test_a_curve_has_one_value_where_steps_share_a_covariate() -> None:
+    """Up and down at the same creepages: their mean; a curve in the order of the steps had gone through both."""
+    assert rising_curve(np.array([1.0, 1.0, 2.0]), np.array([0.1, 0.3, 0.4])) == pytest.approx([0.2, 0.2, 0.4])
+    assert rising_curve(np.array([1.0, 2.0, 1.0]), np.array([0.2, 0.1, 0.3])) == pytest.approx([0.2, 0.2, 0.2])

@@ -141,3 +141,19 @@ def test_what_is_missing_is_named(tmp_path):
     begin, end = text.index("[thermal]"), text.index("[history]")
     with pytest.raises(DefinitionError, match="thermal"):
         thermal.run(load(write(tmp_path, text[:begin] + text[end:])))
+
+
+@pytest.mark.parametrize(("separate", "warmed"), [("false", True), ("true", False)])
+def test_a_jump_of_single_samples_that_only_rise_is_reported(tmp_path, separate, warmed):
+    """Nothing is left and no scatter is known: all may be the cause, but a disc that begins as declared each time."""
+    creepages, mu = [0.5, 1.0, 2.0, 3.0, 4.0, 5.0], [0.12, 0.13, 0.14, 0.4, 0.41, 0.42]
+    text = changed(friction_coefficient="", heat_capacity_J_K="heat_capacity_J_K = 100.0\nconvection_W_K = 3.5")
+    begin, end = text.index("steps = ["), text.index("[model]")
+    steps = ", ".join(f"{{ creepage_percent = {v} }}" for v in creepages)
+    text = f"{text[:begin]}separate = {separate}\nsteps = [{steps}]\n{text[end:]}"
+    rows = "\n".join(f"{v},{ratio}" for v, ratio in zip(creepages, mu, strict=True))
+    result = thermal.run(load(write(tmp_path, text, traction=f"creepage [%],traction ratio [1]\n{rows}\n")))
+    causes = {cause["covariate"]: cause["before_the_jump"] for cause in result.json["friction_jump"]["causes"]}
+    assert (causes["temperature of the disc"] > 293.15 + 0.1) == warmed
+    named = "creepage, temperature of the disc and flash temperature" if warmed else "creepage and flash temperature"
+    assert f": {named} cannot be separated" in " ".join(result.summary)

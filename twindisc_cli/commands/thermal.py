@@ -100,12 +100,12 @@ def _jump(model: ForwardModel, heat: Heat, thermal: Thermal) -> Jump | None:
         return None
     first = history.step_begin
     last = np.append(first[1:], len(history.step)) - 1
-    at_end = heat.temperature[heat.of_iteration[last]]
+    before = np.append(thermal.initial_temperature, heat.temperature[heat.of_iteration[last[:-1]]])
     flash = np.array([heat.flash.maximum[model.points.iteration == i].max() for i in last])
     return largest_jump(
         creepage=history.step_creepage,
         mu=identify_friction(model).mu,
-        disc=np.append(thermal.initial_temperature, at_end[:-1]),
+        disc=np.full_like(before, thermal.initial_temperature) if history.separate else before,
         flash=flash,
     )
 
@@ -117,7 +117,7 @@ def _jump_lines(jump: Jump | None, model: ForwardModel, thermal: Thermal) -> tup
     creepage, disc, flash = (cause.values[jump.step] for cause in jump.causes)
     left = [f"{cause.name} {cause.left:.2g}" for cause in jump.causes]
     noise = _noise(model)
-    near = [cause.name for cause in jump.causes if cause.left < APART * max(jump.best.left, noise)]
+    near = [cause.name for cause in jump.causes if cause.left <= APART * max(jump.best.left, noise)]
     apart = f"{listed(near)} cannot be separated by these {len(jump.mu)} steps" if near[1:] else f"{near[0]} is nearest"
     above = disc - thermal.environment_temperature
     return (

@@ -79,22 +79,19 @@ def _cause(name: str, unit: str, values: Floats, mu: Floats) -> Cause:
 def rising_curve(x: Floats, y: Floats) -> Floats:
     """The best curve through y (point,) that never falls with x (point,), at the points.
 
-    Neighbours that fall are pooled to their mean until none does.
+    Points of one x have one value, their mean; neighbours that fall are pooled to their mean until none does.
 
     >>> print(rising_curve(np.array([1.0, 2.0, 3.0, 4.0]), np.array([0.1, 0.3, 0.2, 0.6])))
     [0.1  0.25 0.25 0.6 ]
     """
-    order = np.argsort(x, kind="stable")
+    _, place, number = np.unique(x, return_inverse=True, return_counts=True)
     means: list[float] = []
     counts: list[int] = []
-    for value in y[order]:
-        means.append(float(value))
-        counts.append(1)
+    pooled: list[int] = []
+    for value, count in zip(np.bincount(place, y) / number, number, strict=True):
+        means, counts, pooled = [*means, float(value)], [*counts, int(count)], [*pooled, 1]
         while len(means) > 1 and means[-2] > means[-1]:
-            count = counts[-2] + counts[-1]
-            mean = (means[-2] * counts[-2] + means[-1] * counts[-1]) / count
-            del means[-1], counts[-1]
-            means[-1], counts[-1] = mean, count
-    curve = np.empty_like(y)
-    curve[order] = np.repeat(means, counts)
-    return curve
+            total = counts[-2] + counts[-1]
+            mean = (means[-2] * counts[-2] + means[-1] * counts[-1]) / total
+            means[-2:], counts[-2:], pooled[-2:] = [mean], [total], [pooled[-2] + pooled[-1]]
+    return np.repeat(means, pooled)[place]
