@@ -10,7 +10,9 @@ import pytest
 from definitions import changed, write
 
 from twindisc_cli.definition import load
+from twindisc_cli.identify.mass import identify_from_mass
 from twindisc_cli.identify.steps import identify_friction
+from twindisc_cli.identify.wear import identify_wear
 from twindisc_cli.identify.wear_history import wear_history
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, Start
@@ -24,7 +26,8 @@ ROUND = "y [mm],height [um]{head}\n" + "\n".join(
 
 
 def experiment(folder: Path, steps: str, *, k: float = 1e-4, more: str = "", **data: str) -> Experiment:
-    text = changed(friction_coefficient=GIVEN.format(k=k))
+    density = "hardness_HV = 700\ndensity_kg_m3 = 7850"
+    text = changed(friction_coefficient=GIVEN.format(k=k), hardness_HV=density)
     begin, end = text.index("steps = ["), text.index("[model]")
     return load(write(folder, f"{text[:begin]}steps = [{steps}]\n\n{text[end:]}\n{more}", **data)).experiment
 
@@ -102,3 +105,26 @@ def test_a_load_is_the_same_whether_the_rig_or_the_step_states_it(tmp_path: Path
     test = replace(test, measured=replace(test.measured, start=start))
     same = replace(test, rig=replace(test.rig, normal_load=4.0), history=replace(test.history, load_factor=np.ones(1)))
     assert worn(test)[-1, [0, 2]] == pytest.approx(worn(same)[-1, [0, 2]], rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        "[effects.running_in_wear]\nexcess = 3.0\nsettling_cycles = 8000.0",
+        "[effects.severe_wear_transition]\nratio = 5.0\ncritical_N_mm2 = 3.0\nwidth = 0.2",
+    ],
+)
+def test_the_k_of_volume_and_of_weight_is_what_the_declared_effects_multiply(tmp_path: Path, more: str) -> None:
+    """Wear by a known K: W H / E had been up to 3.6 times that, so that this K wore "28 % of the volume"."""
+    k, steps = 1e-3, "{ creepage_percent = 1.0, iterations = 3 }, { creepage_percent = 3.0, iterations = 3 }"
+    test = experiment(tmp_path, steps, k=k, more=more)
+    made = wear_history(ForwardModel(test), mu=np.array([0.5, 0.5]), wear_coefficient=k)
+    rows = [f"{y * 1e3},{z * 1e6}" for y, z in zip(made.y, made.height[-1], strict=True)]
+    lost = made.volume[[2, 5]] * test.rig.disc2.density * 1e6
+    data = {
+        "profile": "\n".join(["y [mm],height [um]", *rows]),
+        "mass": f"iteration,mass loss [mg],uncertainty [mg]\n3,{lost[0]},0.001\n6,{lost[1]},0.001\n",
+    }
+    model = ForwardModel(experiment(tmp_path, steps, k=k, more=more, **data))
+    assert identify_wear(model, np.array([0.5, 0.5])).allowed == pytest.approx(k, rel=2e-3)
+    assert identify_from_mass(model, np.array([0.5, 0.5])).of_disc[2][0] == pytest.approx(k, rel=2e-3)

@@ -27,7 +27,7 @@ import numpy as np
 from twindisc_cli.definition import Test
 from twindisc_cli.effects import catalogue
 from twindisc_cli.errors import NEGATIVE_FINDING, MeasurementError
-from twindisc_cli.identify.energy import measured_power, measured_ratio
+from twindisc_cli.identify.energy import measured_power, measured_ratio, wear_factor
 from twindisc_cli.identify.steps import against_creepage, friction_in_use
 from twindisc_cli.identify.track import Track, last_profile, worn_track
 from twindisc_cli.loop.channels import channels, measured_channels
@@ -173,13 +173,7 @@ class Facts:
 
     def wear_factor(self, stop: int) -> float:
         """K over its base value by the end of an entry of the history, from 1, as declared: its mean by the energy."""
-        if not acts_at(self.test, "wear"):
-            return 1.0
-        state, entry, begin = self.prediction.state, self.model.points.iteration, self.test.history.begin_time
-        own = 1.0 - state.disc1_share if np.isfinite(self.test.options.disc1_wear_coefficient) else 1.0
-        factor, power = (np.broadcast_to(v, state.energy.shape)[0] for v in (state.wear_factor * own, state.power))
-        mine = (entry < stop) & (begin[entry] == begin[stop - 1])
-        return float(np.average(factor[mine], weights=(power * state.duration)[mine]))
+        return wear_factor(self.model, self.prediction.state, stop) if acts_at(self.test, "wear") else 1.0
 
     @cached_property
     def track(self) -> Track | None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from twindisc_cli.effects._state import State
 from twindisc_cli.errors import MeasurementError, ValidityError
 from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.model.base import BaseParameters
@@ -51,6 +52,21 @@ def measured_energy(test: Experiment) -> float:
     if samples is not None:
         power = np.where(np.isnan(power), np.mean(np.abs(samples.ratio)) * _pressed_slip(test), power)
     return max(float(np.sum(power * test.history.duration)), 1e-9)
+
+
+def wear_factor(model: ForwardModel, state: State, stop: int) -> float:
+    """K over its base value by the end of an entry of the history, from 1, as declared: its mean by the energy.
+
+    1 where nothing was dissipated by then.
+    """
+    test = model.experiment
+    if not acts_at(test, "wear"):
+        return 1.0
+    entry, begin = model.points.iteration, test.history.begin_time
+    own = 1.0 - state.disc1_share if np.isfinite(test.options.disc1_wear_coefficient) else 1.0
+    factor, power = (np.broadcast_to(v, state.energy.shape)[0] for v in (state.wear_factor * own, state.power))
+    spent = power * state.duration * ((entry < stop) & (begin[entry] == begin[stop - 1]))
+    return float(np.average(factor, weights=spent)) if np.any(spent > 0.0) else 1.0
 
 
 def _measured_ratio(test: Experiment) -> Floats:

@@ -3,7 +3,7 @@
 m_d = rho_d s_d 2 pi R_d S(K)      disc d; S the worn section of both discs, s_d the share of disc d
 W   = sum over the discs weighed of m_d / rho_d
 
-K_d = W_d H_d / E                  of each disc weighed
+K_d = W_d H_d / (E f)              of each disc weighed; f what declared effects multiply K by, its mean by the energy
 
 rho_d   density [kg/m3];  s_2 = 1 - s_1, and s_1 = 0 unless K_1 or an effect says otherwise;  H_d  hardness [Pa]
 
@@ -22,6 +22,7 @@ from functools import partial
 import numpy as np
 
 from twindisc_cli.errors import MeasurementError, ValidityError
+from twindisc_cli.identify.energy import wear_factor
 from twindisc_cli.identify.least_squares import fit_positive
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Floats, Ints, MassSamples
@@ -109,6 +110,8 @@ def identify_from_mass(model: ForwardModel, mu: Floats) -> MassFit:
     weights = 1.0 / error**2 if np.all(np.isfinite(error)) else np.ones(len(stops))
     rough = partial(volumes, integrated="none")
     fit = fit_positive(volumes, measured=volume, weights=weights, start=start, rough=rough)
+    worn = model.predict(replace(BaseParameters.declared(test, mu[None]), K=np.array([fit.value])), profiled=False)
+    factors = np.array([wear_factor(model, worn.state, int(entry)) for entry in stops])
     stated = fit.value / np.sqrt(float(np.sum((fit.predicted / error) ** 2)))
     scatter = fit.std if len(stops) > 1 else np.nan
     known = [std for std in (stated, scatter) if np.isfinite(std)]
@@ -120,7 +123,7 @@ def identify_from_mass(model: ForwardModel, mu: Floats) -> MassFit:
         predicted=fit.predicted,
         error=error,
         energy=energy,
-        of_disc=_of_disc(model, samples, dict(zip(stops, energy, strict=True))),
+        of_disc=_of_disc(model, samples, dict(zip(stops, energy * factors, strict=True))),
         rates=_wear_rates(model, prediction, samples),
     )
 
