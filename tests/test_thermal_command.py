@@ -157,3 +157,12 @@ def test_a_jump_of_single_samples_that_only_rise_is_reported(tmp_path, separate,
     assert (causes["temperature of the disc"] > 293.15 + 0.1) == warmed
     named = "creepage, temperature of the disc and flash temperature" if warmed else "creepage and flash temperature"
     assert f": {named} cannot be separated" in " ".join(result.summary)
+
+
+def test_a_disc_that_only_cools_is_hottest_at_its_start(tmp_path):
+    """It had risen by -31 K to 49 °C, which is what is left at the first point of the model."""
+    thermometer = "heat_capacity_J_K = 100.0\nconvection_W_K = 3.5\ninitial_temperature_C = 80.0"
+    result = thermal.run(load(write(tmp_path, changed(heat_capacity_J_K=thermometer))))
+    assert result.json["peak_C"] == pytest.approx(80.0)
+    assert result.json["rise_C"] == 0.0
+    assert "rises by 0 K to 80 °C, at 0 s" in " ".join(result.summary)

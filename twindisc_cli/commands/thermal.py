@@ -51,6 +51,11 @@ class Heat:
     source: str
     patch: str
 
+    def peak(self, start: float) -> tuple[float, float]:
+        """Highest temperature of a disc that begins at `start` [K], and when it has it [s]."""
+        hottest = int(np.argmax(self.temperature))
+        return max((start, 0.0), (float(self.temperature[hottest]), float(self.time[hottest])), key=lambda at: at[0])
+
     @property
     def interval(self) -> tuple[float, float]:
         """The 90 % interval of the convection [W/K], not below zero; NaN where it was given."""
@@ -73,8 +78,8 @@ def run(test: Test) -> Result:
         command="thermal",
         summary=(*_summary(heat, start), *_missed(heat, experiment), *_jump_lines(jump, model, thermal)),
         json={
-            "rise_C": float(heat.temperature.max() - start),
-            "peak_C": float(heat.temperature.max()) - CELSIUS,
+            "rise_C": heat.peak(start)[0] - start,
+            "peak_C": heat.peak(start)[0] - CELSIUS,
             "flash_C": float(heat.flash.maximum.max()),
             "flash_mean_C": float(heat.flash.mean.max()),
             "convection_W_K": heat.convection,
@@ -228,10 +233,9 @@ def _iteration(heat: Heat, i: int, point: int) -> dict[str, Any]:
 
 
 def _summary(heat: Heat, start: float) -> tuple[str, ...]:
-    hottest = int(np.argmax(heat.temperature))
     low, high = heat.interval
     level = f" (one standard deviation; 90 % interval {low:.4g} to {high:.4g})" if np.isfinite(low) else ""
-    peak, when = heat.temperature[hottest], heat.time[hottest]
+    peak, when = heat.peak(start)
     flash, mean = heat.flash.maximum.max(), heat.flash.mean.max()
     return (
         f"convection {with_error(heat.convection, heat.std, 'W K-1')}{level}, {heat.source}",
