@@ -6,6 +6,7 @@ CONTACT: open-source release 2025-07-23, rev 2707; mu = 0.6, creepage 0.2 %, N =
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -212,3 +213,11 @@ def test_a_step_of_its_own_speed_is_a_rig_of_that_speed(tmp_path, effect):
     assert own["operating_point"]["rolling_speed_m_s"] == 1.0
     for theory in ("exact", "fastsim"):
         assert own[theory] == pytest.approx(rig[theory], rel=1e-9)
+
+
+def test_a_step_of_a_blink_behind_a_night_is_found(tmp_path: Path) -> None:
+    """Ten revolutions after a pause of twelve hours: the step had been said to roll without creepage."""
+    text = changed(revolutions_per_iteration="revolutions_per_iteration = 10")
+    text = text.replace("{ creepage_percent = 1.0, iterations = 2 }", "{ pause_s = 43200.0 }")
+    result = contact.run(load(write(tmp_path, text)), step=3)
+    assert result.json["operating_point"]["creepage_percent"] == pytest.approx(2.0)

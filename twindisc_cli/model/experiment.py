@@ -274,10 +274,15 @@ class History:
         """Time at the end of each iteration [s], (iteration,)."""
         return np.cumsum(self.duration)
 
+    @property
+    def slack(self) -> float:
+        """By how much a time may lie behind an end and still be it [s]: less than any iteration lasts."""
+        return float(min(1e-9 * self.end_time[-1], 0.5 * self.duration.min()))
+
     def iteration_at(self, times: Floats) -> Ints:
         """Iteration that runs at each time [s] (...); a time at an end belongs to the iteration that ends there."""
         ends = self.end_time
-        return np.asarray(np.minimum(np.searchsorted(ends, times - 1e-9 * ends[-1]), len(ends) - 1), dtype=np.int64)
+        return np.asarray(np.minimum(np.searchsorted(ends, times - self.slack), len(ends) - 1), dtype=np.int64)
 
     @property
     def begin_time(self) -> Floats:

@@ -131,7 +131,7 @@ def operating_points(experiment: Experiment) -> Points:
         columns={name: _at(column, times, history.step[iteration]) for name, column in measured.columns.items()},
         of_traction=traction.of,
         of_temperature=temperature.of,
-        of_iteration=of_cut[np.searchsorted(cuts, ends - 1e-9 * ends[-1])],
+        of_iteration=of_cut[np.searchsorted(cuts, ends - history.slack)],
         of_cut=of_cut,
         of_strips=of_strips,
         traction=traction,
@@ -263,7 +263,7 @@ def _merge(times: Floats, extra: Floats) -> tuple[Floats, Ints]:
 def _reading(history: History, cuts: Floats, samples: Floats, *, within: bool) -> Reading:
     """Read samples between the cuts around them; `within`: between cuts of their own iteration, while it has two."""
     last, close = len(cuts) - 1, 1e-6 * history.end_time[-1]
-    of = np.clip(np.searchsorted(cuts, samples - 1e-9 * history.end_time[-1]), 0, last)
+    of = np.clip(np.searchsorted(cuts, samples - history.slack), 0, last)
     other = np.maximum(of - 1, 0)
     if within:
         iteration, running = history.iteration_at(cuts), history.iteration_at(samples)
