@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -178,3 +179,29 @@ def test_without_rivals_the_history_goes_up_and_down() -> None:
     assert creepage == pytest.approx([*COURSE.step_creepage, *COURSE.step_creepage[::-1]])
     assert found.why == "because"
     assert found.rivals == ()
+
+
+def test_what_acts_in_the_second_test_alone_is_planned_for_that_test() -> None:
+    """In the first test neither term does anything: there no history separates them, and that says nothing."""
+    case = constant_case()
+    second = case_of(replace(case.test, name="second"))
+    laws = [
+        formula("mu", covariate, "linear", {begin: 0.0, end: most, "size": 0.1}, (0.0, most), 1.0)
+        for covariate, begin, end, most in (
+            ("time", "begin_s", "end_s", float(TIME[-1])),
+            ("creepage", "begin_percent", "end_percent", 9.0),
+        )
+    ]
+
+    def separation(cases: list[Case], test: str) -> NextExperiment:
+        fits = []
+        for law in laws:
+            problem = Problem(cases, ("traction",)).with_terms("law", trial={"law": replace(law, test=test)})
+            values = {p.name: 0.1 if p.name == "law.size" else 0.6 for p in problem.parameters}
+            fits.append(at(problem, np.array([p.inner(values[p.name]) for p in problem.parameters])))
+        return next_experiment([(fitted, 0.5) for fitted in fits], ("mu over time", "mu over creepage"))
+
+    alone, both = separation([second], ""), separation([case, second], "second")
+    assert both.test == "second"
+    assert both.separation == pytest.approx(alone.separation, rel=1e-6)
+    assert both.separation > 1.0

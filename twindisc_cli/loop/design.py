@@ -48,13 +48,15 @@ def next_experiment(alive: Sequence[tuple[Fit, float]], names: Sequence[str]) ->
 def next_for_set(alive: Sequence[Sequence[tuple[Fit, float]]], names: Sequence[str]) -> NextExperiment:
     """The history that is best for a set of tests: the models alive in each, in one order, with a name each.
 
-    Distances are root mean squares over the tests, each by its own fits; histories are those of the first test.
+    Distances are root mean squares over the tests, each by its own fits; histories are those of the first test of the
+    fits, or of the first in which alone a term acts: in another such a term does nothing.
     """
-    first, weight = _case(alive[0]), [share for _, share in alive[0]]
+    number, weight = _acted_in([fitted for models in alive for fitted, _ in models]), [share for _, share in alive[0]]
+    first = _case(alive[0], number)
     present = [channel for channel in channels() if channel in first.noise]
     ranked = []
     for label, steps in _histories(first.test.history):
-        distances = _mean_distances(steps, alive, present)
+        distances = _mean_distances(steps, alive, number, present)
         worth = 0.0
         for (a, b), by_channel in distances.items():
             worth += weight[a] * weight[b] * (1.0 - np.exp(-sum(by_channel.values()) / 8.0))
@@ -65,7 +67,7 @@ def next_for_set(alive: Sequence[Sequence[tuple[Fit, float]]], names: Sequence[s
     separation = _length(best[3][closest])
     near = separation < CLEAR and first.test.thermal is not None
     missing = [channel for channel in channels() if near and channel not in present]
-    more = {c: _length(_mean_distances(best[2], alive, [*present, c])[closest]) for c in missing}
+    more = {c: _length(_mean_distances(best[2], alive, number, [*present, c])[closest]) for c in missing}
     wanted = max(more, key=lambda c: more[c], default=None)
     helps = wanted is not None and _twice(more[wanted], separation)
     rivals = (names[closest[0]], names[closest[1]])
@@ -90,6 +92,7 @@ def next_for_set(alive: Sequence[Sequence[tuple[Fit, float]]], names: Sequence[s
         separation=separation,
         separation_now=before,
         channel_wanted=wanted if helps else None,
+        test=first.test.name,
     )
 
 
@@ -98,15 +101,25 @@ def _twice(one: float, other: float) -> bool:
     return one**2 > 2.0 * other**2
 
 
-def _case(alive: Sequence[tuple[Fit, float]]) -> Case:
-    return alive[0][0].problem.cases[0]
+def _acted_in(fits: Sequence[Fit]) -> int:
+    """Number of the first test in which alone a term of these fits acts; 0 where every term acts in all."""
+    tests = [fitted.problem.effect(name).test for fitted in fits for name in fitted.terms]
+    alone = [fits[0].problem.tests.index(test) for test in tests if test]
+    return min(alone, default=0)
+
+
+def _case(alive: Sequence[tuple[Fit, float]], number: int) -> Case:
+    return alive[0][0].problem.cases[number]
 
 
 def _mean_distances(
-    steps: Sequence[Mapping[str, float]], alive: Sequence[Sequence[tuple[Fit, float]]], channels: Sequence[str]
+    steps: Sequence[Mapping[str, float]],
+    alive: Sequence[Sequence[tuple[Fit, float]]],
+    number: int,
+    channels: Sequence[str],
 ) -> dict[tuple[int, int], dict[str, float]]:
     """Squared distances of each pair of models by recorded channel, on average over the tests."""
-    every = [_distances(_case(models), steps, models, channels) for models in alive]
+    every = [_distances(number, steps, models, channels) for models in alive]
     return {pair: {c: float(np.mean([result[pair][c] for result in every])) for c in channels} for pair in every[0]}
 
 
@@ -149,11 +162,11 @@ def _steps(creepages: Sequence[float], counts: Sequence[int]) -> list[dict[str, 
 
 
 def _distances(
-    case: Case, steps: Sequence[Mapping[str, float]], alive: Sequence[tuple[Fit, float]], channels: Sequence[str]
+    number: int, steps: Sequence[Mapping[str, float]], alive: Sequence[tuple[Fit, float]], channels: Sequence[str]
 ) -> dict[tuple[int, int], dict[str, float]]:
     """Squared distance of each pair of models by recorded channel, the parameters of the rival refitted."""
-    model = ForwardModel(_planned(case.test, steps, alive[0][0]))
-    rows, slopes = zip(*[_rows(model, case, fitted) for fitted, _ in alive], strict=True)
+    model = ForwardModel(_planned(_case(alive, number), steps))
+    rows, slopes = zip(*[_rows(model, number, fitted) for fitted, _ in alive], strict=True)
     results = {}
     for a, b in combinations(range(len(alive)), 2):
         gap = np.concatenate([rows[a][c] - rows[b][c] for c in channels])
@@ -164,10 +177,10 @@ def _distances(
     return results
 
 
-def _rows(model: ForwardModel, case: Case, fitted: Fit) -> tuple[dict[str, Floats], dict[str, Floats]]:
-    """Predicted channels in noise units, and their slopes over the parameters (sample, parameter)."""
-    problem = fitted.problem
-    start = {key: value for key, value in (case.held | fitted.base(0)).items() if np.isfinite(value)}
+def _rows(model: ForwardModel, number: int, fitted: Fit) -> tuple[dict[str, Floats], dict[str, Floats]]:
+    """Predicted channels of a test in noise units, and their slopes over the parameters (sample, parameter)."""
+    problem, case = fitted.problem, fitted.problem.cases[number]
+    start = {key: value for key, value in (case.held | fitted.base(number)).items() if np.isfinite(value)}
     shaped = [i for i, p in enumerate(problem.parameters) if p.term is not None]
     sets = 1 + len(start) + len(shaped)
     base = {key: np.full(sets, value) for key, value in start.items()}
@@ -176,7 +189,7 @@ def _rows(model: ForwardModel, case: Case, fitted: Fit) -> tuple[dict[str, Float
     theta = np.tile(fitted.theta, (sets, 1))
     for place, i in enumerate(shaped, start=1 + len(start)):
         theta[place, i] += SLIGHTLY if theta[place, i] + SLIGHTLY <= problem.bounds[1][i] else -SLIGHTLY
-    predicted = model.predict(base, problem.acting(0, problem.terms_of(theta), {}), problem.trial)
+    predicted = model.predict(base, problem.acting(number, problem.terms_of(theta), {}), problem.trial)
     rows, slopes = {}, {}
     for channel in channels():
         noise = case.noise[channel].std if channel in case.noise else channels()[channel].assumed_noise
@@ -185,8 +198,9 @@ def _rows(model: ForwardModel, case: Case, fitted: Fit) -> tuple[dict[str, Float
     return rows, slopes
 
 
-def _planned(test: Experiment, steps: Sequence[Mapping[str, float]], fitted: Fit) -> Experiment:
+def _planned(case: Case, steps: Sequence[Mapping[str, float]]) -> Experiment:
     """The same rig with another history, sampled a few times an iteration and profiled at four stops."""
+    test = case.test
     number = np.repeat(np.arange(len(steps)), [int(s["iterations"]) for s in steps])
     creepage = np.array([s["creepage_percent"] / 100.0 for s in steps])[number]
     duration, revolutions = float(np.median(test.history.duration)), float(np.median(test.history.revolutions))
@@ -194,12 +208,11 @@ def _planned(test: Experiment, steps: Sequence[Mapping[str, float]], fitted: Fit
     history = History(number, creepage, duration * ones, revolutions * ones, np.nan * ones)
     planned = replace(test, history=history)
     times = duration * (np.arange(SAMPLES * len(number)) + 1.0) / SAMPLES
-    half = 3.0 * float(fitted.problem.cases[0].model.path(test.options.contact, 0.0).b[-1])
+    half = 3.0 * float(case.model.path(test.options.contact, 0.0).b[-1])
     measured = Measured(columns={name: _over_time(column) for name, column in test.measured.columns.items()})
     for name, channel in channels().items():
         measured = measured.with_samples(name, channel.planned(planned, times, half))
-    wear = fitted.problem.cases[0].held["K"]
-    return replace(planned, measured=measured, options=replace(test.options, wear_coefficient=wear))
+    return replace(planned, measured=measured, options=replace(test.options, wear_coefficient=case.held["K"]))
 
 
 def _over_time(column: RecordedColumn) -> RecordedColumn:

@@ -172,7 +172,10 @@ class Curve:
 
 @dataclass(frozen=True)
 class NextExperiment:
-    """The history that would separate the models still alive best: steps for the definition and expected distances."""
+    """The history that would separate the models still alive best: steps for the definition and expected distances.
+
+    test: whose rig and iterations it has; the first one where none is named.
+    """
 
     why: str
     steps: Sequence[Mapping[str, float]]
@@ -180,6 +183,7 @@ class NextExperiment:
     separation: float
     separation_now: float
     channel_wanted: str | None
+    test: str = ""
 
 
 @dataclass(frozen=True)

@@ -57,9 +57,9 @@ def meaning(effect: str, key: str) -> str:
     return next(p.meaning for p in catalogue()[effect].params if p.name == key)
 
 
-def history_toml(planned: NextExperiment, test: Test) -> str:
-    """The planned history as a [history] table ready for a definition."""
-    history = test.experiment.history
+def history_toml(planned: NextExperiment, tests: Sequence[Test]) -> str:
+    """The planned history as a [history] table ready for a definition, with the iterations of its test."""
+    history = next((test for test in tests if test.experiment.name == planned.test), tests[0]).experiment.history
     revolutions = float(np.median(history.revolutions[history.driven]))
     lines = [
         f"  {{ creepage_percent = {float(step['creepage_percent']):.6g}, iterations = {int(step['iterations'])} }},"
