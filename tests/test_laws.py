@@ -84,6 +84,13 @@ def test_a_factor_is_told_as_one_and_its_change() -> None:
     assert formula_text(law) == "1 - 0.18 exp(-E / 1.4 kJ)"
 
 
+@pytest.mark.parametrize("x", [-1.0, 0.25, 1.0])
+def test_the_text_of_a_line_says_that_it_is_constant_beyond_its_ends(x: float) -> None:
+    law = Law("mu", "direction", "linear", {"begin": -0.5, "end": 0.5, "size": 0.17})
+    assert formula_text(law) == "1 + 0.17 min(1, max(0, (d + 0.5) / (0.5 + 0.5)))"
+    assert 1.0 + 0.17 * min(1.0, max(0.0, x + 0.5)) == pytest.approx(1.0 + float(law.change(np.array([x]))[0]))
+
+
 def test_a_curve_is_the_line_between_its_places_and_constant_beyond() -> None:
     law = Law("mu", "time", at=(100.0, 200.0, 400.0), value=(1.0, 1.2, 0.8))
     assert law.change(np.array([0.0, 150.0, 300.0, 900.0])) == pytest.approx([0.0, 0.1, 0.0, -0.2])

@@ -105,7 +105,7 @@ def formula_text(law: Law) -> str:
     form, unit = SHAPES[law.shape], "" if law.over.unit == "1" else f" {law.over.unit}"
     along = {name: f"{law.parameters[law.over.key(name)]:.4g}{unit}" for name in form.along}
     body = form.text.format(x=x, **along, **{name: f"{law.parameters[name]:.4g}" for name in form.pure})
-    body = body.replace(f"({x} - 0{unit})", x)
+    body = body.replace(f"({x} - 0{unit})", x).replace("- -", "+ ")
     size = law.parameters[law.of.size_key]
     sign = "-" if size < 0.0 else "+"
     if law.of.kind == "factor":

@@ -64,7 +64,9 @@ def _sine(x: Floats, *, period: Any, phase: Any) -> Floats:
 SHAPES: Mapping[str, Shape] = {
     "step": Shape(_step, ("at",), "[{x} > {at}]", fixed=("at",)),
     "window": Shape(_window, ("begin", "end"), "[{begin} < {x} < {end}]", fixed=("begin", "end")),
-    "linear": Shape(_linear, ("begin", "end"), "({x} - {begin}) / ({end} - {begin})", fixed=("begin", "end")),
+    "linear": Shape(
+        _linear, ("begin", "end"), "min(1, max(0, ({x} - {begin}) / ({end} - {begin})))", fixed=("begin", "end")
+    ),
     "exponential": Shape(_exponential, ("origin", "scale"), "exp(-({x} - {origin}) / {scale})", fixed=("origin",)),
     "power": Shape(
         _power, ("reference",), "(({x} / {reference})^{exponent} - 1)", pure=("exponent",), fixed=("reference",)
