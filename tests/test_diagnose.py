@@ -356,6 +356,10 @@ def test_another_history_that_is_missed_is_said(as_predicted: float, own_level: 
     notes = predicted_badly([missed])
     assert len(notes) == bool(said)
     assert all(f"other: on this other history the traction is {said}" in note for note in notes)
+    assert all("what was found does not hold" in note for note in notes)
+    nothing_found = predicted_badly([missed], given=False)
+    assert all(note.endswith("noise: something is missing there") for note in nothing_found)
+    assert len(nothing_found) == len(notes)
 
 
 @pytest.mark.parametrize(

@@ -97,7 +97,7 @@ def diagnose(
     not_excluded = _not_excluded(outcome)
     free = free_zero.with_free_zero(outcome.sure)
     levels = with_what_differs(levels_of([outcome.judged.after]), tests)
-    apart = [*_apart(levels, tests), *predicted_badly(predictions)]
+    apart = [*_apart(levels, tests), *predicted_badly(predictions, given=bool(outcome.answer.terms))]
     progress("next experiment", 0.95)
     return Diagnosis(
         verdict=_verdict(outcome, effects, laws, [*left, *scattered]),
@@ -787,9 +787,12 @@ def _apart(levels: Mapping[str, Levels], tests: Sequence[Experiment]) -> list[st
     ]
 
 
-def predicted_badly(predictions: Sequence[PredictedErrors]) -> list[str]:
+def predicted_badly(predictions: Sequence[PredictedErrors], *, given: bool = True) -> list[str]:
     """Tests that were not fitted whose level lies apart, or of which the answer misses a channel, or the base model
-    predicts it better."""
+    predicts it better.
+
+    given: whether anything was found that could be wrong there.
+    """
     notes = [
         f"{predicted.test}: its {key} is {level.own / level.predicted:.2g} times that of the tests fitted: {OTHER_KIND}"
         for predicted in predictions
@@ -800,7 +803,7 @@ def predicted_badly(predictions: Sequence[PredictedErrors]) -> list[str]:
         f"{predicted.test}: on this other history the {channels()[channel].label} is {how}"
         for predicted in predictions
         for channel, error in predicted.errors.items()
-        if (how := _how_badly(error, predicted.at_own_level[channel]))
+        if (how := _how_badly(error, predicted.at_own_level[channel], given=given))
     ]
 
 
@@ -827,7 +830,7 @@ def _is_worse(error: ChannelError) -> bool:
     )
 
 
-def _how_badly(error: ChannelError, at_own_level: ChannelError) -> str:
+def _how_badly(error: ChannelError, at_own_level: ChannelError, *, given: bool) -> str:
     """What is wrong with a prediction, if anything; at_own_level: the same with the level of the test known."""
     before, after = error.held_out_before, error.held_out_after
     if _is_worse(error):
@@ -835,7 +838,8 @@ def _how_badly(error: ChannelError, at_own_level: ChannelError) -> str:
     missed = min(after, at_own_level.held_out_after) / error.noise
     if missed > ACCEPTANCE.missed:
         noise = "assumed noise" if error.assumed else "noise"
-        return f"missed by {missed:.1f} times its {noise}: what was found does not hold there, or more is missing"
+        why = "what was found does not hold there, or more is missing" if given else "something is missing there"
+        return f"missed by {missed:.1f} times its {noise}: {why}"
     return ""
 
 
