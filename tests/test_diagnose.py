@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +14,14 @@ from scipy.stats import linregress
 
 from twindisc_cli.identify.hierarchy import wander
 from twindisc_cli.loop import explanation
-from twindisc_cli.loop.diagnose import contradicted_by, diagnose, few_stops, not_over_others, predicted_badly
+from twindisc_cli.loop.diagnose import (
+    average_errs,
+    contradicted_by,
+    diagnose,
+    few_stops,
+    not_over_others,
+    predicted_badly,
+)
 from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis, FoundEffect, PredictedErrors, PredictedLevel
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import at
@@ -360,6 +368,20 @@ def test_another_history_that_is_missed_is_said(as_predicted: float, own_level: 
     nothing_found = predicted_badly([missed], given=False)
     assert all(note.endswith("noise: something is missing there") for note in nothing_found)
     assert len(nothing_found) == len(notes)
+
+
+@pytest.mark.parametrize(
+    ("average", "alone", "said"), [(0.53, 0.32, True), (0.33, 0.32, False), (0.34, 0.2, False), (np.nan, np.nan, False)]
+)
+def test_an_average_that_errs_where_the_answer_does_not_is_said(average: float, alone: float, said: bool) -> None:
+    """Beyond what chance allows of noise of 0.3 K; not where no samples are held out."""
+    problem = SimpleNamespace(channels=("temperature",))
+    judged = SimpleNamespace(
+        before=SimpleNamespace(problem=problem), error=lambda *_, **__: alone, noise=lambda channel: 0.3
+    )
+    notes = average_errs(judged, SimpleNamespace(error=lambda *_, **__: average))  # type: ignore[arg-type]
+    assert len(notes) == said
+    assert all("disc temperature" in note and "0.53 K" in note and "0.32 K" in note for note in notes)
 
 
 @pytest.mark.parametrize(

@@ -113,6 +113,7 @@ def diagnose(
         notes=[
             *apart,
             *_of_missed(missed),
+            *average_errs(outcome.judged, outcome.mixture),
             *single_sample.notes(outcome.judged.estimated, {rest.channel for rest in left}),
             *together,
             *as_others,
@@ -321,6 +322,23 @@ def _of_missed(errors: Mapping[str, float]) -> list[str]:
         "is established, and its laws hold on this history alone"
         for channel, error in errors.items()
     ]
+
+
+def average_errs(judged: Judged, mixture: Mixture) -> list[str]:
+    """Channels of which the average over the explanations misses held-out samples by more than the answer alone does,
+    and than by chance: what stands beside the answer was judged by its evidence and not by these samples."""
+    notes = []
+    for name in judged.before.problem.channels:
+        of = channels()[name]
+        together, alone = (of.factor * each.error(name, "unseen_after", held_out=True) for each in (mixture, judged))
+        noise = of.factor * judged.noise(name)
+        if together > max((1.0 + ACCEPTANCE.growth) * alone, ACCEPTANCE.predicted * noise):
+            of_unit = "" if of.unit == "1" else f" {of.unit}"
+            notes.append(
+                f"held-out samples of the {of.label} are missed by {together:.3g}{of_unit} by the average over what is "
+                f"not excluded, and by {alone:.3g}{of_unit} by the answer alone: some of the former errs there"
+            )
+    return notes
 
 
 def _tied(outcome: Outcome) -> bool:
