@@ -240,6 +240,16 @@ def test_a_drifting_room_is_seen_over_time() -> None:
     assert noisy.min() > ROOM - 3.0
 
 
+def test_what_the_temperature_leaves_is_not_left_of_the_traction() -> None:
+    """A level of T/N is absorbed by mu: what is left of it is a temperature, and nothing that the traction leaves."""
+    test = Instruments(temperature=0.1).record(Plant(COURSE, lag=60.0), np.random.default_rng(3))
+    fitted = base_fit(test, "traction", "temperature")
+    assert fitted.power("temperature") > 50.0 * fitted.problem.count("temperature")
+    assert fitted.power("traction") < 2.0 * fitted.problem.count("traction")
+    assert unexplained_residual(fitted, "temperature", own=True).significant(0.002)
+    assert unexplained_residual(fitted, "traction", own=True).p_value > 0.05
+
+
 @pytest.mark.parametrize("channel", channels())
 def test_every_kind_of_leftover_has_words(channel: str) -> None:
     test = Instruments().record(Plant(COURSE), np.random.default_rng(0))

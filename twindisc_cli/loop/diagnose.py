@@ -80,7 +80,8 @@ def diagnose(
     unseen = case_of(validate) if validate is not None else None
     outcome = explain(tests, validate=unseen, quick=quick, progress=progress)
     progress("intervals", 0.9)
-    before = {channel: unexplained_residual(outcome.search.base.fit, channel) for channel in outcome.problem.channels}
+    base = outcome.search.base.fit
+    before = {channel: unexplained_residual(base, channel, own=True) for channel in outcome.problem.channels}
     missed = _missed(outcome.judged)
     left, scattered = _left(outcome, before, missed.keys()), step_scatter(outcome.answer.fit)
     weights = {name: weighed(outcome.compared, name) for name in outcome.answer.terms}
@@ -167,16 +168,21 @@ def _left(outcome: Outcome, before: Mapping[str, Residual], missed: Set[str]) ->
     left: list[Unexplained] = []
     fitted, base = outcome.answer.fit, outcome.search.base.fit
     for channel in outcome.problem.channels:
-        rest = unexplained_residual(fitted, channel) if fitted.terms else before[channel]
+        rest = unexplained_residual(fitted, channel, own=True) if fitted.terms else before[channel]
         if is_unexplained(rest, fitted, base) and is_beyond_assumed(fitted, channel):
             left += _listed(rest)
         elif _is_far_off(fitted, channel):
             left += [replace(each, p_value=_chance(fitted, channel)) for each in _listed(rest)]
     known = {each.channel for each in left}
-    on_all = {rest.channel: rest for rest in outcome.left_on_all if rest.channel not in known}
-    on_all |= significant_on_all(outcome, missed - known)
-    estimated = outcome.judged.estimated
-    return left + [each for c, rest in on_all.items() if is_beyond_assumed(estimated, c) for each in _listed(rest)]
+    estimated, before_it = outcome.judged.estimated, outcome.judged.base_estimated
+    among = {rest.channel for rest in outcome.left_on_all} | significant_on_all(outcome, missed - known).keys()
+    on_all = [unexplained_residual(estimated, channel, own=True) for channel in sorted(among - known)]
+    return left + [
+        each
+        for rest in on_all
+        if is_unexplained(rest, estimated, before_it) and is_beyond_assumed(estimated, rest.channel)
+        for each in _listed(rest)
+    ]
 
 
 def _is_far_off(fitted: Fit, channel: str) -> bool:

@@ -27,6 +27,7 @@ from twindisc_cli.model.forward import Prediction
 
 SPANS = ("iterations", "heat by iteration")
 DRAWS = 1000  # the least p-value is 0.001
+OWN = 0.5  # share of a direction in its channel [1], above which what lies along it there is left of that channel
 MOST_ENDS = 30  # groups of generic functions whose largest is tested
 SEED = 20061139  # the same draws in every run
 
@@ -88,8 +89,14 @@ class Residual:
         return list(best.values())
 
 
-def unexplained_residual(fitted: Fit, channel: str, generator: np.random.Generator | None = None) -> Residual:
-    """Test the generic functions of a channel on the residual of a fit."""
+def unexplained_residual(
+    fitted: Fit, channel: str, generator: np.random.Generator | None = None, *, own: bool = False
+) -> Residual:
+    """Test the generic functions of a channel on the residual of a fit; own: of the samples of that channel alone.
+
+    A level of T/N that mu absorbs leaves the temperature that goes with mu: what the temperature is missed by asks for
+    such a level, too, though the traction is not missed.
+    """
     problem = fitted.problem
     generator = generator or np.random.default_rng(SEED)
     span = _reached(fitted)
@@ -98,6 +105,7 @@ def unexplained_residual(fitted: Fit, channel: str, generator: np.random.Generat
         if channel in case.noise:
             for group in groups(case, channel, prediction):
                 basis = _basis(fitted, number, group, span)
+                basis = _of_channel(fitted, channel, basis) if own else basis
                 if basis.span.shape[1]:
                     bases.append((group, basis))
     if not bases:
@@ -175,6 +183,16 @@ def _basis(fitted: Fit, number: int, group: Group, span: Floats) -> _Basis:
     left, size, right = np.linalg.svd(columns, full_matrices=False)
     seen = size > 1e-6 * max(float(size.max(initial=0.0)), 1e-300)
     return _Basis(left[:, seen], size[seen, None] * right[seen])
+
+
+def _of_channel(fitted: Fit, channel: str, basis: _Basis) -> _Basis:
+    """The part of a basis in the samples of its channel, along the directions that are mostly theirs."""
+    own = np.zeros_like(basis.span)
+    for part in fitted.problem.slices[channel]:
+        own[part] = basis.span[part]
+    share, turned = np.linalg.eigh(own.T @ own)
+    root, turned = np.sqrt(share[share > OWN]), turned[:, share > OWN]
+    return _Basis(own @ turned / root, root[:, None] * (turned.T @ basis.coordinates))
 
 
 def _together(group: Group, basis: _Basis, residual: Floats, draws: Floats, total: float) -> tuple[Score, Floats]:
