@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from rigs import Floats, autoregressive, experiment, history, spread, traction_samples
 
+from twindisc_cli.laws.trial import curve
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import fit, precision
 from twindisc_cli.loop.problem import Problem, case_of
@@ -99,6 +100,23 @@ def test_drawing_a_sample_twice_is_measuring_it_twice() -> None:
 
     found = _evidence(one, np.arange(len(TIME)), drawn[None])[0]
     assert 0.5 * float(left @ left) == pytest.approx(one.evidence - found + 0.5 * one.fit.chi2, rel=1e-9)
+
+
+def test_where_each_block_is_drawn_once_nothing_is_gained() -> None:
+    """Not beyond a bound, where the data press a parameter against it, and not from the prior of a curve's places."""
+    rising = problem_of(0.5 * COURSE.creepage[np.searchsorted(COURSE.end_time, TIME)])
+    falls = explanation(rising, "falling_friction")
+    assert falls.fit.pressed.any()
+    sloped = problem_of(0.05 * TIME / TIME[-1])
+    law = curve("mu", "time", np.linspace(0.0, float(TIME[-1]), 4), 0.01 * np.eye(4))
+    bent = Explanation(fit(sloped.with_terms("law", trial={"law": law})), {}, fit(sloped).chi2)
+    assert bent.fit.problem.normal.all()
+    from twindisc_cli.loop.resample import _evidence
+
+    for one in (falls, bent):
+        block = blocks(one.fit)
+        found = _evidence(one, block, np.ones((1, block.max() + 1)))[0]
+        assert found == pytest.approx(one.evidence, abs=0.05)
 
 
 def test_blocks_are_neighbours_of_one_channel() -> None:

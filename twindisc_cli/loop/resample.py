@@ -1,9 +1,12 @@
 """How often an explanation comes back when the data are drawn again: a bootstrap of blocks by linear algebra.
 
-    chi2_w = r'W r - g'(J'W J + P)^-1 g,   g = J'W r
+    chi2_w = r'W r - g'(J'W J + P)^-1 g,   g = J'W r + m
 
     r, J  white residual and Jacobian of an explanation at its own minimum, P the precision of its priors
+    m     the parameters with a unit normal prior, zero for the others: where each block is drawn once, g is zero
     W     how often each block of neighbouring samples was drawn
+
+A parameter that the data press against a bound stays there.
 
 Each draw weighs all explanations by their tempered evidence; the probability of one is its mean weight, less the part
 that belongs to what is among none of them.
@@ -77,7 +80,7 @@ def _evidence(explanation: Explanation, block: Ints, drawn: Floats) -> Floats:
 def _drawn_again(fitted: Fit, block: Ints, drawn: Floats) -> tuple[Floats, Floats]:
     """chi2 in every draw (draw,), and how far its parameters are from those of the fit (draw, parameter)."""
     count = drawn.shape[1]
-    J, r, k = fitted.jacobian, fitted.residual, len(fitted.theta)
+    J, r, k = fitted.jacobian * ~fitted.pressed, fitted.residual, len(fitted.theta)
     # Blocks' own sums; a draw is a weighted sum of them.
     order = np.argsort(block, kind="stable")
     starts = np.searchsorted(block[order], np.arange(count))
@@ -86,7 +89,7 @@ def _drawn_again(fitted: Fit, block: Ints, drawn: Floats) -> tuple[Floats, Float
     s = np.add.reduceat((r**2)[order], starts)
     prior = precision(fitted.problem)
     both = (drawn @ A).reshape(len(drawn), k, k) + np.diag(prior)
-    pull = drawn @ g
+    pull = drawn @ g + np.where(fitted.problem.normal & ~fitted.pressed, fitted.theta, 0.0)
     scale = 1.0 / np.sqrt(np.maximum(np.einsum("dii->di", both), 1e-300))
     scaled = both * scale[:, :, None] * scale[:, None, :] + ROUNDING * np.eye(k)
     step = scale * np.linalg.solve(scaled, (scale * pull)[..., None])[..., 0]
