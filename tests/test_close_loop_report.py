@@ -802,6 +802,11 @@ def test_page_counts_what_was_held_out(test: Test) -> None:
     assert "12 of 60 of the traction, 36 of 180 of the worn profile and 12 of 60 of the disc temperature" in items
 
 
+def test_page_says_what_predicts_the_samples_held_out(test: Test) -> None:
+    """The average over the explanations, which may err where the answer alone does not."""
+    assert "predicted without them by the average over the answer" in Reader(page(result(found, test))).text("p")
+
+
 def test_a_test_that_was_only_predicted_is_told_apart(tmp_path: Path) -> None:
     first, other = made(tmp_path, "one"), made(tmp_path, "other")
     nowhere = replace(error("profile", 9.0, 1.5), before=math.nan, after=math.nan)
