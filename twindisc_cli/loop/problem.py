@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import chain, pairwise
 
 import numpy as np
@@ -84,19 +84,16 @@ class Case:
             less |= {name: about} if about.estimated and about.std < noise.std else {}
         return replace(self, noise={**self.noise, **less}) if less else self
 
-    @cached_property
-    def guesses(self) -> dict[str, float]:
+    @property
+    def guesses(self) -> Mapping[str, float]:
         """Base parameters from the measurements alone, by key; NaN where nothing shows them."""
-        guesses: dict[str, float] = {}
-        for base in base_parameters():
-            if not np.isfinite(guesses.get(base.key, np.nan)):
-                guesses[base.key] = base.guess(self.model)
-        return guesses
+        return _guesses(self.model)
 
     @cached_property
     def held(self) -> dict[str, float]:
         """Base parameters where they are not fitted: as the definition says, as known from elsewhere, else guessed."""
-        return self.guesses | dict(self.known) | stated(self.test)
+        given = {**self.known, **stated(self.test)}
+        return given if given.keys() >= {base.key for base in base_parameters()} else {**self.guesses, **given}
 
 
 def base_parameters() -> list[Base]:
@@ -680,7 +677,7 @@ class Problem:
             )
             for case in self.cases
         ]
-        cases = [replace(c, model=ForwardModel(test)) for c, test in zip(self.cases, tests, strict=True)]
+        cases = [replace(c, model=ForwardModel(test), known=c.held) for c, test in zip(self.cases, tests, strict=True)]
         return replace(self, cases=cases, tracks=None)
 
 
@@ -715,6 +712,16 @@ def _slightly(test: Experiment, name: str, key: str, size: float) -> dict[str, F
     ratio = next(p.log for p in catalogue()[name].params if p.name == key)
     values[key] = values[key] * (1.0 + size) if ratio else values[key] + size
     return {name: np.array([value]) for name, value in values.items()}
+
+
+@lru_cache(maxsize=32)
+def _guesses(model: ForwardModel) -> Mapping[str, float]:
+    """Base parameters from the measurements alone, by key, once for each model."""
+    guesses: dict[str, float] = {}
+    for base in base_parameters():
+        if not np.isfinite(guesses.get(base.key, np.nan)):
+            guesses[base.key] = base.guess(model)
+    return guesses
 
 
 def _parameter(base: Base, start: float, case: int | None) -> Parameter:

@@ -116,9 +116,9 @@ class Prediction:
     own: Mapping[str, Floats] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ForwardModel:
-    """One test, ready to be predicted many times."""
+    """One test, ready to be predicted many times; what is known of one is not asked again."""
 
     experiment: Experiment
 
