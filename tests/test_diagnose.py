@@ -30,6 +30,7 @@ from twindisc_cli.loop.problem import Problem, case_of
 from twindisc_cli.loop.terms import LawTerm
 from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.model.experiment import Experiment, History, Options, RecordedColumn, TemperatureSamples
+from twindisc_cli.report.sentences import sentences
 
 COURSE = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 3)
 Law = Callable[[Floats, Floats, Floats], Floats]
@@ -368,6 +369,15 @@ def test_another_history_that_is_missed_is_said(as_predicted: float, own_level: 
     nothing_found = predicted_badly([missed], given=False)
     assert all(note.endswith("noise: something is missing there") for note in nothing_found)
     assert len(nothing_found) == len(notes)
+
+
+@pytest.mark.parametrize(("times", "said"), [(1.4, False), (3.0, True)])
+def test_nothing_is_missing_in_what_was_fitted_and_another_test_is_missed(times: float, said: bool) -> None:
+    error = ChannelError("1", 0.01, 0.0, np.nan, np.nan, 0.1, 0.01 * times)
+    other = PredictedErrors("other", {"traction": error}, {"traction": error}, {}, {})
+    first = sentences(replace(of("nothing"), validation=other))[0]
+    assert first.startswith("Nothing is missing in what was fitted:") is said
+    assert ("other, only predicted, is missed in the traction by 3.0 times its noise" in first) is said
 
 
 @pytest.mark.parametrize(

@@ -827,7 +827,7 @@ def predicted_badly(predictions: Sequence[PredictedErrors], *, given: bool = Tru
         f"{predicted.test}: on this other history the {channels()[channel].label} is {how}"
         for predicted in predictions
         for channel, error in predicted.errors.items()
-        if (how := _how_badly(error, predicted.at_own_level[channel], given=given))
+        if (how := _how_badly(error, predicted.missed(channel), given=given))
     ]
 
 
@@ -854,12 +854,11 @@ def _is_worse(error: ChannelError) -> bool:
     )
 
 
-def _how_badly(error: ChannelError, at_own_level: ChannelError, *, given: bool) -> str:
-    """What is wrong with a prediction, if anything; at_own_level: the same with the level of the test known."""
+def _how_badly(error: ChannelError, missed: float, *, given: bool) -> str:
+    """What is wrong with a prediction that misses the samples by so many times their noise, if anything."""
     before, after = error.held_out_before, error.held_out_after
     if _is_worse(error):
         return f"predicted worse than by the base model, {after / before:.2f} times its error"
-    missed = min(after, at_own_level.held_out_after) / error.noise
     if missed > ACCEPTANCE.missed:
         noise = "assumed noise" if error.assumed else "noise"
         why = "what was found does not hold there, or more is missing" if given else "something is missing there"

@@ -227,6 +227,11 @@ class PredictedErrors:
     level: Mapping[str, PredictedLevel]
     level_before: Mapping[str, PredictedLevel]
 
+    def missed(self, channel: str) -> float:
+        """Error of a channel over its noise, with the level of the tests fitted or its own, whichever is less."""
+        error = self.errors[channel]
+        return min(error.held_out_after, self.at_own_level[channel].held_out_after) / error.noise
+
 
 @dataclass(frozen=True)
 class Diagnosis:

@@ -20,6 +20,7 @@ from twindisc_cli.loop.diagnosis import (
     FoundTerm,
 )
 from twindisc_cli.loop.terms import Term, in_test
+from twindisc_cli.loop.thresholds import ACCEPTANCE
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.report.levels import between_text, level_text, stands_out
 from twindisc_cli.report.words import (
@@ -265,8 +266,22 @@ def scatter(diagnosis: Diagnosis) -> list[str]:
 
 def _nothing_missing(diagnosis: Diagnosis) -> list[str]:
     seen = listed([channel_name(c) for c in channels() if c in diagnosis.errors])
-    first = f"Nothing is missing: model and measured {seen} agree within noise and tolerances."
+    agree = f"model and measured {seen} agree within noise and tolerances"
+    first = f"Nothing is missing: {agree}."
+    if elsewhere := _missed_elsewhere(diagnosis):
+        first = f"Nothing is missing in what was fitted: {agree}. But {listed(elsewhere)}."
     return [first, *between(diagnosis), *_not_excluded(diagnosis), *difference(diagnosis)]
+
+
+def _missed_elsewhere(diagnosis: Diagnosis) -> list[str]:
+    """Channels of tests that were only predicted in which more is missed than a right model would leave."""
+    validation = [diagnosis.validation] if diagnosis.validation else []
+    return [
+        f"{predicted.test}, only predicted, is missed in the {channel_name(channel)} by {times:.1f} times its noise"
+        for predicted in [*validation, *diagnosis.predictions]
+        for channel in predicted.errors
+        if (times := predicted.missed(channel)) > ACCEPTANCE.missed
+    ]
 
 
 def between(diagnosis: Diagnosis) -> list[str]:
