@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import isotonic_regression
 
 from twindisc_cli.model.experiment import Floats
 
@@ -79,19 +80,10 @@ def _cause(name: str, unit: str, values: Floats, mu: Floats) -> Cause:
 def rising_curve(x: Floats, y: Floats) -> Floats:
     """The best curve through y (point,) that never falls with x (point,), at the points.
 
-    Points of one x have one value, their mean; neighbours that fall are pooled to their mean until none does.
+    Points of one x have one value. Least squares, by pooling neighbours that fall.
 
     >>> print(rising_curve(np.array([1.0, 2.0, 3.0, 4.0]), np.array([0.1, 0.3, 0.2, 0.6])))
     [0.1  0.25 0.25 0.6 ]
     """
     _, place, number = np.unique(x, return_inverse=True, return_counts=True)
-    means: list[float] = []
-    counts: list[int] = []
-    pooled: list[int] = []
-    for value, count in zip(np.bincount(place, y) / number, number, strict=True):
-        means, counts, pooled = [*means, float(value)], [*counts, int(count)], [*pooled, 1]
-        while len(means) > 1 and means[-2] > means[-1]:
-            total = counts[-2] + counts[-1]
-            mean = (means[-2] * counts[-2] + means[-1] * counts[-1]) / total
-            means[-2:], counts[-2:], pooled[-2:] = [mean], [total], [pooled[-2] + pooled[-1]]
-    return np.repeat(means, pooled)[place]
+    return np.asarray(isotonic_regression(np.bincount(place, y) / number, weights=number).x[place])
