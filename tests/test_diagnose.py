@@ -371,6 +371,13 @@ def test_another_history_that_is_missed_is_said(as_predicted: float, own_level: 
     assert len(nothing_found) == len(notes)
 
 
+def test_the_text_of_a_law_has_the_numbers_of_its_table() -> None:
+    (law,) = of("burst").laws
+    assert {key: law.law.parameters[key] for key in law.parameters} == pytest.approx(
+        {key: estimate.value for key, estimate in law.parameters.items()}, rel=1e-9
+    )
+
+
 @pytest.mark.parametrize(("times", "said"), [(1.4, False), (3.0, True)])
 def test_nothing_is_missing_in_what_was_fitted_and_another_test_is_missed(times: float, said: bool) -> None:
     error = ChannelError("1", 0.01, 0.0, np.nan, np.nan, 0.1, 0.01 * times)

@@ -362,7 +362,7 @@ def _law(
     strength: Strength,
     remains: float,
 ) -> FoundLaw:
-    law = _with_range(outcome, trial.law(outcome.judged.estimated.values(name)), rivals, trial.test)
+    law = _with_range(outcome, trial.law(outcome.sure.values(name)), rivals, trial.test)
     resembles = [
         (term.name, share)
         for term, member in outcome.compared.in_place_of(name).items()
