@@ -27,7 +27,7 @@ import numpy as np
 from twindisc_cli.definition import Test
 from twindisc_cli.effects import catalogue
 from twindisc_cli.errors import NEGATIVE_FINDING, MeasurementError
-from twindisc_cli.identify.energy import measured_power, measured_ratio, wear_factor
+from twindisc_cli.identify.energy import ratio_and_power, wear_factor
 from twindisc_cli.identify.steps import against_creepage, friction_in_use
 from twindisc_cli.identify.track import Track, last_profile, worn_track
 from twindisc_cli.loop.channels import channels, measured_channels
@@ -119,14 +119,18 @@ class Facts:
     test: Experiment
 
     @cached_property
-    def ratio(self) -> Floats:
-        """T/N along the creepage of each iteration: measured, else given or declared; NaN: not known. (iteration,)."""
-        return measured_ratio(self.test)
+    def _ratio_and_power(self) -> tuple[Floats, Floats]:
+        return ratio_and_power(self.test)
 
-    @cached_property
+    @property
+    def ratio(self) -> Floats:
+        """T/N along the creepage of each iteration: measured, else by the model; NaN: not known. (iteration,)."""
+        return self._ratio_and_power[0]
+
+    @property
     def power(self) -> Floats:
         """Dissipated power of each iteration [W], (iteration,); NaN: not known."""
-        return measured_power(self.test)
+        return self._ratio_and_power[1]
 
     @cached_property
     def energy(self) -> float:

@@ -9,6 +9,9 @@ v    longitudinal creepage of the history [1];  vy  lateral creepage [1];  phi  
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from twindisc_cli.effects._state import State
@@ -23,46 +26,45 @@ UNKNOWN = (MeasurementError, ValidityError, OutOfRangeError)
 """What keeps the model from saying more than was measured."""
 
 
-def measured_ratio(test: Experiment) -> Floats:
-    """T/N along the creepage of each iteration: measured, else by the model; NaN: not known. (iteration,)."""
-    measured = _measured_ratio(test)
-    if not np.isnan(measured).any():
-        return measured
-    try:
-        return np.where(np.isnan(measured), _by_model(test)[0], measured)
-    except UNKNOWN:
-        return measured
+def ratio_and_power(test: Experiment) -> tuple[Floats, Floats]:
+    """T/N along the creepage and dissipated power [W] of each iteration, (iteration,); NaN: not known.
 
-
-def measured_power(test: Experiment) -> Floats:
-    """Dissipated power of each iteration [W], (iteration,); NaN: not known."""
-    measured = _measured_ratio(test) * _pressed_slip(test)
-    if not (np.isnan(measured).any() or _slides_otherwise(test)):
-        return measured
+    As measured, else by the model.
+    """
+    ratio, otherwise = _measured_ratio(test), _slides_otherwise(test)
+    power, unknown = ratio * _pressed_slip(test), np.isnan(ratio)
+    if not (unknown.any() or otherwise):
+        return ratio, power
     try:
-        power = _by_model(test)[1]
+        of_model, power_of_model = _by_model(test)
     except UNKNOWN:
-        return measured
-    return power if _slides_otherwise(test) else np.where(np.isnan(measured), power, measured)
+        return ratio, power
+    return np.where(unknown, of_model, ratio), np.where(unknown | otherwise, power_of_model, power)
 
 
 def measured_energy(test: Experiment) -> float:
     """Dissipated energy [J] of the whole test; steps of which nothing is known take the mean of T/N."""
-    power, samples = np.abs(measured_power(test)), test.measured.traction
+    power, samples = np.abs(ratio_and_power(test)[1]), test.measured.traction
     if samples is not None:
         power = np.where(np.isnan(power), np.mean(np.abs(samples.ratio)) * _pressed_slip(test), power)
     return max(float(np.sum(power * test.history.duration)), 1e-9)
 
 
-def wear_factor(model: ForwardModel, state: State, stop: int) -> float:
-    """K over its base value by the end of an entry of the history, from 1, as declared: its mean by the energy.
+def wear_factors(model: ForwardModel, mu: Floats, k: float, stops: Sequence[int]) -> Floats:
+    """What declared effects multiply K = k by, its mean by the energy up to entries of the history, (stop,), from 1.
 
-    1 where nothing was dissipated by then.
+    mu: of each step. 1 where nothing was dissipated by then.
     """
-    test = model.experiment
-    if not acts_at(test, "wear"):
-        return 1.0
-    entry, begin = model.points.iteration, test.history.begin_time
+    if not acts_at(model.experiment, "wear"):
+        return np.ones(len(stops))
+    base = replace(BaseParameters.declared(model.experiment, mu[None]), K=np.array([k]))
+    state = model.predict(base, profiled=False).state
+    return np.array([wear_factor(model, state, stop) for stop in stops])
+
+
+def wear_factor(model: ForwardModel, state: State, stop: int) -> float:
+    """The same of a state, at one entry."""
+    test, entry, begin = model.experiment, model.points.iteration, model.experiment.history.begin_time
     own = 1.0 - state.disc1_share if np.isfinite(test.options.disc1_wear_coefficient) else 1.0
     factor, power = (np.broadcast_to(v, state.energy.shape)[0] for v in (state.wear_factor * own, state.power))
     spent = power * state.duration * ((entry < stop) & (begin[entry] == begin[stop - 1]))

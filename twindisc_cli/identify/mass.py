@@ -22,7 +22,7 @@ from functools import partial
 import numpy as np
 
 from twindisc_cli.errors import MeasurementError, ValidityError
-from twindisc_cli.identify.energy import wear_factor
+from twindisc_cli.identify.energy import wear_factors
 from twindisc_cli.identify.least_squares import fit_positive
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Floats, Ints, MassSamples
@@ -110,8 +110,7 @@ def identify_from_mass(model: ForwardModel, mu: Floats) -> MassFit:
     weights = 1.0 / error**2 if np.all(np.isfinite(error)) else np.ones(len(stops))
     rough = partial(volumes, integrated="none")
     fit = fit_positive(volumes, measured=volume, weights=weights, start=start, rough=rough)
-    worn = model.predict(replace(BaseParameters.declared(test, mu[None]), K=np.array([fit.value])), profiled=False)
-    factors = np.array([wear_factor(model, worn.state, int(entry)) for entry in stops])
+    factors = wear_factors(model, mu, fit.value, stops.tolist())
     stated = fit.value / np.sqrt(float(np.sum((fit.predicted / error) ** 2)))
     scatter = fit.std if len(stops) > 1 else np.nan
     known = [std for std in (stated, scatter) if np.isfinite(std)]

@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 
 from twindisc_cli.errors import MeasurementError, ValidityError
-from twindisc_cli.identify.energy import wear_factor
+from twindisc_cli.identify.energy import wear_factors
 from twindisc_cli.identify.least_squares import Fit, fit_positive
 from twindisc_cli.identify.track import Track, last_profile, worn_track
 from twindisc_cli.identify.wear_coefficient import TOLERANCE, Bisection, bisect_depth
@@ -26,13 +26,15 @@ from twindisc_cli.physics.archard import allowed_coefficient
 class WornDisc:
     """What the last measured profile says of the disc that wears, `disc`, and what wore it.
 
-    last: the samples of that profile among all; y and height of these [m], (sample,); measured: their track.
+    last: the samples of that profile among all; stop: the entry of the history, from 1, by whose end it was recorded;
+    y and height of the samples [m], (sample,); measured: their track.
     allowed: the K of W H / E, W worn off both discs, which declared effects multiply; part: the measured disc's share
     of W by the declared effects; energy: what was dissipated up to that profile [J]; sliding: the normal load times the
     distance slid by then [N m].
     """
 
     last: Ints
+    stop: int
     disc: int
     y: Floats
     height: Floats
@@ -89,7 +91,8 @@ def identify_wear(model: ForwardModel, mu: Floats) -> WearFit:
     agrees = abs(measured - depth(squares.value)) / measured * 100.0 < TOLERANCE
     k = squares.value if agrees else bisection.wear_coefficient
     simulated = last_height(k)
-    worn = replace(worn, allowed=worn.allowed / _factor(model, mu, k, worn.last))
+    factor = wear_factors(model, mu, k, [worn.stop])[0]
+    worn = replace(worn, allowed=worn.allowed / factor)
     return WearFit(
         **vars(worn),
         wear_coefficient=k,
@@ -133,24 +136,17 @@ def _worn(model: ForwardModel, mu: Floats) -> WornDisc:
     if profile is None:
         raise MeasurementError("no profile was measured; name its file under [measured]")
     last = last_profile(profile)
-    y, height, disc = profile.y[last], profile.height[last], int(profile.disc[last][0])
+    y, height = profile.y[last], profile.height[last]
+    disc, stop = int(profile.disc[last][0]), int(profile.iteration[last][0])
     track, section = worn_track(y, height, smooth=True), -float(np.trapezoid(height, y))
     if not (track.depth > 0.0 and section > 0.0):
         raise MeasurementError("nothing is worn off in the last measured profile: no height in it is below the rest")
-    energy, sliding, part = _spent(model, mu, int(profile.iteration[last][0]), disc)
+    energy, sliding, part = _spent(model, mu, stop, disc)
     if not energy > 0.0:
         raise ValidityError("nothing slides up to the last measured profile: no K can have worn it")
     volume = 2.0 * np.pi * model.radius * section / part
     allowed = float(allowed_coefficient(volume=volume, energy=energy, hardness=model.experiment.rig.disc2.hardness))
-    return WornDisc(last, disc, y, height, track, allowed, part, energy, sliding)
-
-
-def _factor(model: ForwardModel, mu: Floats, k: float, last: Ints) -> float:
-    """What declared effects multiply K = k by, its mean by the energy up to the last profile."""
-    profile = model.experiment.measured.profile
-    assert profile is not None
-    base = replace(BaseParameters.declared(model.experiment, mu[None]), K=np.array([k]))
-    return wear_factor(model, model.predict(base, profiled=False).state, int(profile.iteration[last[0]]))
+    return WornDisc(last, stop, disc, y, height, track, allowed, part, energy, sliding)
 
 
 def _spent(model: ForwardModel, mu: Floats, iterations: int, disc: int) -> tuple[float, float, float]:

@@ -118,7 +118,7 @@ class Prediction:
 
 @dataclass(frozen=True, eq=False)
 class ForwardModel:
-    """One test, ready to be predicted many times; what is known of one is not asked again."""
+    """One test, ready to be predicted many times. Equal to itself alone: what was found of it can be kept by it."""
 
     experiment: Experiment
 
