@@ -48,7 +48,6 @@ def test_what_one_half_of_eurosprinter_names_is_in_the_set_of_the_other() -> Non
 
 
 @pytest.mark.long
-@pytest.mark.xfail(reason="7 of 16 names come back, and 0.56 is reported", strict=True)
 def test_names_of_eurosprinter_come_back_as_often_as_their_probability_says() -> None:
     assert halves()
     found, reported = (np.mean([getattr(back, of) for back in halves()]) for of in ("found", "probability"))
