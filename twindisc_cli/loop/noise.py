@@ -13,9 +13,9 @@ or, of a sensor that wanders, a slow part beside white noise,
     m_k   memories: one, or all octaves from a sample to the whole record, which is flicker noise (1/f)
 
 A smooth trend inside every step (in a profile: inside every unworn flank), no richer than the samples ask for, is taken
-out, with what comes back in every step after the change of creepage. rho and s follow from the restricted likelihood
-(REML) of what is left, so that the trend's own parameters are paid for, and from a prior 1 - rho: a rich trend takes
-out what would tell a long correlation from a longer one. Outliers beyond five robust standard deviations, or as far
+out, with what comes back in every step after the change of creepage. rho and s are those of most evidence with that
+trend or a simpler one: the restricted likelihood (REML), in which the trend's own parameters are paid for, and a prior
+1 - rho. A rich trend alone would take out what a memory does. Outliers beyond five robust standard deviations, or as far
 from what their neighbours let expect, are dropped unless they come in runs.
 Sources: D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320-338; F. N. Hooge, P. A. Bobbert, Physica B 239 (1997) 223-230
 (1/f as a sum of relaxations); A. V. Vecchia, J. R. Stat. Soc. B 50 (1988) 297-312.
@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dtrtrs
 from scipy.ndimage import median_filter
 from scipy.sparse import csr_array
-from scipy.special import logsumexp
+from scipy.special import gammaincinv, logsumexp
 
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.ties import first_of_most
@@ -50,6 +50,8 @@ LONGEST_OUTLIER = 3  # samples in a row: a longer run is a change, not an outlie
 FAR = 5.0  # standard deviations: one in two million of normal noise
 PASSES = 3  # of outliers and trend in turn
 MOST_OUTLIERS = 0.05  # of the samples: more are no outliers
+TIMES_AS_LOUD = 2.5  # as most groups, in the mean square: a group that something happened in
+WILD = 0.999  # of groups of normal noise scatter less, however few samples they have
 GROWS = 8.0
 """Gain in log likelihood [nats] from which a noise is taken to grow: one record of even noise in 16,000 shows it."""
 LOUDER, FEWEST_BENDS, FEWEST_GROUPS = 2.0, 8, 4
@@ -372,7 +374,10 @@ def estimate(
     trend, kept = min(tried, key=lambda t: _criterion(record, *t))
     left = detrended(values, trend, kept)
     homogeneous = kept & _homogeneous(left, trend, kept)
-    (std, correlation), cautious = _reml(record.only(homogeneous), trend[homogeneous])
+    simple = [t[order] for t in trends[:2]]
+    (std, correlation), cautious = _most_evident(
+        record.only(homogeneous), [t[homogeneous] for t in (*simple, trend)[-len(trends) :]]
+    )
     if std <= STILL * size:
         return assumed
     alone = kept | in_a_run(~kept)
@@ -485,7 +490,8 @@ class _Evidence:
         variance = max(float(root[-1, -1] ** 2) / free, 1e-300)
         volume = white.size + float(np.log(np.abs(np.diag(root)[:-1])).sum())
         evidence = -0.5 * free * (np.log(2.0 * np.pi * variance) + 1.0) - volume
-        return evidence - extra * (np.log(self.prior) + 0.5 * np.log(2.0 * np.pi)), float(np.sqrt(variance))
+        paid = extra * (np.log(max(self.prior, 1e-300)) + 0.5 * np.log(2.0 * np.pi))
+        return evidence - paid, float(np.sqrt(variance))
 
 
 def _criterion(record: _Record, trend: Floats, kept: Mask) -> float:
@@ -551,7 +557,7 @@ def _without_outliers(record: _Record, trend: Floats, kept: Mask) -> Mask:
     for _ in range(PASSES):
         left = detrended(record.values, trend, near)
         homogeneous = near & _homogeneous(left, trend, near)
-        (_, correlation), _ = _reml(record.only(homogeneous), trend[homogeneous])
+        correlation = _reml(record.only(homogeneous), trend[homogeneous])
         outlier = _outlier(left, near, record.position, record.series, correlation)
         if not outlier.any():
             break
@@ -591,26 +597,39 @@ def _homogeneous(left: Floats, trend: Floats, kept: Mask) -> Mask:
     numbers = np.unique(group)
     sizes = np.array([np.sum(kept & (group == g)) for g in numbers])
     powers = np.array([np.sum(left[kept & (group == g)] ** 2) for g in numbers]) / np.maximum(sizes, 1)
-    wild = numbers[powers > 2.5 * max(float(np.median(powers)), 1e-300)]
+    half_freedom = np.maximum(sizes * (1.0 - trend.shape[1] / len(left)), 1.0) / 2.0
+    far = np.maximum(TIMES_AS_LOUD, gammaincinv(half_freedom, WILD) / gammaincinv(half_freedom, 0.5))
+    wild = numbers[powers > far * max(float(np.median(powers)), 1e-300)]
     even = np.asarray(~np.isin(group, wild))
     free = np.sum(kept & even) - np.sum(np.any(trend[kept & even] != 0.0, axis=0))
     enough = len(wild) < len(numbers) // 2 and free >= FEWEST_FREE
     return even if enough else np.ones(len(left), dtype=bool)
 
 
-def _reml(record: _Record, trend: Floats) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Standard deviation and correlation of greatest posterior, and of the longest correlation near it.
+def _reml(record: _Record, trend: Floats) -> float:
+    """Correlation of greatest posterior with a trend (sample, column)."""
+    basis, left = _apart(record.values, trend)
+    likely = np.array([_likelihood(left, basis, link)[0] for link in record.links]) + np.log1p(-record.grid)
+    return float(record.grid[first_of_most(likely)])
 
-    Near is LONGER standard errors of a correlation, root of (1 - rho^2) / samples, and NEAR in the logarithm.
+
+def _most_evident(record: _Record, trends: Sequence[Floats]) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Standard deviation and correlation of most evidence, and of the longest correlation near it.
+
+    With any of the trends (sample, column), of which the first is a level in each step. Near is LONGER standard errors
+    of a correlation, root of (1 - rho^2) / samples, and NEAR in the logarithm.
     """
     grid = record.grid
-    basis, left = _apart(record.values, trend)
-    results = [_likelihood(left, basis, link) for link in record.links]
-    likely = np.array([likelihood for likelihood, _ in results]) + np.log1p(-grid)
-    best = first_of_most(likely)
-    reach = grid[best] + LONGER * np.sqrt((1.0 - grid[best] ** 2) / (len(basis) - basis.shape[1]))
-    longest = int(np.flatnonzero((likely >= likely.max() - NEAR) & (grid <= reach))[-1])
-    return (results[best][1], float(grid[best])), (results[longest][1], float(grid[longest]))
+    whites = [_one_memory(link) for link in record.links]
+    tried = [_Evidence.of(record.values, trends[0], trend) for trend in trends]
+    results = np.array([[found.after(white) for white in whites] for found in tried])
+    likely, std = results[..., 0] + np.log1p(-grid), results[..., 1]
+    its, best = np.unravel_index(first_of_most(likely.ravel()), likely.shape)
+    free = len(record.values) - tried[its].basis.shape[1]
+    near = (likely >= likely.max() - NEAR) & (grid <= grid[best] + LONGER * np.sqrt((1.0 - grid[best] ** 2) / free))
+    longest = int(np.flatnonzero(near.any(axis=0))[-1])
+    with_it = first_of_most(np.where(near[:, longest], likely[:, longest], -np.inf))
+    return (float(std[its, best]), float(grid[best])), (float(std[with_it, longest]), float(grid[longest]))
 
 
 def _likelihood(values: Floats, basis: Floats, link: Floats, *, restricted: bool = True) -> tuple[float, float]:
