@@ -63,8 +63,6 @@ ONE_MEMORY = np.linspace(0.0, 0.9, 10)  # correlations of neighbours that a slow
 FLICKER_SHARES = (0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99)  # of flicker noise in the variance
 SLOW_SHARES = (0.2, 0.5, 0.8)  # of a part with one memory
 MEMORIES = (4.0, 16.0, 64.0, 256.0)  # of such a part, in median distances
-LIKELIER = 3.0
-"""Nats of evidence by which noise with a slow part is likelier, where it is taken: odds of twenty to one (Jeffreys)."""
 _PAST = np.unique([*range(1, 17), *np.round(2.0 ** np.arange(4.0, 20.0, 0.25)).astype(int)])
 """Which of the samples before it a sample is predicted from: the nearest, and those by quarters of octaves."""
 _SAME = 6
@@ -434,7 +432,7 @@ def _wandering(noise: Noise, record: _Record, trends: Sequence[Floats]) -> Noise
         return noise  # nothing is slow about levels without memory
     one = logmeanexp(with_one.ravel())
     past = Past(record.position, record.series)
-    best, chosen = one + LIKELIER, noise
+    best, chosen = one, noise
     for family in filter(None, families):
         whites = [past.whitening(slow) for slow in family]
         results = [(*found.after(white), slow) for slow, white in zip(family, whites, strict=True) for found in tried]
