@@ -15,6 +15,8 @@ from scipy.stats import linregress
 from twindisc_cli.identify.hierarchy import wander
 from twindisc_cli.loop import explanation
 from twindisc_cli.loop.diagnose import (
+    _of_missed,
+    _strongest,
     average_errs,
     contradicted_by,
     diagnose,
@@ -349,6 +351,18 @@ def test_another_history_that_is_predicted_worse_is_said() -> None:
     assert times > 1.05
     said = f"on this other history the traction is predicted worse than by the base model, {times:.2f} times its error"
     assert f"other: {said}" in found.notes
+
+
+def test_what_misses_held_out_samples_by_far_is_possible_at_most() -> None:
+    missed = {"traction": 6.3, "temperature": 1.7}
+    assert _strongest({*missed, "profile"}, missed) == {
+        "traction": "possible",
+        "temperature": "probable",
+        "profile": "probable",
+    }
+    far, near = _of_missed(missed)
+    assert "missed by 6.3 times its noise: nothing in it is more than possible" in far
+    assert "missed by 1.7 times its noise: nothing in it is established" in near
 
 
 @pytest.mark.parametrize(

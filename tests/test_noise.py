@@ -27,7 +27,7 @@ from twindisc_cli.loop.channels.traction import noise as traction_noise
 from twindisc_cli.loop.fit import base_fit
 from twindisc_cli.loop.noise import ASSUMED_SHARE, Mask, Noise, Past, Slow, estimate, relaxations
 from twindisc_cli.loop.problem import problem_of
-from twindisc_cli.model.experiment import Experiment, Measured, ProfileSamples, TemperatureSamples, Thermal
+from twindisc_cli.model.experiment import Experiment, History, Measured, ProfileSamples, TemperatureSamples, Thermal
 
 HISTORY = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 3)
 TIME = spread(HISTORY, 12)
@@ -138,11 +138,16 @@ def test_the_cautious_correlation_is_about_two_standard_errors_longer(correlatio
 LONG = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 10)
 
 
-def slow_waves(unit: Floats) -> float:
+SHORT = history(tuple(0.01 + 0.005 * np.arange(16.0)), 2)
+
+
+def slow_waves(unit: Floats, of: History = LONG, resolution: float = 0.0) -> float:
     """Mean square of the slowest eight waves of noise (sample,) after whitening: 1 where the noise is known."""
-    time = spread(LONG, 10)
-    samples = traction_samples(LONG, time, 0.6 + 0.004 * unit)
-    noise = traction_noise(experiment(LONG, measured=Measured(traction=samples)))
+    time = spread(of, 10)
+    ratio = 0.6 + 0.004 * unit
+    ratio = np.round(ratio / resolution) * resolution if resolution else ratio
+    samples = traction_samples(of, time, ratio)
+    noise = traction_noise(experiment(of, measured=Measured(traction=samples)))
     assert (noise.slow is not None) == (noise.cautious is None)
     place = np.pi * (np.arange(len(time)) + 0.5) / len(time)
     waves = np.linalg.qr(noise.whiten(np.cos(np.outer(np.arange(1, 9), place))).T)[0]
@@ -169,6 +174,20 @@ def test_slow_waves_of_noise_are_as_strong_as_is_expected(kind: str) -> None:
     count = len(spread(LONG, 10))
     strength = np.median([slow_waves(NOISES[kind](np.random.default_rng(seed), count)) for seed in range(12)])
     assert 0.4 < strength < 2.0
+
+
+@pytest.mark.parametrize("resolution", [0.0, 0.006])
+@pytest.mark.parametrize("kind", ["correlated by 0.8", "correlated by 0.9", "1/f"])
+def test_a_trend_in_short_steps_does_not_take_out_what_a_memory_does(kind: str, resolution: float) -> None:
+    """Twenty samples a step. With the trend chosen before the memory slow waves came out four to five times as strong."""
+    count = len(spread(SHORT, 10))
+
+    def drawn(seed: int) -> Floats:
+        rng = np.random.default_rng(seed)
+        return flickering(rng, count) if kind == "1/f" else autoregressive(rng, count, float(kind.split()[-1]))
+
+    strength = [slow_waves(drawn(seed), SHORT, resolution) for seed in range(16)]
+    assert 0.3 < np.median(strength) < 2.0
 
 
 @pytest.mark.parametrize(

@@ -22,6 +22,7 @@ from twindisc_cli.loop.channels.profile import recorded_stops
 from twindisc_cli.loop.channels.traction import friction_is_given
 from twindisc_cli.loop.design import next_experiment, up_and_down
 from twindisc_cli.loop.diagnosis import (
+    STRENGTHS,
     CandidateResult,
     ChannelError,
     Curve,
@@ -90,7 +91,8 @@ def diagnose(
     predictions = [_prediction(outcome, case) for case in others]
     contradicted = contradicted_by(predictions[-1]) if unseen else set()
     doubtful = _crowded(outcome.answer) | missed.keys()
-    effects, laws = _found(outcome, weights, contradicted, doubtful | {rest.channel for rest in left})
+    strongest = _strongest({*doubtful, *(rest.channel for rest in left)}, missed)
+    effects, laws = _found(outcome, weights, contradicted, strongest)
     elsewhere = [predict_test(case, outcome.judged.after) for case in others] if laws else []
     separating = [*outcome.judged.prediction("after"), *(e.prediction for e in elsewhere[-1:] if unseen)]
     laws, together = _of_this_history(laws, contradicted | doubtful, separating)
@@ -205,13 +207,13 @@ def _listed(rest: Residual) -> list[Unexplained]:
 
 
 def _found(
-    outcome: Outcome, weights: Mapping[str, Weighed], contradicted: Container[str], doubtful: Container[str]
+    outcome: Outcome, weights: Mapping[str, Weighed], contradicted: Container[str], strongest: Mapping[str, Strength]
 ) -> tuple[list[FoundEffect], list[FoundLaw]]:
     """Effects and laws of the answer, each with what cannot be separated from it.
 
-    contradicted: channels that another history shows to be predicted worse than without the answer; doubtful:
-    channels in which nothing is established, for something is left, many terms describe them or held-out samples are
-    missed.
+    contradicted: channels that another history shows to be predicted worse than without the answer; strongest:
+    strength that nothing in a channel exceeds, for something is left in it, many terms describe it or held-out samples
+    are missed.
     """
     effects, laws = [], []
     for name in outcome.answer.terms:
@@ -223,7 +225,7 @@ def _found(
         if channel in contradicted:
             probability = min(probability, RESAMPLING.contradicted)
         strength = _strength(outcome, name, probability, rivals)
-        strength = "probable" if strength == "established" and channel in doubtful else strength
+        strength = max(strength, strongest.get(channel, strength), key=STRENGTHS.index)
         if isinstance(effect, Trial):
             on_all = outcome.judged.estimated.problem.effect(name)
             assert isinstance(on_all, Trial)
@@ -321,11 +323,17 @@ def _missed(judged: Judged) -> dict[str, float]:
     return {channel: error for channel, error in errors.items() if error > ACCEPTANCE.missed}
 
 
+def _strongest(doubtful: Set[str], missed: Mapping[str, float]) -> dict[str, Strength]:
+    """Strength that nothing in a doubtful channel exceeds; `missed` says by how many times the noise some are missed."""
+    return {c: "possible" if missed.get(c, 0.0) > ACCEPTANCE.far_missed else "probable" for c in doubtful}
+
+
 def _of_missed(errors: Mapping[str, float]) -> list[str]:
     """What follows where held-out samples are missed."""
     return [
         f"held-out samples of the {channels()[channel].label} are missed by {error:.1f} times its noise: nothing in it "
-        "is established, and its laws hold on this history alone"
+        f"is {'more than possible' if error > ACCEPTANCE.far_missed else 'established'}, and its laws hold on this "
+        "history alone"
         for channel, error in errors.items()
     ]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Final, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,8 @@ from twindisc_cli.model.experiment import Floats, Ints
 
 Verdict = Literal["effects_found", "law_learned", "no_missing_effect", "unexplained"]
 Strength = Literal["established", "probable", "possible"]
+STRENGTHS: Final = get_args(Strength)
+"""The strongest first."""
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ or, of a sensor that wanders, a slow part beside white noise,
 A smooth trend inside every step (in a profile: inside every unworn flank), no richer than the samples ask for, is taken
 out, with what comes back in every step after the change of creepage. rho and s are those of most evidence with that
 trend or a simpler one: the restricted likelihood (REML), in which the trend's own parameters are paid for, and a prior
-1 - rho. A rich trend alone would take out what a memory does. Outliers beyond five robust standard deviations, or as far
-from what their neighbours let expect, are dropped unless they come in runs.
+1 - rho. A rich trend alone would take out what a memory does. Outliers beyond five robust standard deviations, or as
+far from what their neighbours let expect, are dropped unless they come in runs.
 Sources: D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320-338; F. N. Hooge, P. A. Bobbert, Physica B 239 (1997) 223-230
 (1/f as a sum of relaxations); A. V. Vecchia, J. R. Stat. Soc. B 50 (1988) 297-312.
 """
