@@ -179,7 +179,7 @@ def test_slow_waves_of_noise_are_as_strong_as_is_expected(kind: str) -> None:
 @pytest.mark.parametrize("resolution", [0.0, 0.006])
 @pytest.mark.parametrize("kind", ["correlated by 0.8", "correlated by 0.9", "1/f"])
 def test_a_trend_in_short_steps_does_not_take_out_what_a_memory_does(kind: str, resolution: float) -> None:
-    """Twenty samples a step. With the trend chosen before the memory slow waves came out four to five times as strong."""
+    """Twenty samples a step. With the trend chosen first, slow waves came out four to five times as strong."""
     count = len(spread(SHORT, 10))
 
     def drawn(seed: int) -> Floats:

@@ -324,7 +324,7 @@ def _missed(judged: Judged) -> dict[str, float]:
 
 
 def _strongest(doubtful: Set[str], missed: Mapping[str, float]) -> dict[str, Strength]:
-    """Strength that nothing in a doubtful channel exceeds; `missed` says by how many times the noise some are missed."""
+    """Strength that nothing in a doubtful channel exceeds; some are missed by so many times the noise."""
     return {c: "possible" if missed.get(c, 0.0) > ACCEPTANCE.far_missed else "probable" for c in doubtful}
 
 
