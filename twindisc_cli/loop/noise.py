@@ -372,9 +372,11 @@ def estimate(
     trend, kept = min(tried, key=lambda t: _criterion(record, *t))
     left = detrended(values, trend, kept)
     homogeneous = kept & _homogeneous(left, trend, kept)
-    simple = [t[order] for t in trends[:2]]
+    level = trends[0][order]
+    course = np.concatenate([level, relaxations(at, np.zeros_like(series), 5, 4)], axis=1)
+    others = [trends[1][order], course] if len(trends) > 1 else []
     (std, correlation), cautious = _most_evident(
-        record.only(homogeneous), [t[homogeneous] for t in (*simple, trend)[-len(trends) :]]
+        record.only(homogeneous), [t[homogeneous] for t in (level, *others, trend)]
     )
     if std <= STILL * size:
         return assumed
@@ -382,11 +384,10 @@ def estimate(
     found = Noise(std, correlation, alone[back], position[back], series[back], estimated=True, cautious=cautious)
     if not wanders:
         return found
-    level = trends[0][order]
     still = homogeneous & _homogeneous(detrended(values, level, homogeneous), level, homogeneous)
     if np.sum(still) - trend.shape[1] < FEWEST_FREE:
         return found
-    slow = _wandering(found, record.only(still), [level[still], trend[still]])
+    slow = _wandering(found, record.only(still), [t[still] for t in (level, course, trend)])
     return slow if slow.std > STILL * size else found
 
 
@@ -415,9 +416,9 @@ class _Record:
 
 
 def _wandering(noise: Noise, record: _Record, trends: Sequence[Floats]) -> Noise:
-    """The noise with a slow part where that is likelier; the trends are a level in each step, and the best of all.
+    """The noise with a slow part where that is likelier; the first of the trends is a level in each step.
 
-    What a trend takes out and what a memory does are separated by trying every noise with both.
+    What a trend takes out and what a memory does are separated by trying every noise with all of them.
     """
     span = max(float(np.ptp(record.position)), 2.0)
     octaves = tuple(float(memory) for memory in 2.0 ** np.arange(np.ceil(np.log2(span)) + 1.0))
