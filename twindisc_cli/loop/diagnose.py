@@ -319,7 +319,8 @@ def _missed(judged: Judged) -> dict[str, float]:
     many times the noise."""
     answer = judged.explanation
     found = [channel for channel in answer.fit.problem.channels if answer.terms_in(channel)]
-    errors = {c: rms(judged.misses(c, "unseen_after", held_out=True, decided=True)) / judged.noise(c) for c in found}
+    misses = {c: judged.misses(c, "unseen_after", held_out=True, decided=True) for c in found}
+    errors = {channel: rms(missed) / judged.held_out_noise(channel) for channel, missed in misses.items()}
     return {channel: error for channel, error in errors.items() if error > ACCEPTANCE.missed}
 
 
@@ -345,7 +346,7 @@ def average_errs(judged: Judged, mixture: Mixture) -> list[str]:
     for name in judged.before.problem.channels:
         of = channels()[name]
         together, alone = (of.factor * each.error(name, "unseen_after", held_out=True) for each in (mixture, judged))
-        noise = of.factor * judged.noise(name)
+        noise = of.factor * judged.held_out_noise(name)
         if together > max((1.0 + ACCEPTANCE.growth) * alone, ACCEPTANCE.predicted * noise):
             of_unit = "" if of.unit == "1" else f" {of.unit}"
             notes.append(

@@ -18,7 +18,7 @@ from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import Fit, carried, plain_fit, refit
 from twindisc_cli.loop.holdout import holds_out
 from twindisc_cli.loop.noise import Mask
-from twindisc_cli.loop.problem import Case
+from twindisc_cli.loop.problem import Case, creepage_tolerance
 from twindisc_cli.loop.terms import EffectTerm, term_of
 from twindisc_cli.loop.thresholds import ACCEPTANCE
 from twindisc_cli.loop.validate import rms
@@ -94,6 +94,26 @@ class Judged:
         stds = [case.noise[channel].std for case in self.before.problem.cases if channel in case.noise]
         return float(np.sqrt(np.mean(np.square(stds))))
 
+    def held_out_noise(self, channel: str) -> float:
+        """The same with what the creepages of a log may be off in steps held out, which no fit has seen.
+
+        By two standard errors: a step is off by one draw.
+        """
+        off = np.zeros(0)
+        if channel == "traction":
+            off = np.concatenate([self._off_creepage(i) for i in range(len(self.masks))])
+        return float(np.hypot(self.noise(channel), rms(off) if off.size else 0.0))
+
+    def _off_creepage(self, number: int) -> Floats:
+        """Change of T/N of the samples held out of a test where every creepage is off by twice its error (sample,)."""
+        problem, case = self.before.problem, self.before.problem.cases[number]
+        if "traction" not in case.noise or not case.test.measured.creepage_noise:
+            return np.zeros(0)
+        factors = 1.0 + 2.0 * creepage_tolerance(case.test)[None]
+        off = problem.moved(self.unseen_before.theta[None], number=number, base={"creepage_factor": factors})[number]
+        change = off.traction[0] - self.prediction("unseen_before")[number].traction[0]
+        return np.asarray(change[self.masks[number]["traction"] & case.noise["traction"].kept])
+
     def _open(self, number: int, channel: str) -> Mask:
         """Samples of a test held out where a law jumps between two that are fitted: in which, no sample shows.
 
@@ -125,10 +145,9 @@ class Judged:
         ]
 
     def _is_chance(self, channel: str, before: Floats, after: Floats, *, held_out: bool) -> bool:
-        noise = self.noise(channel)
         if held_out:
-            return rms(after) < ACCEPTANCE.predicted * noise
-        return -fall(before, after, noise) < ACCEPTANCE.growth_chi2
+            return rms(after) < ACCEPTANCE.predicted * self.held_out_noise(channel)
+        return -fall(before, after, self.noise(channel)) < ACCEPTANCE.growth_chi2
 
     @cached_property
     def fall(self) -> float:

@@ -25,6 +25,7 @@ from twindisc_cli.effects._effect import FIRST_SEEN, Effect
 from twindisc_cli.effects._state import State
 from twindisc_cli.errors import DefinitionError
 from twindisc_cli.errors import Problem as Mistake
+from twindisc_cli.identify.steps import creepage_error
 from twindisc_cli.laws.quantities import Quantity
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.channels._channel import Base
@@ -616,13 +617,11 @@ class Problem:
 
     def _off_creepage(self, theta: Floats) -> list[_Off]:
         """White predictions with the creepage of one step after the other off by its tolerance."""
-        relative_error, error = TOLERANCES.step_creepage
         off = list[_Off]()
         for number, case in enumerate(self.cases):
             history = case.test.history
-            relative = np.hypot(relative_error, error / np.maximum(np.abs(history.creepage), 1e-6))
             steps = np.unique(history.step)
-            factors = 1.0 + relative * (steps[:, None] == history.step)
+            factors = 1.0 + creepage_tolerance(case.test) * (steps[:, None] == history.step)
             sets = np.tile(theta, (len(factors), 1))
             rows = self.white(self.moved(sets, number=number, base={"creepage_factor": factors}))
             names = [f"creepage of step {step + 1} of {case.test.name}" for step in steps]
@@ -690,6 +689,14 @@ def problem_of(tests: Sequence[Experiment], *, unlike: bool = False) -> Problem:
 def _off(test: Experiment, name: str) -> Rig:
     """The rig of a test with one quantity of both discs off by its standard deviation."""
     return test.rig.with_discs(name, 1.0 + test.tolerances.get(name, getattr(TOLERANCES, name)))
+
+
+def creepage_tolerance(test: Experiment) -> Floats:
+    """Relative error that the creepage of each iteration may have (iteration,): of its step, and of tachometers."""
+    relative, error = TOLERANCES.step_creepage
+    history = test.history
+    absolute = np.hypot(error, creepage_error(test)[history.step])
+    return np.hypot(relative, absolute / np.maximum(np.abs(history.creepage), 1e-6))
 
 
 def known_sensors(test: Experiment) -> tuple[tuple[str, str, float], ...]:
