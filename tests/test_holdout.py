@@ -199,6 +199,21 @@ def test_held_out_errors_are_of_a_fit_without_them(both: tuple[Judged, Judged]) 
     )
 
 
+def test_the_tachometers_error_in_the_mean_of_a_step_counts_where_the_step_is_held_out() -> None:
+    """Where T/N rises with the creepage in proportion, twice a relative error of it is as large an error of T/N."""
+    course = history((0.03, 4e-5, 5e-5, 4.5e-5, 0.02), 3)
+    test = Instruments(each=4).record(replace(FALLING, history=course), np.random.default_rng(3))
+    logged = replace(test, measured=replace(test.measured, creepage_noise=5e-5))
+    without_log, with_log = judged(test), judged(logged)
+    assert without_log.held_out_noise("traction") == without_log.noise("traction")
+    ratio = with_log.prediction("unseen_before")[0].traction[0][masks_of(test)["traction"]]
+    of_step = ratio[ratio < 0.1]
+    error = 2.0 * np.sqrt(np.sum(of_step**2) / len(ratio)) / np.sqrt(len(of_step))  # as large as the creepage
+    expected = np.hypot(with_log.noise("traction"), error)
+    assert with_log.held_out_noise("traction") == pytest.approx(expected, rel=0.1)
+    assert expected > 1.5 * with_log.noise("traction")
+
+
 class Missed(Judged):
     """A base and a revised model that miss held-out samples of known noise by so much."""
 

@@ -99,10 +99,9 @@ class Judged:
 
         By two standard errors: a step is off by one draw.
         """
-        off = np.zeros(0)
-        if channel == "traction":
-            off = np.concatenate([self._off_creepage(i) for i in range(len(self.masks))])
-        return float(np.hypot(self.noise(channel), rms(off) if off.size else 0.0))
+        of = range(len(self.masks) if channel == "traction" else 0)
+        off = np.concatenate([np.zeros(1), *(self._off_creepage(number) for number in of)])
+        return float(np.hypot(self.noise(channel), np.sqrt(np.sum(off**2) / max(len(off) - 1, 1))))
 
     def _off_creepage(self, number: int) -> Floats:
         """Change of T/N of the samples held out of a test where every creepage is off by twice its error (sample,)."""
