@@ -646,7 +646,7 @@ def run(test: Test) -> Result:
     result = findings(test.experiment)
     problems = [finding for finding in result if not finding.ok]
     seen = measured(test.experiment)
-    summary = [f"{len(result)} checks, {len(problems)} contradictions"]
+    summary = [f"{len(result)} checks, {len(problems)} contradiction{'' if len(problems) == 1 else 's'}"]
     summary += [f"measured: {', '.join(_range(name, its['range']) for name, its in seen.items())}"] if seen else []
     summary += [f"  contradiction: {finding.message}" for finding in problems]
     summary += [f"  ok: {finding.message}" for finding in result if finding.ok]
