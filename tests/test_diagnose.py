@@ -408,7 +408,7 @@ def test_an_average_that_errs_where_the_answer_does_not_is_said(average: float, 
     """Beyond what chance allows of noise of 0.3 K; not where no samples are held out."""
     problem = SimpleNamespace(channels=("temperature",))
     judged = SimpleNamespace(
-        before=SimpleNamespace(problem=problem), error=lambda *_, **__: alone, noise=lambda channel: 0.3
+        before=SimpleNamespace(problem=problem), error=lambda *_, **__: alone, held_out_noise=lambda channel: 0.3
     )
     notes = average_errs(judged, SimpleNamespace(error=lambda *_, **__: average))  # type: ignore[arg-type]
     assert len(notes) == said

@@ -177,16 +177,12 @@ def test_slow_waves_of_noise_are_as_strong_as_is_expected(kind: str) -> None:
 
 
 @pytest.mark.parametrize("resolution", [0.0, 0.006])
-@pytest.mark.parametrize("kind", ["correlated by 0.8", "correlated by 0.9", "1/f"])
-def test_a_trend_in_short_steps_does_not_take_out_what_a_memory_does(kind: str, resolution: float) -> None:
-    """Twenty samples a step. With the trend chosen first, slow waves came out four to five times as strong."""
+@pytest.mark.parametrize("correlation", [0.8, 0.9])
+def test_a_trend_in_short_steps_does_not_take_out_what_a_memory_does(correlation: float, resolution: float) -> None:
+    """Twenty samples a step. With the trend chosen first, slow waves of 0.9 came out 3.6 times as strong."""
     count = len(spread(SHORT, 10))
-
-    def drawn(seed: int) -> Floats:
-        rng = np.random.default_rng(seed)
-        return flickering(rng, count) if kind == "1/f" else autoregressive(rng, count, float(kind.split()[-1]))
-
-    strength = [slow_waves(drawn(seed), SHORT, resolution) for seed in range(16)]
+    draws = [autoregressive(np.random.default_rng(seed), count, correlation) for seed in range(16)]
+    strength = [slow_waves(draw, SHORT, resolution) for draw in draws]
     assert 0.3 < np.median(strength) < 2.0
 
 

@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dtrtrs
 from scipy.ndimage import median_filter
 from scipy.sparse import csr_array
-from scipy.special import gammaincinv, logsumexp
+from scipy.special import logsumexp
 
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.ties import first_of_most
@@ -50,8 +50,6 @@ LONGEST_OUTLIER = 3  # samples in a row: a longer run is a change, not an outlie
 FAR = 5.0  # standard deviations: one in two million of normal noise
 PASSES = 3  # of outliers and trend in turn
 MOST_OUTLIERS = 0.05  # of the samples: more are no outliers
-TIMES_AS_LOUD = 2.5  # as most groups, in the mean square: a group that something happened in
-WILD = 0.999  # of groups of normal noise scatter less, however few samples they have
 GROWS = 8.0
 """Gain in log likelihood [nats] from which a noise is taken to grow: one record of even noise in 16,000 shows it."""
 LOUDER, FEWEST_BENDS, FEWEST_GROUPS = 2.0, 8, 4
@@ -63,6 +61,8 @@ ONE_MEMORY = np.linspace(0.0, 0.9, 10)  # correlations of neighbours that a slow
 FLICKER_SHARES = (0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99)  # of flicker noise in the variance
 SLOW_SHARES = (0.2, 0.5, 0.8)  # of a part with one memory
 MEMORIES = (4.0, 16.0, 64.0, 256.0)  # of such a part, in median distances
+LIKELIER = 3.0
+"""Nats of evidence by which noise with a slow part is likelier, where it is taken: odds of twenty to one (Jeffreys)."""
 _PAST = np.unique([*range(1, 17), *np.round(2.0 ** np.arange(4.0, 20.0, 0.25)).astype(int)])
 """Which of the samples before it a sample is predicted from: the nearest, and those by quarters of octaves."""
 _SAME = 6
@@ -348,12 +348,14 @@ def estimate(
     size: float,
     *,
     correlated: bool,
+    weighs: bool = False,
     wanders: bool = False,
 ) -> Noise:
     """REML estimate of standard deviation and correlation about the best of the trends (sample, column), richest last.
 
-    wanders: the noise may have a slow part; the first trend is then a level in each step. Where too few samples
-    scatter, or none does, a share of the channel's size is assumed.
+    weighs: simpler trends and a course over the record are weighed against a memory; the first trend is then a level in
+    each step. wanders: so is a slow part of the noise. Where too few samples scatter, or none does, a share of the
+    channel's size is assumed.
     """
     order = np.lexsort((at, series))
     values, trend, at, series = values[order], trends[-1][order], at[order], series[order]
@@ -374,10 +376,8 @@ def estimate(
     homogeneous = kept & _homogeneous(left, trend, kept)
     level = trends[0][order]
     course = np.concatenate([level, relaxations(at, np.zeros_like(series), 5, 4)], axis=1)
-    others = [trends[1][order], course] if len(trends) > 1 else []
-    (std, correlation), cautious = _most_evident(
-        record.only(homogeneous), [t[homogeneous] for t in (level, *others, trend)]
-    )
+    weighed = (level, trends[1][order], course, trend) if weighs else (trend,)
+    (std, correlation), cautious = _most_evident(record.only(homogeneous), [t[homogeneous] for t in weighed])
     if std <= STILL * size:
         return assumed
     alone = kept | in_a_run(~kept)
@@ -433,7 +433,7 @@ def _wandering(noise: Noise, record: _Record, trends: Sequence[Floats]) -> Noise
         return noise  # nothing is slow about levels without memory
     one = logmeanexp(with_one.ravel())
     past = Past(record.position, record.series)
-    best, chosen = one, noise
+    best, chosen = one + LIKELIER, noise
     for family in filter(None, families):
         whites = [past.whitening(slow) for slow in family]
         results = [(*found.after(white), slow) for slow, white in zip(family, whites, strict=True) for found in tried]
@@ -596,9 +596,7 @@ def _homogeneous(left: Floats, trend: Floats, kept: Mask) -> Mask:
     numbers = np.unique(group)
     sizes = np.array([np.sum(kept & (group == g)) for g in numbers])
     powers = np.array([np.sum(left[kept & (group == g)] ** 2) for g in numbers]) / np.maximum(sizes, 1)
-    half_freedom = np.maximum(sizes * (1.0 - trend.shape[1] / len(left)), 1.0) / 2.0
-    far = np.maximum(TIMES_AS_LOUD, gammaincinv(half_freedom, WILD) / gammaincinv(half_freedom, 0.5))
-    wild = numbers[powers > far * max(float(np.median(powers)), 1e-300)]
+    wild = numbers[powers > 2.5 * max(float(np.median(powers)), 1e-300)]
     even = np.asarray(~np.isin(group, wild))
     free = np.sum(kept & even) - np.sum(np.any(trend[kept & even] != 0.0, axis=0))
     enough = len(wild) < len(numbers) // 2 and free >= FEWEST_FREE
@@ -625,10 +623,9 @@ def _most_evident(record: _Record, trends: Sequence[Floats]) -> tuple[tuple[floa
     likely, std = results[..., 0] + np.log1p(-grid), results[..., 1]
     its, best = np.unravel_index(first_of_most(likely.ravel()), likely.shape)
     free = len(record.values) - tried[its].basis.shape[1]
-    near = (likely >= likely.max() - NEAR) & (grid <= grid[best] + LONGER * np.sqrt((1.0 - grid[best] ** 2) / free))
-    longest = int(np.flatnonzero(near.any(axis=0))[-1])
-    with_it = first_of_most(np.where(near[:, longest], likely[:, longest], -np.inf))
-    return (float(std[its, best]), float(grid[best])), (float(std[with_it, longest]), float(grid[longest]))
+    reach = grid[best] + LONGER * np.sqrt((1.0 - grid[best] ** 2) / free)
+    longest = int(np.flatnonzero((likely[its] >= likely.max() - NEAR) & (grid <= reach))[-1])
+    return (float(std[its, best]), float(grid[best])), (float(std[its, longest]), float(grid[longest]))
 
 
 def _likelihood(values: Floats, basis: Floats, link: Floats, *, restricted: bool = True) -> tuple[float, float]:

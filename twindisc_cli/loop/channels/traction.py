@@ -99,7 +99,7 @@ def noise(test: Experiment) -> Noise:
     size = float(np.sqrt(np.mean(samples.ratio**2)))
     series = samples.step if test.history.separate else np.zeros_like(samples.step)
     wanders = timed and len(np.unique(samples.step)) >= STEPS_THAT_WANDER
-    estimated = partial(estimate, at=times, series=series, size=size, correlated=timed, wanders=wanders)
+    estimated = partial(estimate, at=times, series=series, size=size, correlated=timed, weighs=timed, wanders=wanders)
     result = estimated(samples.ratio, trends)
     left = detrended(samples.ratio, trends[-1], result.kept)
     load = np.log(test.history.load_factor[test.history.iteration_at(times)])
