@@ -348,13 +348,12 @@ def estimate(
     size: float,
     *,
     correlated: bool,
-    weighs: bool = False,
     wanders: bool = False,
 ) -> Noise:
     """REML estimate of standard deviation and correlation about the best of the trends (sample, column), richest last.
 
-    weighs: simpler trends and a course over the record are weighed against a memory; the first trend is then a level in
-    each step. wanders: so is a slow part of the noise. Where too few samples scatter, or none does, a share of the
+    wanders: the noise may have a slow part, and simpler trends and a course over the record are weighed against its
+    memory; the first trend is then a level in each step. Where too few samples scatter, or none does, a share of the
     channel's size is assumed.
     """
     order = np.lexsort((at, series))
@@ -376,7 +375,7 @@ def estimate(
     homogeneous = kept & _homogeneous(left, trend, kept)
     level = trends[0][order]
     course = np.concatenate([level, relaxations(at, np.zeros_like(series), 5, 4)], axis=1)
-    weighed = (level, trends[1][order], course, trend) if weighs else (trend,)
+    weighed = (level, trends[1][order], course, trend) if wanders else (trend,)
     (std, correlation), cautious = _most_evident(record.only(homogeneous), [t[homogeneous] for t in weighed])
     if std <= STILL * size:
         return assumed

@@ -31,7 +31,8 @@ from twindisc_cli.model.points import knows_times, sample_times
 from twindisc_cli.quantities import Quantity
 
 STEPS_THAT_WANDER = 5
-"""Steps in which the noise may have a slow part: in fewer, levels leave in it what the discs do over the record."""
+"""Steps in which a memory of the noise is weighed against trends: in fewer, levels leave in it what the discs do over
+the record."""
 LEAST_LEVEL = 0.05
 """Level, over the root mean square, below which noise that grows with T/N is taken to be that of the meter at rest."""
 KNOTS = 13
@@ -99,7 +100,7 @@ def noise(test: Experiment) -> Noise:
     size = float(np.sqrt(np.mean(samples.ratio**2)))
     series = samples.step if test.history.separate else np.zeros_like(samples.step)
     wanders = timed and len(np.unique(samples.step)) >= STEPS_THAT_WANDER
-    estimated = partial(estimate, at=times, series=series, size=size, correlated=timed, weighs=timed, wanders=wanders)
+    estimated = partial(estimate, at=times, series=series, size=size, correlated=timed, wanders=wanders)
     result = estimated(samples.ratio, trends)
     left = detrended(samples.ratio, trends[-1], result.kept)
     load = np.log(test.history.load_factor[test.history.iteration_at(times)])
