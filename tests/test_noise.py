@@ -136,8 +136,6 @@ def test_the_cautious_correlation_is_about_two_standard_errors_longer(correlatio
 
 
 LONG = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 10)
-
-
 SHORT = history(tuple(0.01 + 0.005 * np.arange(16.0)), 2)
 
 

@@ -427,8 +427,7 @@ def test_a_term_is_tempered_by_what_was_explained_where_it_says_something() -> N
     both = of("lateral_offset", "falling_friction")
     assert offset.evidence_scale > 2.0
     assert offset.evidence_scale_for(both) < 1.1
-    assert base.evidence_scale_for(offset) == pytest.approx(1.0, abs=1e-6)
-    assert base.evidence_scale == pytest.approx(1.0, abs=1e-6)
+    assert base.evidence_scale_for(offset) == base.evidence_scale == 1.0
     assert friction.evidence_scale_for(both) < 1.1 < friction.evidence_scale
     assert offset.evidence_scale_for(offset) == offset.evidence_scale, "what says nothing anywhere"
 

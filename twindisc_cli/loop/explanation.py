@@ -22,6 +22,8 @@ from twindisc_cli.loop.ties import falling
 from twindisc_cli.loop.validate import Elsewhere
 from twindisc_cli.model.experiment import Floats
 
+ROUNDING = 1e-12  # of chi2: a fall by less is none, and its root would be one
+
 
 @dataclass(frozen=True)
 class Explanation:
@@ -107,7 +109,8 @@ class Explanation:
 
     def _tempered(self, share: float) -> float:
         explained = self.before - self.chi2 - sum(self.fit.taken_exactly.values())
-        return 1.0 + SEARCH.tempering * float(np.sqrt(share * max(explained, 0.0)))
+        explained = explained if explained > ROUNDING * self.before else 0.0
+        return 1.0 + SEARCH.tempering * float(np.sqrt(share * explained))
 
     def effect(self, name: str) -> Effect:
         """A term as it acts."""

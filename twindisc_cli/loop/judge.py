@@ -95,16 +95,20 @@ class Judged:
         return float(np.sqrt(np.mean(np.square(stds))))
 
     def held_out_noise(self, channel: str) -> float:
-        """The same with what the creepages of a log may be off in steps held out, which no fit has seen.
+        """The same with what the creepages of a log may be off in steps held out, which no fit has seen."""
+        return float(np.hypot(self.noise(channel), self._off_creepages if channel == "traction" else 0.0))
 
-        By two standard errors: a step is off by one draw.
+    @cached_property
+    def _off_creepages(self) -> float:
+        """Root mean square change of T/N of the samples held out where every creepage is off by two standard errors.
+
+        By two: a step is off by one draw.
         """
-        of = range(len(self.masks) if channel == "traction" else 0)
-        off = np.concatenate([np.zeros(1), *(self._off_creepage(number) for number in of)])
-        return float(np.hypot(self.noise(channel), np.sqrt(np.sum(off**2) / max(len(off) - 1, 1))))
+        off = np.concatenate([np.zeros(0), *(self._off_creepage(number) for number in range(len(self.masks)))])
+        return rms(off) if off.size else 0.0
 
     def _off_creepage(self, number: int) -> Floats:
-        """Change of T/N of the samples held out of a test where every creepage is off by twice its error (sample,)."""
+        """The change of one test (sample held out,); of none without a log."""
         problem, case = self.before.problem, self.before.problem.cases[number]
         if "traction" not in case.noise or not case.test.measured.creepage_noise:
             return np.zeros(0)

@@ -373,9 +373,11 @@ def estimate(
     trend, kept = min(tried, key=lambda t: _criterion(record, *t))
     left = detrended(values, trend, kept)
     homogeneous = kept & _homogeneous(left, trend, kept)
-    level = trends[0][order]
-    course = np.concatenate([level, relaxations(at, np.zeros_like(series), 5, 4)], axis=1)
-    weighed = (level, trends[1][order], course, trend) if wanders else (trend,)
+    weighed = [trend]
+    if wanders:
+        level, line = (t[order] for t in trends[:2])
+        course = np.concatenate([level, relaxations(at, np.zeros_like(series), 5, 4)], axis=1)
+        weighed = [level, line, course, trend]
     (std, correlation), cautious = _most_evident(record.only(homogeneous), [t[homogeneous] for t in weighed])
     if std <= STILL * size:
         return assumed
