@@ -432,6 +432,32 @@ def test_a_term_is_tempered_by_what_was_explained_where_it_says_something() -> N
     assert offset.evidence_scale_for(offset) == offset.evidence_scale, "what says nothing anywhere"
 
 
+@pytest.mark.parametrize(
+    ("name", "error"),
+    [
+        ("falling_friction", SEARCH.creep_curve_tempering),
+        ("film_breakdown", SEARCH.creep_curve_tempering),
+        ("running_in_friction", SEARCH.tempering),
+    ],
+)
+def test_forms_of_the_creep_curve_err_more_than_others(name: str, error: float) -> None:
+    base = Explanation.of_base(refit(Problem([traction_case(TRACTIONS[name])], ("traction",))))
+    named = replace(base, fit=fit(base.fit.problem.with_terms(name)))
+    fall = base.chi2 - named.chi2
+    assert fall > 10.0
+    assert named.tempering == pytest.approx(1.0 + error * np.sqrt(fall))
+    assert named.evidence_scale_for(named) == pytest.approx(1.0 + SEARCH.tempering * np.sqrt(fall)), "beside more terms"
+
+
+def test_a_form_of_the_creep_curve_errs_in_the_traction_alone() -> None:
+    """Errors of formulas in two channels add by their squares."""
+    of = with_terms(recorded("traction", "profile", displaced=0.4e-3))
+    base, both = of(), of("lateral_offset", "falling_friction")
+    traction, profile = (base.fit.power(c) - both.fit.power(c) for c in ("traction", "profile"))
+    square = SEARCH.creep_curve_tempering**2 * traction + SEARCH.tempering**2 * profile
+    assert both.tempering == pytest.approx(1.0 + np.sqrt(square), rel=1e-3)
+
+
 def test_no_formula_errs_by_a_line_that_is_added_to_a_record() -> None:
     """A profile that is tilted by 20 um over its width: other terms are sought beside it as beside nothing."""
     test = recorded("traction", "profile").test

@@ -49,16 +49,20 @@ def _panel(axes: Axes, rows: Sequence[Row], counted: Sequence[Counted]) -> None:
     sizes = sorted({row["truth"]["target_size"] for row in rows})
     for label, flag, colour in counted:
         shares = [[flag(r["judged"]) for r in rows if r["truth"]["target_size"] == size] for size in sizes]
-        mean, spread = _binomial(np.array([np.mean(s) for s in shares]), np.array([len(s) for s in shares]))
-        axes.errorbar(sizes, mean, spread, color=colour, marker="o", markersize=4, capsize=2, label=label)
+        _shares(axes, sizes, [np.mean(s) for s in shares], [len(s) for s in shares], colour, label)
     axes.set_xscale("log")
     axes.set_xticks(sizes, [f"{size:g}" for size in sizes])
     axes.minorticks_off()
 
 
-def _binomial(mean: np.ndarray, count: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A share and its standard deviation, which is not zero at 0 and 1."""
-    return mean, np.sqrt((mean * (1.0 - mean) + 0.25 / (count + 1)) / (count + 1))
+def _shares(
+    axes: Axes, x: Sequence[float], shares: Sequence[float], counts: Sequence[int], colour: str, label: str = ""
+) -> None:
+    """Shares with their standard deviations, which are not zero at 0 and 1 and end there."""
+    mean, count = np.array(shares), np.array(counts)
+    spread = np.sqrt((mean * (1.0 - mean) + 0.25 / (count + 1)) / (count + 1))
+    bars = np.minimum(spread, [mean, 1.0 - mean])
+    axes.errorbar(x, mean, bars, color=colour, marker="o", markersize=4, capsize=2, label=label)
 
 
 def _reliability(axes: Axes, told: Sequence[tuple[float, bool]]) -> None:
@@ -66,12 +70,11 @@ def _reliability(axes: Axes, told: Sequence[tuple[float, bool]]) -> None:
     axes.plot([0.0, 1.0], [0.0, 1.0], color="0.7", linestyle=":")
     parts = reliability(told)
     if parts:
-        probability, share, count = (np.array(column) for column in zip(*parts, strict=True))
-        mean, spread = _binomial(share, count)
-        axes.errorbar(probability, mean, spread, color="C0", marker="o", markersize=4, capsize=2)
-        for x, y, n in parts:
-            axes.annotate(f"{n:d}", (x, y), xytext=(5, -10), textcoords="offset points", fontsize=7, color="0.4")
+        probability, share, count = zip(*parts, strict=True)
+        _shares(axes, probability, share, count, "C0")
+        for x, _, n in parts:
+            axes.annotate(f"{n:d}", (x, 0.02), xycoords=("data", "axes fraction"), ha="center", fontsize=7, color="0.4")
     axes.set(
         title=f"probabilities: calibration error {calibration_error(told):.3f}",
-        xlabel="reported probability", ylabel="share that was right", xlim=(-0.03, 1.03), ylim=(-0.03, 1.03),
+        xlabel="reported probability", ylabel="share that was right", xlim=(-0.03, 1.03), ylim=(-0.13, 1.03),
     )  # fmt: skip

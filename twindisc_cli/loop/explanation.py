@@ -2,7 +2,8 @@
 
 Evidence is compared after tempering, since hardly a formula is exact, but for a constant or a line that is added to a
 record, and what is wrong with it grows with the size of what is explained: D = (E_best - E) / (1 + c sqrt(fall of
-chi2)). Explanations with D below the threshold cannot be separated.
+chi2)). Explanations with D below the threshold cannot be separated. Forms of the creep curve are empirical, and err
+more than mechanics does: of what is explained in the traction with one of them, c is larger.
 """
 
 from __future__ import annotations
@@ -89,7 +90,9 @@ class Explanation:
     @property
     def tempering(self) -> float:
         """What differences of evidence are divided by as formulas err more, the more they explain."""
-        return self._tempered(1.0)
+        errors = np.array([SEARCH.tempering, SEARCH.creep_curve_tempering])
+        share = self._share_of_creep_curve
+        return self._tempered(float(np.sqrt(errors**2 @ [1.0 - share, share])), 1.0)
 
     @property
     def evidence_scale(self) -> float:
@@ -101,16 +104,29 @@ class Explanation:
 
         What is wrong with a formula of wear errs there, and not in the traction.
         """
-        explained = {channel: self.fit.explained(channel, power) for channel, power in self.missed.items()}
+        explained = self._explained_by_channel
         taken = _falls(powers(self.fit), powers(more.fit))
         both = sum(explained.values()) * sum(taken.values())
         share = sum(explained[c] * taken[c] for c in explained) / both if both > 0.0 else 1.0
-        return self._tempered(share) * _excess(more.fit, taken)
+        return self._tempered(SEARCH.tempering, share) * _excess(more.fit, taken)
 
-    def _tempered(self, share: float) -> float:
+    @property
+    def _explained_by_channel(self) -> dict[str, float]:
+        """By how much the formulas that can err bring chi2 of each channel down."""
+        return {channel: self.fit.explained(channel, power) for channel, power in self.missed.items()}
+
+    @property
+    def _share_of_creep_curve(self) -> float:
+        """Which share of it the traction has, where a term shapes the creep curve; none without one."""
+        if not any(_shapes_creep_curve(self.effect(name)) for name in self.terms):
+            return 0.0
+        explained = self._explained_by_channel
+        return explained.get("traction", 0.0) / max(sum(explained.values()), 1.0)
+
+    def _tempered(self, error: float, share: float) -> float:
         explained = self.before - self.chi2 - sum(self.fit.taken_exactly.values())
         explained = explained if explained > ROUNDING * self.before else 0.0
-        return 1.0 + SEARCH.tempering * float(np.sqrt(share * explained))
+        return 1.0 + error * float(np.sqrt(share * explained))
 
     def effect(self, name: str) -> Effect:
         """A term as it acts."""
@@ -175,6 +191,12 @@ def _excess(fitted: Fit, taken: Mapping[str, float]) -> float:
 def is_error(effect: Effect) -> bool:
     """Whether an effect is an error of what a rig sets, or of what it records of the traction."""
     return effect.stage == "operation" or (effect.channel == "traction" and effect.stage == "sensor")
+
+
+def _shapes_creep_curve(effect: Effect) -> bool:
+    """Whether an effect or law changes the slope of the creep curve, or the friction over the creepage."""
+    over = effect.covariate if isinstance(effect, Trial) else effect.over
+    return effect.stage in ("friction", "traction") and over in ("", "creepage")
 
 
 def evidence_of(explanation: Explanation) -> float:
