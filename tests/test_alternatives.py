@@ -13,10 +13,11 @@ from twindisc_cli.laws.covariates import COVARIATES
 from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.laws.trial import Trial, formula
 from twindisc_cli.loop.alternatives import Compared, Weighed, shorter, weighed
-from twindisc_cli.loop.explain import Refusal, is_negligible, most_probable, next_to_judge
+from twindisc_cli.loop.explain import is_negligible, most_probable, next_to_judge
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import at
 from twindisc_cli.loop.problem import Problem, case_of
+from twindisc_cli.loop.refusal import Refusal
 from twindisc_cli.loop.terms import Alternative, LawTerm
 from twindisc_cli.model.experiment import Measured
 
@@ -154,8 +155,10 @@ def test_what_stands_behind_a_refused_explanation_comes_next(monkeypatch: pytest
 
     monkeypatch.setattr("twindisc_cli.loop.resample.weights", drawn)
     assert next_to_judge(known, {}).labels == WARM.labels
-    assert next_to_judge(known, {WARM.labels: Refusal("errs", held_out=True)}).labels == second.labels
-    assert next_to_judge(known, {m.labels: Refusal("errs") for m in (WARM, second, third)}).terms == ()
+    assert next_to_judge(known, {WARM.labels: Refusal("does not predict", "errs")}).labels == second.labels
+    assert (
+        next_to_judge(known, {m.labels: Refusal("raises the error", "errs") for m in (WARM, second, third)}).terms == ()
+    )
 
 
 @pytest.mark.parametrize(("share", "negligible"), [(0.001, True), (0.04, True), (0.06, False), (0.9, False)])

@@ -52,6 +52,7 @@ from twindisc_cli.loop.diagnosis import (
     Unexplained,
 )
 from twindisc_cli.loop.levels import ENVIRONMENT, Follows, Levels
+from twindisc_cli.loop.refusal import Refusal
 from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm
 from twindisc_cli.report import sentences, words
 from twindisc_cli.results import Result
@@ -127,8 +128,11 @@ def error(channel: str, before: float, after: float) -> ChannelError:
     return ChannelError(unit, noise, 0.0, before * noise, after * noise, 1.1 * before * noise, 1.02 * after * noise)
 
 
+LESS = Refusal("explains less", "explains less")
+
+
 def tried(channel: str, label: str, gain: float, *, of: str = "", **more: Any) -> CandidateResult:
-    values = {"probability": 0.01, "at_bound": (), "refused": "", "chosen": label == of, **more}
+    values = {"probability": 0.01, "at_bound": (), "refused": None, "chosen": label == of, **more}
     quantity, over, covariate = label.partition(" over ")
     term = LawTerm(quantity, covariate) if over else EffectTerm(label)
     return CandidateResult(channel, of, term, gain, 0.4 * gain, **values)
@@ -153,14 +157,14 @@ def found(test: Test) -> Diagnosis:
               "K": BaseEstimate(7e-5, 4e-7, 6.9e-5, 7.1e-5, "1", "K")},
         tried=[
             tried("traction", "film_breakdown", 900.0, of="falling_friction", probability=0.29),
-            tried("traction", "sensor_drift", 950.0, of="falling_friction", refused="explains less"),
+            tried("traction", "sensor_drift", 950.0, of="falling_friction", refused=LESS),
             tried("traction", "falling_friction", 910.0, of="falling_friction", probability=0.71),
-            tried("traction", "misalignment", 700.0, of="falling_friction", refused="yaw_mrad at a bound",
-                  at_bound=("misalignment.yaw_mrad",)),
+            tried("traction", "misalignment", 700.0, of="falling_friction", at_bound=("misalignment.yaw_mrad",),
+                  refused=Refusal("at a bound", "yaw_mrad at a bound")),
             tried("temperature", "mu over energy", 640.0, of="falling_friction",
-                  refused="raises the error of the disc temperature"),
+                  refused=Refusal("raises the error", "raises the error of the disc temperature")),
             tried("profile", "lateral_wander", 400.0, of="lateral_wander", probability=0.999),
-            tried("profile", "wear_across over y_over_edge", 300.0, of="lateral_wander", refused="explains less"),
+            tried("profile", "wear_across over y_over_edge", 300.0, of="lateral_wander", refused=LESS),
         ],
         curves=curves(test),
         p_values={"traction": 1e-6, "profile": 1e-4, "temperature": 0.43},
@@ -193,9 +197,7 @@ def unknown(test: Test) -> Diagnosis:
         Unexplained("traction", "energy", "smooth", 0.3, 1e-9),
     ]
     refused = [
-        replace(t, replaces="", refused="explains less", chosen=False)
-        for t in found(test).tried
-        if t.channel == "traction"
+        replace(t, replaces="", refused=LESS, chosen=False) for t in found(test).tried if t.channel == "traction"
     ]
     return replace(found(test), verdict="unexplained", effects=[], unexplained=left, tried=refused)
 
@@ -640,7 +642,7 @@ def test_what_is_as_good_is_named_where_the_answer_stands_alone(test: Test) -> N
     assert "as good a fit but less probable: film breakdown (29 %)" in asked[0]
     (film,) = [t for t in alone.tried if sentences.term_name(t.term) == "film breakdown"]
     assert sentences.outcome(alone, film) == "fits as well, less probable"
-    renamed = replace(film, refused="in other words")
+    renamed = replace(film, refused=Refusal("in other words", "in other words"))
     assert sentences.share(alone, renamed) == "–"
     assert sentences.outcome(alone, renamed) == "the same in other words, counted there"
 

@@ -14,20 +14,13 @@ from scipy.stats import linregress
 
 from twindisc_cli.identify.hierarchy import wander
 from twindisc_cli.loop import explanation
-from twindisc_cli.loop.diagnose import (
-    _of_missed,
-    _strongest,
-    average_errs,
-    contradicted_by,
-    diagnose,
-    few_stops,
-    not_over_others,
-    predicted_badly,
-)
+from twindisc_cli.loop.diagnose import _strongest, diagnose, not_over_others
 from twindisc_cli.loop.diagnosis import ChannelError, Diagnosis, FoundEffect, PredictedErrors, PredictedLevel
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import at
 from twindisc_cli.loop.levels import Levels, apart_from_others, differing_between, followed
+from twindisc_cli.loop.notes import average_errs, few_stops, of_missed
+from twindisc_cli.loop.prediction_errors import contradicted_by, predicted_badly
 from twindisc_cli.loop.problem import Problem, case_of
 from twindisc_cli.loop.terms import LawTerm
 from twindisc_cli.loop.thresholds import SEARCH
@@ -261,7 +254,7 @@ def test_the_same_data_give_the_same_diagnosis() -> None:
 def test_everything_tried_is_told() -> None:
     found = of("falling", "traction")
     (chosen,) = [t for t in found.tried if t.chosen]
-    assert (str(chosen.term), chosen.evidence, chosen.refused) == ("falling_friction", 0.0, "")
+    assert (str(chosen.term), chosen.evidence, chosen.refused) == ("falling_friction", 0.0, None)
     assert sum(t.probability for t in found.tried) <= 1.0 + 1e-9
     for t in found.tried:
         told = t.term in {a.term for a in named(found)["falling_friction"].alternatives}
@@ -360,7 +353,7 @@ def test_what_misses_held_out_samples_by_far_is_possible_at_most() -> None:
         "temperature": "probable",
         "profile": "probable",
     }
-    far, near = _of_missed(missed)
+    far, near = of_missed(missed)
     assert "missed by 6.3 times its noise: nothing in it is more than possible" in far
     assert "missed by 1.7 times its noise: nothing in it is established" in near
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from rigs import Floats, Instruments, Plant, experiment, history, rig, spread, traction_samples
 
-from twindisc_cli.loop.diagnose import inputs_off
 from twindisc_cli.loop.explain import Outcome, explain
 from twindisc_cli.loop.fit import Fit, refit
 from twindisc_cli.loop.judge import rises
+from twindisc_cli.loop.notes import inputs_off
 from twindisc_cli.loop.problem import problem_of
 from twindisc_cli.loop.thresholds import ACCEPTANCE, TOLERANCES
 from twindisc_cli.model.experiment import Disc, Experiment, Measured, Options, ProfilePlace, ProfileSamples

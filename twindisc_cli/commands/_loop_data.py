@@ -75,7 +75,7 @@ def _candidates(tried: Sequence[CandidateResult]) -> list[Array]:
         "label": ("effect, or quantity over covariate", [str(t.term) for t in tried]),
         "replaces": ("the term in whose place it was tried", [t.replaces for t in tried]),
         "at_bound": ("parameters that ran into a bound", [" ".join(t.at_bound) for t in tried]),
-        "refused": ("why it is not the answer", [t.refused for t in tried]),
+        "refused": ("why it is not the answer", [t.why_not for t in tried]),
     }
     numbers = {
         "gain": "fall of chi squared over no term in this place",

@@ -319,7 +319,7 @@ def _explanations(diagnosis: Diagnosis, channel: str) -> list[dict[str, Any]]:
             "evidence": float(tried.evidence),
             **_probability(sentences.probability(diagnosis, tried)),
             "at_bound": list(tried.at_bound),
-            "refused": tried.refused,
+            "refused": tried.why_not,
             "chosen": tried.chosen,
         }
         for tried in sentences.ranked(diagnosis, channel)

@@ -48,12 +48,6 @@ FEW = 40
 LEFT, RIGHT = 1.35, 1.45
 """Room of a ranking left of its bars for their names, and from their foot to the remarks, over the longest bar."""
 SHADE, BAND, REMARK = "#F1F1F1", "#E3E3E3", "#444444"
-REFUSED: Mapping[str, str] = {
-    "at a bound": "at a bound",
-    "few resamples": "rarely chosen",
-    "raises the error": "raises the error",
-}
-"""Remarks that have room beside a bar, by what the reasons of a refusal have in them."""
 CHOSEN, HOLDS = "#8FC1E3", "#A5D8C6"
 
 
@@ -260,8 +254,7 @@ def _ranking(axes: Axes, view: View) -> None:
 def _remark(diagnosis: Diagnosis, tried: CandidateResult) -> str:
     """What came of an explanation, in a word."""
     if tried.refused:
-        short = (word for mark, word in REFUSED.items() if mark in tried.refused)
-        return "at a bound" if tried.at_bound else next(short, tried.refused)
+        return tried.refused.reason
     probability = sentences.probability(diagnosis, tried)
     if np.isfinite(probability):
         return percent(probability)

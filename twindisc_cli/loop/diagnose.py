@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping, Sequence, Set
+from collections.abc import Container, Mapping, Sequence, Set
 from dataclasses import replace
 from time import monotonic
 
@@ -11,14 +11,12 @@ from scipy.special import chdtrc
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.covariates import covariate_of
-from twindisc_cli.laws.law import Law, formula_text, law_key, warnings
+from twindisc_cli.laws.law import Law, formula_text, law_key
 from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop import free_zero, single_sample
-from twindisc_cli.loop.alternatives import Weighed, by_probability, shorter, weighed
-from twindisc_cli.loop.candidates import stops_of_wear
+from twindisc_cli.loop.alternatives import Weighed, by_probability, weighed
 from twindisc_cli.loop.channels import channels, measured_channels
-from twindisc_cli.loop.channels.profile import recorded_stops
 from twindisc_cli.loop.channels.traction import friction_is_given
 from twindisc_cli.loop.design import next_experiment, up_and_down
 from twindisc_cli.loop.diagnosis import (
@@ -31,8 +29,6 @@ from twindisc_cli.loop.diagnosis import (
     FoundLaw,
     LawCurve,
     NextExperiment,
-    PredictedErrors,
-    PredictedLevel,
     Strength,
     Unexplained,
     Verdict,
@@ -45,19 +41,19 @@ from twindisc_cli.loop.holdout import steps_withheld
 from twindisc_cli.loop.intervals import base_parameters
 from twindisc_cli.loop.judge import Judged, Kind
 from twindisc_cli.loop.learn import confounded
-from twindisc_cli.loop.levels import Levels, apart_from_others, is_apart, levels_of, with_what_differs
-from twindisc_cli.loop.mixture import Mixture
-from twindisc_cli.loop.noise import Noise
-from twindisc_cli.loop.problem import Case, case_of
+from twindisc_cli.loop.levels import levels_of, with_what_differs
+from twindisc_cli.loop.notes import average_errs, crowded, difference, notes_of, of_missed
+from twindisc_cli.loop.prediction_errors import contradicted_by, predicted_badly, prediction_errors, tests_apart
+from twindisc_cli.loop.problem import case_of
+from twindisc_cli.loop.refusal import Refusal
 from twindisc_cli.loop.screen import Residual, is_beyond_assumed, is_unexplained, unexplained_residual
 from twindisc_cli.loop.step_scatter import step_scatter
 from twindisc_cli.loop.term_intervals import term_parameters, unfixed, widened
 from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm, Term, joined
 from twindisc_cli.loop.thresholds import ACCEPTANCE, RESAMPLING, SEARCH
-from twindisc_cli.loop.validate import PredictedTest, at_its_own_level, drawn_levels, predict_test, rms, with_its_noise
+from twindisc_cli.loop.validate import predict_test, rms, with_its_noise
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.model.forward import Prediction
-from twindisc_cli.quantities import for_reading
 
 PLACES = 60  # on the axis of a curve that is drawn
 DRAWS = 400  # of a band that is drawn
@@ -88,9 +84,9 @@ def diagnose(
     weights = {name: weighed(outcome.compared, name) for name in outcome.answer.terms}
     others = [*(case_of(test) for test in predict), *([unseen] if unseen else [])]
     others = [with_its_noise(case, outcome.judged.before) for case in others]
-    predictions = [_prediction(outcome, case) for case in others]
+    predictions = [prediction_errors(outcome, case) for case in others]
     contradicted = contradicted_by(predictions[-1]) if unseen else set()
-    doubtful = _crowded(outcome.answer) | missed.keys()
+    doubtful = crowded(outcome.answer) | missed.keys()
     strongest = _strongest({*doubtful, *(rest.channel for rest in left)}, missed)
     effects, laws = _found(outcome, weights, contradicted, strongest)
     elsewhere = [predict_test(case, outcome.judged.after) for case in others] if laws else []
@@ -100,7 +96,7 @@ def diagnose(
     not_excluded = _not_excluded(outcome)
     free = free_zero.with_free_zero(outcome.sure)
     levels = with_what_differs(levels_of([outcome.judged.after]), tests)
-    apart = [*_apart(levels, tests), *predicted_badly(predictions, given=bool(outcome.answer.terms))]
+    apart = [*tests_apart(levels, tests), *predicted_badly(predictions, given=bool(outcome.answer.terms))]
     progress("next experiment", 0.95)
     return Diagnosis(
         verdict=_verdict(outcome, effects, laws, [*left, *scattered]),
@@ -115,12 +111,12 @@ def diagnose(
         held_out_steps={test.name: steps_withheld(test) for test in tests},
         notes=[
             *apart,
-            *_of_missed(missed),
+            *of_missed(missed),
             *average_errs(outcome.judged, outcome.mixture),
             *single_sample.notes(outcome.judged.estimated, {rest.channel for rest in left}),
             *together,
             *as_others,
-            *_notes(outcome, effects, laws, weights, elsewhere, free),
+            *notes_of(outcome, effects, laws, weights, elsewhere, free),
         ],
         next_experiment=_next(outcome, weights, left),
         validation=predictions[-1] if unseen else None,
@@ -130,7 +126,7 @@ def diagnose(
         same_on_all=None if outcome.on_all is None else outcome.on_all == outcome.answer.labels,
         blind=outcome.blind,
         seconds=monotonic() - started,
-        difference=_difference(outcome),
+        difference=difference(outcome),
         not_excluded=not_excluded,
         too_few_samples=too_few_samples(outcome.search.base.fit.problem),
     )
@@ -309,11 +305,6 @@ def _strength(outcome: Outcome, name: str, probability: float, rivals: Sequence[
     return "probable" if probability >= RESAMPLING.probable else "possible"
 
 
-def _crowded(answer: Explanation) -> set[str]:
-    """Channels that so many terms describe that their sum describes the record more than it names causes."""
-    return {c for c in answer.fit.problem.channels if len(answer.terms_in(c)) >= ACCEPTANCE.many_terms}
-
-
 def _missed(judged: Judged) -> dict[str, float]:
     """Channels in which something was found and held-out samples are missed, as a test that was not fitted is: by how
     many times the noise."""
@@ -327,33 +318,6 @@ def _missed(judged: Judged) -> dict[str, float]:
 def _strongest(doubtful: Set[str], missed: Mapping[str, float]) -> dict[str, Strength]:
     """Strength that nothing in a doubtful channel exceeds; some are missed by so many times the noise."""
     return {c: "possible" if missed.get(c, 0.0) > ACCEPTANCE.far_missed else "probable" for c in doubtful}
-
-
-def _of_missed(errors: Mapping[str, float]) -> list[str]:
-    """What follows where held-out samples are missed."""
-    return [
-        f"held-out samples of the {channels()[channel].label} are missed by {error:.1f} times its noise: nothing in it "
-        f"is {'more than possible' if error > ACCEPTANCE.far_missed else 'established'}, and its laws hold on this "
-        "history alone"
-        for channel, error in errors.items()
-    ]
-
-
-def average_errs(judged: Judged, mixture: Mixture) -> list[str]:
-    """Channels of which the average over the explanations misses held-out samples by more than the answer alone does,
-    and than by chance: what stands beside the answer was judged by its evidence and not by these samples."""
-    notes = []
-    for name in judged.before.problem.channels:
-        of = channels()[name]
-        together, alone = (of.factor * each.error(name, "unseen_after", held_out=True) for each in (mixture, judged))
-        noise = of.factor * judged.held_out_noise(name)
-        if together > max((1.0 + ACCEPTANCE.growth) * alone, ACCEPTANCE.predicted * noise):
-            of_unit = "" if of.unit == "1" else f" {of.unit}"
-            notes.append(
-                f"held-out samples of the {of.label} are missed by {together:.3g}{of_unit} by the average over what is "
-                f"not excluded, and by {alone:.3g}{of_unit} by the answer alone: some of the former errs there"
-            )
-    return notes
 
 
 def _tied(outcome: Outcome) -> bool:
@@ -512,241 +476,27 @@ def _place(
         evidence=member.evidence - outcome.answer.evidence,
         probability=share,
         at_bound=member.fit.at_bound,
-        refused="" if chosen else _why_not(outcome, member, term, weight),
+        refused=None if chosen else _why_not(outcome, member, term, weight),
         chosen=chosen and bool(name),
     )
 
 
-def _why_not(outcome: Outcome, member: Explanation, term: Term, weight: Weighed) -> str:
-    """Why an explanation is not the answer; empty where the data cannot separate it from that."""
+def _why_not(outcome: Outcome, member: Explanation, term: Term, weight: Weighed) -> Refusal | None:
+    """Why an explanation is not the answer; None where the data cannot separate it from that."""
     if member.labels in outcome.refused:
-        return outcome.refused[member.labels].why
+        return outcome.refused[member.labels]
     if member.fit.at_bound:
-        return f"{' and '.join(n.rpartition('.')[2] for n in member.fit.at_bound)} at a bound"
+        return Refusal("at a bound", f"{' and '.join(n.rpartition('.')[2] for n in member.fit.at_bound)} at a bound")
     if term in weight.same:
-        return "in other words"
+        return Refusal("in other words", "in other words")
     if term in {alternative.term for alternative in weight.alternatives}:
-        return ""
+        return None
     behind = (outcome.answer.evidence - member.evidence) / outcome.answer.evidence_scale
-    return "explains less" if not outcome.answer.terms or behind > SEARCH.equivalent else ""
+    less = not outcome.answer.terms or behind > SEARCH.equivalent
+    return Refusal("explains less", "explains less") if less else None
 
 
-# ------------------------------------------------------------------------------------------------- notes
-
-
-def _difference(outcome: Outcome) -> str:
-    """Where the samples held out would have changed the answer."""
-    if outcome.on_all in (None, outcome.answer.labels):
-        return ""
-    other = joined(outcome.on_all or ()) or "nothing"
-    return f"the answer was found without the samples held out: fitted to all samples, the evidence is for {other}"
-
-
-def _refused(outcome: Outcome) -> list[str]:
-    """What is not given as the answer, and why."""
-    notes = [
-        f"{joined(labels)} is not given as the answer: it {refusal.why}" for labels, refusal in outcome.refused.items()
-    ]
-    if outcome.whole:
-        names = " and the ".join(channels()[channel].label for channel in outcome.whole)
-        notes.append(
-            f"what is found without the samples held out leaves something of the {names} with them: all samples were "
-            "searched, and none is left to judge what is given"
-        )
-    elif not outcome.blind:
-        notes.append(
-            "the first choice raised the error of held-out samples; what is given was chosen with a look at them"
-        )
-    return notes
-
-
-def inputs_off(fitted: Fit) -> list[str]:
-    """Inputs with which the model would meet the data better, if they were off by more than their tolerances."""
-    nuisance = fitted.problem.nuisance
-    if nuisance is None:
-        return []
-    off = zip(nuisance.names, np.abs(nuisance.off(fitted.residual)), strict=True)
-    far = [f"{name} ({by:.1f} times)" for name, by in off if by > ACCEPTANCE.tolerances_off]
-    what = "the model would meet the data better with inputs that are off by more than their tolerance"
-    return [f"{what} (one standard deviation): {', '.join(far)}"] if far else []
-
-
-def _unfixed(effects: Sequence[FoundEffect]) -> list[str]:
-    """Parameters of the effects added that the data do not fix."""
-    return [
-        f"{' and '.join(keys)} of {result.name}: at a bound, or not fixed by these data"
-        for result in effects
-        if (keys := unfixed(catalogue()[result.name], result.parameters))
-    ]
-
-
-def _sums_of_many(answer: Explanation) -> list[str]:
-    """Channels that so many terms describe that none of them is sure."""
-    return [
-        f"{ACCEPTANCE.many_terms} terms or more describe the {channels()[channel].label}: a sum of that many describes "
-        "this record, and may name no cause"
-        for channel in sorted(_crowded(answer), key=list(channels()).index)
-    ]
-
-
-def _cut(outcome: Outcome) -> list[str]:
-    """What follows where the search was ended."""
-    what = (
-        f"the search was ended after {SEARCH.most_effort:,} predictions and may not have tried all: another term, or "
-        "what explains as much, may be missed, and nothing is established"
-    )
-    return [what] if outcome.search.is_cut else []
-
-
-def _shorter(outcome: Outcome) -> list[str]:
-    """What explains as much with fewer terms, of what was not refused."""
-    together = _labels(outcome.answer)
-    return [
-        f"{_labels(member)} alone explains as much as {together}, with fewer terms ({100.0 * share:.0f} %)"
-        for member, share in shorter(outcome.compared)
-        if member.labels not in outcome.refused
-    ]
-
-
-def _labels(explanation: Explanation) -> str:
-    return " and ".join(sorted(map(str, explanation.labels)))
-
-
-def _same_as(effects: Sequence[FoundEffect]) -> list[str]:
-    """What is outside the catalogue and does the same, or nearly, as an effect that was added."""
-    return [
-        f"{effect.name}: {catalogue()[effect.name].same_as}" for effect in effects if catalogue()[effect.name].same_as
-    ]
-
-
-def _levels_of_sensors(laws: Sequence[FoundLaw]) -> list[str]:
-    """Laws of what a sensor records, which say how it changes and not where it is right."""
-    return [
-        f"{law.name}: that what is recorded is right where this law changes nothing is assumed: "
-        "mu, and what is computed with it, are as far off as the record is there"
-        for law in laws
-        if law.law.stage == "sensor" and law.channel == "traction"
-    ]
-
-
-def _equal_covariates(weights: Mapping[str, Weighed]) -> list[str]:
-    """Laws named for others of the same quantity, whose covariates are proportional on this history."""
-    notes = []
-    for weight in weights.values():
-        for law in (alternative.term for alternative in weight.alternatives):
-            others = [o.covariate for o, named in weight.same.items() if named == law and isinstance(o, LawTerm)]
-            if others and isinstance(law, LawTerm):
-                notes.append(f"{law} stands for {' and '.join(others)}, too: on this history they change together")
-    return notes
-
-
-def _notes(
-    outcome: Outcome,
-    effects: Sequence[FoundEffect],
-    laws: Sequence[FoundLaw],
-    weights: Mapping[str, Weighed],
-    elsewhere: Sequence[PredictedTest],
-    free: Fit | None,
-) -> list[str]:
-    """What the reader must know to weigh the verdict; elsewhere: tests that laws predict; free: with a free zero."""
-    cases = outcome.problem.cases
-    notes = [
-        *_refused(outcome),
-        *_sums_of_many(outcome.answer),
-        *_cut(outcome),
-        *_shorter(outcome),
-        *_same_as(effects),
-        *_levels_of_sensors(laws),
-    ]
-    notes += [*inputs_off(outcome.answer.fit), *_unfixed(effects), *_equal_covariates(weights)]
-    notes += [note for predicted in elsewhere for note in _warned(laws, predicted)]
-    notes += [f"{case.test.name}: {note}" for case in cases for note in _notes_on(case)]
-    notes += free_zero.notes(outcome.sure, free) if free else []
-    notes += few_stops(outcome.answer, stops_of_wear(cases))
-    if len({replace(case.test.rig, normal_load=0.0, rolling_speed=0.0) for case in cases}) > 1:
-        notes.append(
-            "the tests are of different rigs or materials; K is shared between them all the same, and so are effects "
-            "and laws that are not said to act in one of them"
-        )
-    return notes
-
-
-def few_stops(answer: Explanation, stops: int) -> Iterator[str]:
-    """Effects whose parameters take up about as many profiles or weighings as were recorded."""
-    for name in answer.terms:
-        effect = answer.effect(name)
-        if effect.needs_stops and stops - len(effect.params) - 1 < ACCEPTANCE.spare_stops:
-            yield (
-                f"{stops} profiles or weighings fix K and the parameters of {name} and leave little to refuse it: a "
-                "wear coefficient that changed in another way could look the same"
-            )
-
-
-def _notes_on_noise(channel: str, noise: Noise) -> Iterator[str]:
-    """What is left out of a channel, and what is assumed of its noise or special in it."""
-    dropped, label = int(np.sum(~noise.kept)), channels()[channel].label
-    if noise.rounded:
-        step = channels()[channel].quantity.difference
-        size = f"{step.of_si(noise.rounded):.3g} {for_reading(step.name)}".strip()
-        back = f"; {dropped} that go a step and come back are left out" if dropped else ""
-        yield (
-            f"readings of the {label} are rounded to steps of {size}, which is most of their noise: the error of "
-            f"one lasts as long as it is read{back}"
-        )
-        return
-    if dropped:
-        yield f"{dropped} {'samples' if dropped > 1 else 'sample'} of the {label} far from the others left out"
-    if not noise.estimated:
-        yield (
-            f"the {channel} has no scatter to estimate its noise from; one percent of its size is "
-            f"assumed, and every significance in that channel rests on this; its {int(noise.kept.sum())} samples "
-            f"are asked for no more than {int(noise.kept.sum()) // SEARCH.samples_each} parameters"
-        )
-    if noise.slow is not None:
-        one, many = (
-            f"a memory of {noise.slow.memories[0]:.0f} samples",
-            "memories from a sample to the whole record",
-        )
-        yield (
-            f"the noise of the {channel} wanders: {100.0 * noise.slow.share:.0f} % of its variance has "
-            f"{many if len(noise.slow.memories) > 1 else one}; a slow change has to stand out of that"
-        )
-
-
-def _notes_on(case: Case) -> Iterator[str]:
-    """What one test does not say, or what is assumed of it."""
-    test = case.test
-    for channel, noise in case.noise.items():
-        yield from _notes_on_noise(channel, noise)
-    if test.effects:
-        yield (
-            f"{' and '.join(test.effects)} declared: the parameters stay as given; taken out of the "
-            f"definition, an effect is looked for and fitted"
-        )
-    if test.approximates_a_line:
-        yield (
-            "FASTSIM is an approximation on two cylinders: its difference from the exact law counts as an error of the "
-            'model, in every interval and in what is looked for; traction = "exact" under [model] is without it'
-        )
-    showing = {effect.channel for effect in catalogue().values()}
-    missing = [c for c in channels() if c in showing and c not in measured_channels(test)]
-    if missing:
-        yield f"{' and '.join(missing)} not measured; effects seen only there stay unseen"
-    if len(recorded_stops(test)) == 1:
-        yield (
-            "a single profile cannot show a wear coefficient that changed over the history; "
-            "profiles at several stops would"
-        )
-    if len(np.unique(test.history.step_creepage)) < 3:
-        yield "fewer than three creepages; what depends on creepage cannot be separated from the rest"
-    if test.thermal is not None and not np.isfinite(case.held["convection_W_K"]):
-        yield (
-            "the convection is neither given nor identified, so that the temperature is not known; "
-            "effects and laws of the temperature are left out"
-        )
-
-
-# ------------------------------------------------------------------------------------------------- next, validation
+# ------------------------------------------------------------------------------------------------------------ next
 
 
 def _next(outcome: Outcome, weights: Mapping[str, Weighed], left: Sequence[Unexplained]) -> NextExperiment | None:
@@ -767,115 +517,3 @@ def _next(outcome: Outcome, weights: Mapping[str, Weighed], left: Sequence[Unexp
             f"the residual depends on {' and '.join(names)}; a history up and down separates time from creepage",
         )
     return None
-
-
-def _prediction(outcome: Outcome, case: Case) -> PredictedErrors:
-    """Errors of a test that was not fitted: as predicted, and with its own level known."""
-    first = predict_test(case, outcome.judged.before)
-    last = [predict_test(case, member.after) for member in outcome.mixture.members]
-    own = at_its_own_level(first), [at_its_own_level(each) for each in last]
-    levels = (
-        _predicted_levels(last[0], own[1][0], outcome.judged.after),
-        _predicted_levels(first, own[0], outcome.judged.before),
-    )
-    mixture = outcome.mixture.on_all
-    errors = _predicted_errors(first, last, mixture), _predicted_errors(*own, mixture)
-    return PredictedErrors(case.test.name, *errors, *levels)
-
-
-def _predicted_levels(predicted: PredictedTest, own: PredictedTest, fitted: Fit) -> dict[str, PredictedLevel]:
-    """The level of a test as a fit of others predicts it, beside its own, by key, where they differ."""
-    drawn = drawn_levels(fitted)
-    return {
-        key: PredictedLevel(float(value), *drawn.get(key, (np.nan, np.nan)), float(own.level[key]))
-        for key, value in predicted.level.items()
-        if np.isfinite(value) and own.level[key] != value
-    }
-
-
-def _predicted_errors(first: PredictedTest, last: Sequence[PredictedTest], mixture: Mixture) -> dict[str, ChannelError]:
-    """Errors of each channel by the base model, and by the average over the explanations."""
-    errors = {}
-    for channel, noise in first.case.noise.items():
-        of = channels()[channel]
-        before = of.factor * first.error(channel)
-        weights = mixture.weights_at(channel, first.case.model, first.prediction)[:, noise.order]
-        after = of.factor * rms(np.sum(weights * np.array([each.misses(channel) for each in last]), axis=0))
-        if np.isfinite(before):
-            errors[channel] = ChannelError(
-                of.unit, of.factor * noise.std, noise.correlation, np.nan, np.nan, before, after, not noise.estimated
-            )
-    return errors
-
-
-OTHER_KIND = "are its surfaces, its load and its zeros those of the others?"
-
-
-def _apart(levels: Mapping[str, Levels], tests: Sequence[Experiment]) -> list[str]:
-    """Tests whose level lies apart from those of the others."""
-    return [
-        f"{tests[number].name}: its {key} is {times:.2g} times that of the other tests, which agree: {OTHER_KIND}"
-        for key, of in levels.items()
-        for number, times in apart_from_others(of)
-    ]
-
-
-def predicted_badly(predictions: Sequence[PredictedErrors], *, given: bool = True) -> list[str]:
-    """Tests that were not fitted whose level lies apart, or of which the answer misses a channel, or the base model
-    predicts it better.
-
-    given: whether anything was found that could be wrong there.
-    """
-    notes = [
-        f"{predicted.test}: its {key} is {level.own / level.predicted:.2g} times that of the tests fitted: {OTHER_KIND}"
-        for predicted in predictions
-        for key, level in predicted.level.items()
-        if key in _levels_apart(predicted.level)
-    ]
-    return notes + [
-        f"{predicted.test}: on this other history the {channels()[channel].label} is {how}"
-        for predicted in predictions
-        for channel, error in predicted.errors.items()
-        if (how := _how_badly(error, predicted.missed(channel), given=given))
-    ]
-
-
-def contradicted_by(predicted: PredictedErrors) -> set[str]:
-    """Channels that the base model predicts better than the answer, with the level of the test known, too.
-
-    Or as well, where by the answer alone that level lies apart from those of the tests fitted.
-    """
-    own = predicted.at_own_level
-    lifted = _levels_apart(predicted.level) - _levels_apart(predicted.level_before)
-    by_level = {c for c in own if any(base.key in lifted for base in channels()[c].parameters)}
-    return {c for c, e in predicted.errors.items() if _is_worse(e) and (c in by_level or _is_worse(own[c]))}
-
-
-def _levels_apart(levels: Mapping[str, PredictedLevel]) -> set[str]:
-    """Base parameters of which a test that was only predicted has a level apart from those of the tests fitted."""
-    return {key for key, level in levels.items() if is_apart(level.off, level.scatter)}
-
-
-def _is_worse(error: ChannelError) -> bool:
-    """Whether the answer predicts worse than the base model, and than the noise."""
-    return error.held_out_after > max(
-        (1.0 + ACCEPTANCE.growth) * error.held_out_before, ACCEPTANCE.predicted * error.noise
-    )
-
-
-def _how_badly(error: ChannelError, missed: float, *, given: bool) -> str:
-    """What is wrong with a prediction that misses the samples by so many times their noise, if anything."""
-    before, after = error.held_out_before, error.held_out_after
-    if _is_worse(error):
-        return f"predicted worse than by the base model, {after / before:.2f} times its error"
-    if missed > ACCEPTANCE.missed:
-        noise = "assumed noise" if error.assumed else "noise"
-        why = "what was found does not hold there, or more is missing" if given else "something is missing there"
-        return f"missed by {missed:.1f} times its {noise}: {why}"
-    return ""
-
-
-def _warned(laws: Sequence[FoundLaw], predicted: PredictedTest) -> list[str]:
-    """Where a test goes beyond what a law was learnt on."""
-    name, state = predicted.case.test.name, predicted.prediction.state
-    return warnings({law.name: law.law for law in laws if law.test in ("", name)}, state, name)

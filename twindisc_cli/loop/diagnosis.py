@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from twindisc_cli.identify.least_squares import NINETY
 from twindisc_cli.laws.law import Law
 from twindisc_cli.loop.levels import Levels
+from twindisc_cli.loop.refusal import Refusal
 from twindisc_cli.loop.step_scatter import StepScatter
 from twindisc_cli.loop.terms import Alternative, Term, in_test
 from twindisc_cli.model.experiment import Floats, Ints
@@ -135,9 +136,9 @@ class ChannelError:
 class CandidateResult:
     """One term that was tried in the place of another: what it is, and what it says beside the other terms.
 
-    replaces: the name of the term in whose place it stands; gain: fall of
-    chi2 over no term in this place; evidence relative to the answer's; probability as in the answer; refused: why it is
-    not the answer, empty for the answer itself and for what cannot be separated from it.
+    replaces: the name of the term in whose place it stands; gain: fall of chi2 over no term in this place; evidence
+    relative to the answer's; probability as in the answer; refused: why it is not the answer, None for the answer
+    itself and for what cannot be separated from it.
     """
 
     channel: str
@@ -147,8 +148,13 @@ class CandidateResult:
     evidence: float
     probability: float
     at_bound: tuple[str, ...]
-    refused: str
+    refused: Refusal | None
     chosen: bool
+
+    @property
+    def why_not(self) -> str:
+        """Why it is not the answer, in full; empty where it is, or cannot be separated from it."""
+        return "" if self.refused is None else self.refused.why
 
 
 @dataclass(frozen=True)

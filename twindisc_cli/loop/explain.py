@@ -21,6 +21,7 @@ from twindisc_cli.loop.judge import Judged, fall, judge, rises
 from twindisc_cli.loop.mixture import Mixture, mixture_of
 from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case, Problem, problem_of
+from twindisc_cli.loop.refusal import Refusal
 from twindisc_cli.loop.resample import shares
 from twindisc_cli.loop.screen import Residual, is_unexplained, left_over_explained, unexplained_residual
 from twindisc_cli.loop.search import Search, search
@@ -79,7 +80,7 @@ class Outcome:
     @property
     def blind(self) -> bool:
         """Whether the held-out samples had no say in which explanation is given."""
-        return not self.whole and not any(refusal.held_out for refusal in self.refused.values())
+        return not self.whole and not any(refusal.reason == "does not predict" for refusal in self.refused.values())
 
 
 def explain(tests: Sequence[Experiment], *, validate: Case | None, quick: bool, progress: Progress) -> Outcome:
@@ -253,19 +254,6 @@ def chosen_on_all(judged: Judged, members: Sequence[Explanation]) -> frozenset[T
     return best.labels
 
 
-@dataclass(frozen=True)
-class Refusal:
-    """Why an explanation is not given.
-
-    errs: it raises an error; held_out: that of samples held out alone; improbable: only others are more probable.
-    """
-
-    why: str
-    errs: bool = False
-    held_out: bool = False
-    improbable: bool = False
-
-
 def most_probable(compared: Compared) -> Explanation:
     """The answer with each term exchanged for what the resamples choose more often in its place.
 
@@ -353,7 +341,7 @@ def next_to_judge(compared: Compared, refused: Mapping[frozenset[Term], Refusal]
 
 def _without(compared: Compared, refused: Mapping[frozenset[Term], Refusal]) -> Compared:
     """The same with all weight on what was not refused for what it predicts, in every resample."""
-    wrong = {labels for labels, refusal in refused.items() if not refusal.improbable}
+    wrong = {labels for labels, refusal in refused.items() if refusal.reason != "rarely chosen"}
     members = [member for member in compared.members if member.labels not in wrong]
     if len(members) == len(compared.members) or not np.isfinite(compared.shares).all():
         return compared
@@ -371,18 +359,18 @@ def _refusal(compared: Compared, every: Compared, judged: Judged, other: Case | 
         return None
     loose = [str(answer.term(name)) for name in answer.terms if _is_loose(answer, name)]
     if loose:
-        return Refusal(f"has a parameter of {' and '.join(loose)} at a bound, or fixed by nothing")
+        return Refusal("at a bound", f"has a parameter of {' and '.join(loose)} at a bound, or fixed by nothing")
     first = replace(every, answer=answer)
     rare = [str(answer.term(n)) for n in answer.terms if _is_rare(compared, n) or is_negligible(weighed(first, n))]
     if rare:
-        return Refusal(f"names {' and '.join(rare)}, which few resamples choose", improbable=True)
+        return Refusal("rarely chosen", f"names {' and '.join(rare)}, which few resamples choose")
     raised = [c for c in judged.rises(held_out=False) if _misses_more(answer.fit, compared.base.fit, c)]
     raised = raised or (_raised_elsewhere(judged, compared.base, other) if other is not None else [])
     unseen = judged.rises(held_out=True)
     if raised or unseen:
         names = " and the ".join(channels()[c].label for c in dict.fromkeys([*raised, *unseen]))
         where = " of samples held out: it explains these samples and does not predict others" if not raised else ""
-        return Refusal(f"raises the error of the {names}{where}", errs=True, held_out=not raised)
+        return Refusal("raises the error" if raised else "does not predict", f"raises the error of the {names}{where}")
     return None
 
 

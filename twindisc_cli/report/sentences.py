@@ -38,8 +38,6 @@ from twindisc_cli.report.words import (
 )
 
 AT_FLOOR = 1.15  # times the noise, of which only an estimate is known
-SAME = "in other words"
-"""Why a law is not given that is an effect, or another law, by another name."""
 WORN = ("profile", "mass")
 """Channels for which an added term acts on the wear, and so on what K means."""
 REPORTED = 0.05
@@ -84,7 +82,12 @@ def probability(diagnosis: Diagnosis, tried: CandidateResult) -> float:
 
 def share(diagnosis: Diagnosis, tried: CandidateResult) -> str:
     """The probability of what was tried as text; a dash where its resamples count for another in whose words it is."""
-    return "–" if tried.refused == SAME else percent(probability(diagnosis, tried))
+    return "–" if _is_same(tried) else percent(probability(diagnosis, tried))
+
+
+def _is_same(tried: CandidateResult) -> bool:
+    """Whether it is another term in other words."""
+    return tried.refused is not None and tried.refused.reason == "in other words"
 
 
 def answers(diagnosis: Diagnosis) -> list[tuple[str, list[str]]]:
@@ -247,7 +250,7 @@ def _open(diagnosis: Diagnosis) -> list[str]:
 
 def _refused(diagnosis: Diagnosis) -> list[str]:
     """What explains the samples that were fitted and does not predict those held out."""
-    names = [term_name(t.term) for t in diagnosis.tried if "does not predict others" in t.refused]
+    names = [term_name(t.term) for t in diagnosis.tried if t.refused and t.refused.reason == "does not predict"]
     return [f"{sentence(listed(names))} explains these samples and does not predict others."] if names else []
 
 
@@ -358,7 +361,7 @@ def against_noise(error: ChannelError) -> str:
 def outcome(diagnosis: Diagnosis, tried: CandidateResult) -> str:
     """What came of an explanation."""
     if tried.refused:
-        return "the same in other words, counted there" if tried.refused == SAME else f"refused: {tried.refused}"
+        return "the same in other words, counted there" if _is_same(tried) else f"refused: {tried.why_not}"
     if tried.chosen:
         return "added to the model"
     beside = {other.term for term in diagnosis.terms if term.key == tried.replaces for other in term.alternatives}
