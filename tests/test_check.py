@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 from definitions import TRACTION, VALID, changed, outcome, shipped, write
 
-from twindisc_cli.commands.check import Finding, facet_depth, findings, run
+from twindisc_cli.commands.check import run
+from twindisc_cli.consistency import findings
+from twindisc_cli.consistency.finding import Finding
+from twindisc_cli.consistency.wear import facet_depth
 from twindisc_cli.definition import load
 from twindisc_cli.identify.energy import measured_energy
 from twindisc_cli.identify.wear_history import wear_history

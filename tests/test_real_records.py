@@ -41,7 +41,7 @@ def halves() -> list[Back]:
 
 
 @pytest.mark.long
-@pytest.mark.xfail(reason="a half without its held-out samples names what the other does in 7 of 16", strict=True)
+@pytest.mark.xfail(reason="a half without its held-out samples names what the other does in 12 of 18", strict=True)
 def test_what_one_half_of_eurosprinter_names_is_in_the_set_of_the_other() -> None:
     """In four of five, over splits at random: no formula is exact there, and a name must come back."""
     assert np.mean([back.found for back in halves()]) >= 0.8
@@ -65,17 +65,10 @@ def test_the_error_of_a_range_of_creepages_that_nothing_saw_is_below_the_base_mo
     assert found.loop < found.base
 
 
-ABOVE = pytest.mark.xfail(reason="above 10 % the film says less than a constant friction: 0.019 for 0.017", strict=True)
-
-
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("sweep", "block"),
-    [
-        *((sweep, block) for sweep in ("etm-sweep-1", "etm-sweep-10") for block in (0, 2)),
-        ("etm-sweep-20", 0),
-        pytest.param("etm-sweep-20", 2, marks=ABOVE),
-    ],
+    [(sweep, block) for sweep in ("etm-sweep-1", "etm-sweep-10", "etm-sweep-20") for block in (0, 2)],
 )
 def test_the_error_at_an_end_of_a_sweep_that_nothing_saw_is_below_the_base_models(sweep: str, block: int) -> None:
     test = records()[sweep]()

@@ -13,7 +13,7 @@ import numpy as np
 from twindisc_cli.commands._base import laws_beyond
 from twindisc_cli.commands._loop_data import dataset_of
 from twindisc_cli.commands._step_friction import with_step_friction
-from twindisc_cli.commands.check import contradictions
+from twindisc_cli.consistency import contradictions
 from twindisc_cli.definition import Test, dump, law_table, relocate
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Param

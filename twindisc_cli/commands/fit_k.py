@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from twindisc_cli.commands._base import friction_of_steps
-from twindisc_cli.commands.check import contradictions
+from twindisc_cli.consistency import contradictions
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import ValidityError
 from twindisc_cli.identify.known_k import KnownK, known_from_mass, known_from_profile

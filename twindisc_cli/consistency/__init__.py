@@ -1,0 +1,52 @@
+"""Do the definition, the data and the numbers stated elsewhere agree with each other?
+
+General rules, for any test; each compares a value with the range that geometry or a balance allows. `wear`, `heat` and
+`contact` hold them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from twindisc_cli.consistency.contact import elastic_limit, pressure, shakes_down, small_patch, traction_sign
+from twindisc_cli.consistency.facts import Facts
+from twindisc_cli.consistency.finding import Finding
+from twindisc_cli.consistency.heat import heat_and_temperature, start_temperature
+from twindisc_cli.consistency.wear import chord_and_depth, mass_and_profile, stated_depth, volume_and_energy, weighings
+from twindisc_cli.model.experiment import Experiment
+
+RULES: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
+    chord_and_depth,
+    stated_depth,
+    volume_and_energy,
+    weighings,
+    mass_and_profile,
+    heat_and_temperature,
+    start_temperature,
+    elastic_limit,
+    traction_sign,
+    pressure,
+    shakes_down,
+    small_patch,
+)
+
+
+OF_DATA: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
+    weighings,
+    mass_and_profile,
+    heat_and_temperature,
+    start_temperature,
+)
+"""Rules by which data contradict each other or what was declared, whatever the model lacks."""
+
+
+def contradictions(test: Experiment) -> list[str]:
+    """What is wrong with the data of a test, for the commands that use them."""
+    facts = Facts(test)
+    return [f"contradiction: {f.message}" for rule in OF_DATA for f in rule(facts) if not f.ok]
+
+
+def findings(test: Experiment) -> list[Finding]:
+    """Every rule that can be applied to a test, with its outcome."""
+    facts = Facts(test)
+    return [finding for rule in RULES for finding in rule(facts)]
