@@ -32,7 +32,8 @@ import numpy as np
 from twindisc_cli.loop.channels._channel import Base, Channel, File, FileColumn
 from twindisc_cli.loop.channels._held_out import held_out_samples
 from twindisc_cli.loop.generic import smooth
-from twindisc_cli.loop.noise import estimate, polynomials
+from twindisc_cli.loop.noise_estimate import estimate
+from twindisc_cli.loop.trends import polynomials
 from twindisc_cli.identify.energy import measured_energy
 from twindisc_cli.quantities import Quantity
 

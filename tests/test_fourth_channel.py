@@ -33,7 +33,8 @@ import numpy as np
 from twindisc_cli.loop.channels._channel import Channel
 from twindisc_cli.loop.channels._held_out import held_out_samples
 from twindisc_cli.loop.generic import smooth
-from twindisc_cli.loop.noise import estimate, polynomials
+from twindisc_cli.loop.noise_estimate import estimate
+from twindisc_cli.loop.trends import polynomials
 from twindisc_cli.quantities import Quantity
 
 

@@ -25,8 +25,10 @@ from twindisc_cli.loop.channels.profile import noise as profile_noise
 from twindisc_cli.loop.channels.temperature import noise as temperature_noise
 from twindisc_cli.loop.channels.traction import noise as traction_noise
 from twindisc_cli.loop.fit import base_fit
-from twindisc_cli.loop.noise import ASSUMED_SHARE, Mask, Noise, Past, Slow, estimate, relaxations
+from twindisc_cli.loop.noise import Mask, Noise, Past, Slow
+from twindisc_cli.loop.noise_estimate import ASSUMED_SHARE, estimate
 from twindisc_cli.loop.problem import problem_of
+from twindisc_cli.loop.trends import relaxations
 from twindisc_cli.model.experiment import Experiment, History, Measured, ProfileSamples, TemperatureSamples, Thermal
 
 HISTORY = history((0.02, 0.04, 0.09, 0.03, 0.06, 0.015), 3)

@@ -12,7 +12,7 @@ import numpy as np
 
 from twindisc_cli.consistency.facts import Facts
 from twindisc_cli.consistency.finding import LIMIT_MARGIN, Finding, number
-from twindisc_cli.loop.noise import scatter
+from twindisc_cli.loop.noise_estimate import scatter
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import acts_at
 from twindisc_cli.quantities import CELSIUS

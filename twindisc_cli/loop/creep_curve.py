@@ -23,7 +23,8 @@ from functools import cached_property
 
 import numpy as np
 
-from twindisc_cli.loop.noise import GROWS, Noise, estimate
+from twindisc_cli.loop.noise import Noise
+from twindisc_cli.loop.noise_estimate import GROWS, estimate
 from twindisc_cli.loop.ties import first_of_most
 from twindisc_cli.model.experiment import Floats
 

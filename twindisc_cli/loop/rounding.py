@@ -14,7 +14,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from twindisc_cli.loop.noise import FAR, Mask, Noise, Slow, detrended
+from twindisc_cli.loop.noise import Mask, Noise, Slow
+from twindisc_cli.loop.noise_estimate import FAR, detrended
 from twindisc_cli.model.experiment import Floats, Ints
 from twindisc_cli.model.rounded import is_coarse, lasting, scatter_before, step_of, usual
 

@@ -10,7 +10,9 @@ from twindisc_cli.identify.energy import measured_energy
 from twindisc_cli.identify.mass import weighed_volume, worn_mass
 from twindisc_cli.loop.channels._channel import Channel, Generic, Mask, known, wear_coefficient
 from twindisc_cli.loop.generic import smooth
-from twindisc_cli.loop.noise import Noise, estimate, given, polynomials
+from twindisc_cli.loop.noise import Noise, given
+from twindisc_cli.loop.noise_estimate import estimate
+from twindisc_cli.loop.trends import polynomials
 from twindisc_cli.model.experiment import Experiment, Floats, Ints, MassSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.quantities import Quantity

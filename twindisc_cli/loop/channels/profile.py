@@ -10,7 +10,9 @@ from twindisc_cli.identify.energy import measured_energy
 from twindisc_cli.loop.channels._channel import Channel, Generic, Mask, known, wear_coefficient
 from twindisc_cli.loop.channels._held_out import held_out_bands
 from twindisc_cli.loop.generic import RIPPLES, levels, waves
-from twindisc_cli.loop.noise import FEWEST_FREE, Noise, estimate, in_a_run, polynomials, scatter
+from twindisc_cli.loop.noise import Noise
+from twindisc_cli.loop.noise_estimate import FEWEST_FREE, estimate, in_a_run, scatter
+from twindisc_cli.loop.trends import polynomials
 from twindisc_cli.model.experiment import Experiment, Floats, Ints, ProfileSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.surface import recorded_sections

@@ -10,8 +10,10 @@ from twindisc_cli.identify.energy import measured_energy
 from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, known
 from twindisc_cli.loop.channels._held_out import held_out_samples
 from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, waves
-from twindisc_cli.loop.noise import Noise, estimate, relaxations
+from twindisc_cli.loop.noise import Noise
+from twindisc_cli.loop.noise_estimate import estimate
 from twindisc_cli.loop.rounding import with_rounding
+from twindisc_cli.loop.trends import relaxations
 from twindisc_cli.model.experiment import Experiment, Floats, Ints, TemperatureSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.physics.disc_heat import temperatures

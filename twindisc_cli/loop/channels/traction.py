@@ -12,19 +12,10 @@ from twindisc_cli.loop.channels._channel import Base, Channel, Generic, Mask, kn
 from twindisc_cli.loop.channels._held_out import held_out_samples
 from twindisc_cli.loop.creep_curve import Curve, creepage_error
 from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, waves
-from twindisc_cli.loop.noise import (
-    GROWS,
-    Noise,
-    detrended,
-    estimate,
-    given,
-    growth,
-    likelier,
-    louder,
-    polynomials,
-    recurring,
-)
+from twindisc_cli.loop.noise import Noise, given
+from twindisc_cli.loop.noise_estimate import GROWS, detrended, estimate, growth, likelier, louder
 from twindisc_cli.loop.rounding import with_rounding
+from twindisc_cli.loop.trends import polynomials, recurring
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, TractionSamples
 from twindisc_cli.model.forward import ForwardModel, Prediction
 from twindisc_cli.model.points import knows_times, sample_times

@@ -1,0 +1,54 @@
+"""Trends inside every step of a record, or every unworn flank of a profile, and what comes back in every step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from twindisc_cli.loop.span import span_of
+from twindisc_cli.model.experiment import Floats, Ints
+
+
+def polynomials(at: Floats, group: Ints, degree: int, samples_each: int) -> Floats:
+    """Legendre polynomials of `at` inside each group (sample, column), at most one for so many samples."""
+
+    def block(unit: Floats) -> Floats:
+        highest = min(degree, len(unit) // samples_each, len(np.unique(unit)) - 1)
+        return np.asarray(np.polynomial.legendre.legvander(2.0 * unit - 1.0, highest), dtype=float)
+
+    return _in_groups(at, group, block)
+
+
+def relaxations(at: Floats, group: Ints, most: int, samples_each: int) -> Floats:
+    """A level, then exponential approaches and a slope in each group (sample, column), one for so many samples."""
+
+    def block(unit: Floats) -> Floats:
+        shapes = [np.ones_like(unit), np.exp(-unit / 0.15), unit, np.exp(-unit / 0.05), np.exp(-unit / 0.4)]
+        return np.stack(shapes[: min(most, 1 + len(unit) // samples_each)], axis=1)
+
+    return _in_groups(at, group, block)
+
+
+def _in_groups(at: Floats, group: Ints, block: Callable[[Floats], Floats]) -> Floats:
+    """Columns of each group, zero in the others (sample, column), of places in it from 0 to 1 (sample of it,)."""
+    columns = []
+    for number in np.unique(group):
+        here = group == number
+        own = block((at[here] - at[here].min()) / max(float(np.ptp(at[here])), 1e-300))
+        columns.append(np.zeros((len(at), own.shape[1])))
+        columns[-1][here] = own
+    return np.concatenate(columns, axis=1)
+
+
+def recurring(at: Floats, group: Ints, trend: Floats, knots: int) -> Floats:
+    """A trend (sample, column), and what is the same in every group: lines between knots over the place in it.
+
+    The knots stand where as many samples are between each pair of them.
+    """
+    place = at - np.array([at[group == g].min() for g in np.unique(group)])[np.unique(group, return_inverse=True)[1]]
+    knot = np.unique(np.quantile(place, np.linspace(0.0, 1.0, knots)))
+    hats = np.stack([np.interp(place, knot, row) for row in np.eye(len(knot))], axis=1)
+    reached = span_of(trend)
+    hats = hats - reached @ (reached.T @ hats)
+    return np.concatenate([trend, span_of(hats[:, np.linalg.norm(hats, axis=0) > 1e-6])], axis=1)
