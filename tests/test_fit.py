@@ -32,6 +32,7 @@ from twindisc_cli.loop.judge import revised_case
 from twindisc_cli.loop.problem import Case, Problem, case_of, parameters_of, problem_of
 from twindisc_cli.loop.term_intervals import estimate_of
 from twindisc_cli.loop.thresholds import TOLERANCES
+from twindisc_cli.loop.tolerances import with_nuisances
 from twindisc_cli.model.experiment import MassSamples, Measured, Options, TemperatureSamples, TractionSamples
 from twindisc_cli.model.forward import ForwardModel
 
@@ -183,7 +184,7 @@ def test_ninety_percent_intervals_cover() -> None:
 
 def with_nuisance(problem: Problem) -> tuple[Problem, Fit]:
     found = fit(problem)
-    return problem.with_nuisance(found.theta, found.jacobian), found
+    return with_nuisances(problem, found.theta, found.jacobian), found
 
 
 def test_discount_is_the_inverse_root_of_the_covariance() -> None:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from twindisc_cli.definition import Test, load
 from twindisc_cli.errors import MeasurementError
-from twindisc_cli.loop.problem import known_sensors
+from twindisc_cli.loop.tolerances import known_sensors
 from twindisc_cli.measurement.profile import hardly_worn, placed
 
 DEPTH, HALF = 6.0, 0.9

@@ -28,11 +28,12 @@ from twindisc_cli.loop.learn import (
     typical_change,
     with_elsewhere,
 )
-from twindisc_cli.loop.problem import Case, Parameter, Problem, known_sensors, parameters_of
+from twindisc_cli.loop.problem import Case, Parameter, Problem, parameters_of
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.terms import in_test
 from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.loop.ties import falling, first_of_most
+from twindisc_cli.loop.tolerances import known_sensors
 from twindisc_cli.loop.validate import LinearPrediction
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import Prediction

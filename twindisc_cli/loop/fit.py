@@ -27,6 +27,7 @@ from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case, Parameter, Problem
 from twindisc_cli.loop.span import span_of
+from twindisc_cli.loop.tolerances import with_nuisances
 from twindisc_cli.model.experiment import Floats
 
 STEP = 1e-4  # of the derivatives; inner parameters are of order one
@@ -288,7 +289,7 @@ def refit(problem: Problem, start: Floats | None = None) -> Fit:
     """Fit, find the nuisances there, and fit again."""
     first = fit(replace(problem, nuisance=None) if problem.nuisance is None else problem, start)
     base = [i for i, p in enumerate(problem.parameters) if p.term is None]
-    return fit(problem.with_nuisance(first.theta, first.jacobian[:, base]), first.theta)
+    return fit(with_nuisances(problem, first.theta, first.jacobian[:, base]), first.theta)
 
 
 def carried(problem: Problem, *fits: Fit) -> Floats:

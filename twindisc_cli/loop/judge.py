@@ -18,9 +18,10 @@ from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import Fit, carried, plain_fit, refit
 from twindisc_cli.loop.holdout import holds_out
 from twindisc_cli.loop.noise import Mask
-from twindisc_cli.loop.problem import Case, creepage_tolerance
+from twindisc_cli.loop.problem import Case
 from twindisc_cli.loop.terms import EffectTerm, term_of
 from twindisc_cli.loop.thresholds import ACCEPTANCE
+from twindisc_cli.loop.tolerances import creepage_tolerance
 from twindisc_cli.loop.validate import rms
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.forward import Prediction

@@ -18,38 +18,26 @@ from functools import cached_property, lru_cache
 from itertools import chain, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import FIRST_SEEN, Effect
 from twindisc_cli.effects._state import State
 from twindisc_cli.errors import DefinitionError
 from twindisc_cli.errors import Problem as Mistake
-from twindisc_cli.identify.steps import creepage_error
 from twindisc_cli.laws.quantities import Quantity
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.channels._channel import Base
 from twindisc_cli.loop.noise import Mask, Noise
-from twindisc_cli.loop.span import span_of
-from twindisc_cli.loop.thresholds import ACCEPTANCE, TOLERANCES
+from twindisc_cli.loop.nuisances import Nuisances
 from twindisc_cli.model.base import MODEL_KEYS
-from twindisc_cli.model.experiment import Experiment, Floats, Ints, Rig
+from twindisc_cli.model.experiment import Experiment, Floats, Ints
 from twindisc_cli.model.forward import COUNTED, SETTLED, ForwardModel, IntegratedSets, Prediction
 from twindisc_cli.model.patch import Paths
 
 _Values = Mapping[str, Floats]
-_Off = tuple[str, Floats]
-"""An input that is off by its tolerance, and the white prediction with it (sample,)."""
-
-LITTLE = 3.0
-"""Length of a change [standard deviations of the noise] up to which it may have another shape (correlation 0.9)."""
 TOO_QUIET = 0.8
 """Scatter about a model, over the noise, below which the noise is not that of the samples: they do not scatter as far.
 """
-QUANTITIES_OF_DISCS = {"transverse_radius": "crown_error", "youngs_modulus": None}
-"""What may be off of both discs, and the effect that stands in the place of its tolerance."""
-DECLARED = {"third_body_layer": "initial_slope"}
-"""Quantities of the rig whose tolerance in a definition takes the place of that of an effect."""
 
 
 @dataclass(frozen=True)
@@ -200,38 +188,6 @@ class Parameter:
     def scale(self) -> float:
         """Size of a unit step of a parameter that is not fitted as a logarithm."""
         return 1.0 if self.normal else max(abs(self.start - (self.off or 0.0)), 1e-3 * (self.upper - self.lower))
-
-
-@dataclass(frozen=True)
-class Nuisances:
-    """What tolerances of the inputs could change: one column each (sample, nuisance), whitened.
-
-    names: the inputs (nuisance,); columns: what base parameters cannot absorb; absorbed: what they can, and by which
-    the tolerances move them.
-    """
-
-    names: Sequence[str]
-    columns: Floats
-    absorbed: Floats
-
-    @cached_property
-    def _directions(self) -> tuple[Floats, Floats, Floats]:
-        """Directions of the nuisances (sample, direction), their lengths, and the nuisances of each of unit length."""
-        return np.linalg.svd(self.columns, full_matrices=False)
-
-    def discounted(self, rows: Floats) -> Floats:
-        """White rows (..., sample) shrunk along the nuisances: (1 + D D')^(-1/2)."""
-        left, size, _ = self._directions
-        shrink = 1.0 / np.sqrt(1.0 + size**2) - 1.0
-        return np.asarray(rows + ((rows @ left) * shrink) @ left.T)
-
-    def off(self, residual: Floats) -> Floats:
-        """How far the inputs are most probably off, in their tolerances [1] (nuisance,), by a discounted residual.
-
-        The posterior mean of a linear Gaussian model, D' (1 + D D')^-1 r, r the white residual before the discount.
-        """
-        left, size, right = self._directions
-        return np.asarray((size / np.sqrt(1.0 + size**2) * (residual @ left)) @ right)
 
 
 INTEGRATED, INTEGRATED_LOCALLY = 4, {"hertz": 50, "half_space": 150}
@@ -513,78 +469,7 @@ class Problem:
         """Shrink white rows (..., sample) along the nuisances."""
         return rows if self.nuisance is None else self.nuisance.discounted(rows)
 
-    def with_nuisance(self, theta: Floats, slopes: Floats) -> Problem:
-        """The same problem with the nuisances as they are at theta (parameter,).
-
-        What the base parameters can absorb, whose slopes are (sample, base), is taken out of them: it costs nothing
-        there, and a nuisance, which is only known for small changes, must not stand in for a large one.
-        """
-        span = span_of(slopes)
-        nearby = self.followed(theta)
-        predictions = nearby.predict(theta[None])
-        plain = nearby.white(predictions)[0]
-        inputs, rows = zip(
-            *nearby._off_effects(theta),
-            *nearby._off_sensors(theta, plain),
-            *nearby._off_theory(theta, plain),
-            nearby._off_track(theta, predictions),
-            *nearby._off_creepage(theta),
-            *nearby._off_levels(theta, plain),
-            *nearby._off_rig(theta),
-            strict=True,
-        )
-        columns = np.nan_to_num(np.array(rows) - plain).T
-        absorbed = span @ (span.T @ columns)
-        # mu is meant over the load as set, whatever the load was
-        known = np.array([name.startswith("load_error") for name in inputs])
-        return replace(self, nuisance=Nuisances(inputs, columns - absorbed, absorbed[:, ~known]))
-
-    def _off_effects(self, theta: Floats) -> list[_Off]:
-        """White predictions with a small size of each of the effects that are no finding, by parameter.
-
-        They come on top of what a test declares: the tolerance of a declared effect is relative to it.
-        """
-        return [
-            (f"{name}.{key}", self._with_slight(theta, name, key, size))
-            for name, key, size in TOLERANCES.effects
-            if name not in self.terms
-        ]
-
-    def _off_sensors(self, theta: Floats, plain: Floats) -> list[_Off]:
-        """White predictions with one record after the other off by how well its zero and place are known."""
-        off = []
-        for number, case in enumerate(self.cases):
-            for name, key, size in known_sensors(case.test):
-                if name not in self.terms:
-                    row = self._with_slight(theta, name, key, size)
-                    for record, own in enumerate(self._records(number, catalogue()[name].channel), 1):
-                        off.append((f"{name}.{key} of record {record} of {case.test.name}", np.where(own, row, plain)))
-        return off
-
-    def _off_theory(self, theta: Floats, plain: Floats) -> list[_Off]:
-        """White predictions by the exact law of each test on two cylinders for which FASTSIM is declared."""
-        name = "exact_elasticity"
-        tests = [n for n, c in enumerate(self.cases) if c.test.approximates_a_line and name not in c.test.effects]
-        if not tests or name in self.terms:
-            return []
-        row = self._with_slight(theta, name, "share", 1.0)
-        return [(f"{name}.share of {self.tests[n]}", np.where(self.owner == n, row, plain)) for n in tests]
-
-    def _off_track(self, theta: Floats, predictions: Sequence[Prediction]) -> _Off:
-        """White prediction with a worn track that rolls a little softer, the nearer it is to a rectangle."""
-        extra = []
-        for prediction in predictions:
-            state = prediction.state
-            square = prediction.paths.patch(prediction.section, state.normal_load / state.nominal_load).square
-            extra.append({"slope_ratio": 1.0 - TOLERANCES.worn_slope * square})
-        name = "creep stiffness of the worn track"
-        return name, self._with_each(theta, name, extra, {name: catalogue()["third_body_layer"]})
-
-    def _with_slight(self, theta: Floats, name: str, key: str, size: float) -> Floats:
-        """White prediction (sample,) with a small size of an effect."""
-        return self._with_each(theta, name, [_slightly(case.test, name, key, size) for case in self.cases])
-
-    def _with_each(
+    def white_with(
         self, theta: Floats, name: str, own: Sequence[dict[str, Floats]], trial: Mapping[str, Effect] | None = None
     ) -> Floats:
         """White prediction (sample,) with an effect of which each test has parameters of its own."""
@@ -601,124 +486,11 @@ class Problem:
         ]
         return np.asarray(self.white(predictions)[0])
 
-    def _records(self, number: int, channel: str) -> list[NDArray[np.bool_]]:
-        """Which white samples are of each record of a channel of a test (sample,): its profiles, or the whole of it."""
-        places = [
-            np.full(int(self.cases[i].noise[c].kept.sum()), (i, c) == (number, channel), dtype=np.int64)
-            for i, c in self.parts
-        ]
-        if channel == "profile" and (number, channel) in self.parts:
-            noise = self.cases[number].noise[channel]
-            places[self.parts.index((number, channel))] = (
-                1 + np.unique(noise.series[noise.order], return_inverse=True)[1]
-            )
-        place = np.concatenate(places)
-        return [place == record for record in range(1, int(place.max()) + 1)]
-
-    def _off_creepage(self, theta: Floats) -> list[_Off]:
-        """White predictions with the creepage of one step after the other off by its tolerance."""
-        off = list[_Off]()
-        for number, case in enumerate(self.cases):
-            history = case.test.history
-            steps = np.unique(history.step)
-            factors = 1.0 + creepage_tolerance(case.test) * (steps[:, None] == history.step)
-            sets = np.tile(theta, (len(factors), 1))
-            rows = self.white(self.moved(sets, number=number, base={"creepage_factor": factors}))
-            names = [f"creepage of step {step + 1} of {case.test.name}" for step in steps]
-            off += zip(names, rows, strict=True)
-        return off
-
-    def _off_levels(self, theta: Floats, plain: Floats) -> list[_Off]:
-        """White predictions with what tests share, as K, off in one test after the other as it scatters in repeats."""
-        if len(self.cases) < 2:
-            return []
-        shared = {
-            p.key: p.outer(at) for p, at in zip(self.parameters, theta, strict=True) if (p.term, p.case) == (None, None)
-        }
-        more = {key: value * (1.0 + ACCEPTANCE.repeat_scatter) for key, value in shared.items()}
-        rows = {key: self.white(self.moved(theta[None], base={key: value}))[0] for key, value in more.items()}
-        return [
-            (f"{key} of {test}", np.where(self.owner == number, row, plain))
-            for key, row in rows.items()
-            for number, test in enumerate(self.tests)
-        ]
-
-    def _off_rig(self, theta: Floats) -> list[_Off]:
-        """White predictions with the geometry and the modulus off by their tolerances.
-
-        Where loads change or K differs from strip to strip, half-space contact would have to be integrated for each:
-        what changes little is then taken from the updated Hertz ellipse.
-        """
-        here, off = self.white(self.predict(theta[None]))[0], list[_Off]()
-        rough = self._white_with_discs(theta, None, hertz=self.is_integrated)
-        for name, effect in QUANTITIES_OF_DISCS.items():
-            if effect in self.terms:
-                continue
-            change = self._white_with_discs(theta, name, hertz=self.is_integrated) - rough
-            if self.is_integrated and np.linalg.norm(change) > LITTLE:
-                plain, moved = (self._white_with_discs(theta, each, hertz=False) for each in (None, name))
-                change = moved - plain
-            off.append((name, here + change))
-        return off
-
-    def _white_with_discs(self, theta: Floats, off: str | None, *, hertz: bool) -> Floats:
-        """White prediction (sample,) with one quantity of the discs off; hertz: with the updated ellipse."""
-        problem = self._with_discs(off, hertz=hertz)
-        return np.asarray(problem.white(problem.predict(theta[None]))[0])
-
-    def _with_discs(self, off: str | None, *, hertz: bool) -> Problem:
-        """The same problem with one quantity of the discs off by its tolerance; hertz: with the updated ellipse."""
-        tests = [
-            replace(
-                case.test,
-                options=replace(case.test.options, contact="hertz") if hertz else case.test.options,
-                rig=case.test.rig if off is None else _off(case.test, off),
-            )
-            for case in self.cases
-        ]
-        cases = [replace(c, model=ForwardModel(test), known=c.held) for c, test in zip(self.cases, tests, strict=True)]
-        return replace(self, cases=cases, tracks=None)
-
 
 def problem_of(tests: Sequence[Experiment], *, unlike: bool = False) -> Problem:
     """All channels of the tests, with their noise; unlike: whether these are no repeats of one test."""
     cases = cases_of(tests)
     return Problem(cases, tuple(c for c in channels() if any(c in case.noise for case in cases)), unlike=unlike)
-
-
-def _off(test: Experiment, name: str) -> Rig:
-    """The rig of a test with one quantity of both discs off by its standard deviation."""
-    return test.rig.with_discs(name, 1.0 + test.tolerances.get(name, getattr(TOLERANCES, name)))
-
-
-def creepage_tolerance(test: Experiment) -> Floats:
-    """Relative error that the creepage of each iteration may have (iteration,): of its step, and of tachometers."""
-    relative, error = TOLERANCES.step_creepage
-    history = test.history
-    absolute = np.hypot(error, creepage_error(test)[history.step])
-    return np.hypot(relative, absolute / np.maximum(np.abs(history.creepage), 1e-6))
-
-
-def known_sensors(test: Experiment) -> tuple[tuple[str, str, float], ...]:
-    """Effect, parameter and standard error of what was recorded of the sensors and taken off: zeros and places."""
-    zero, place = test.measured.torque_zero, test.measured.profile_place
-    known: list[tuple[str, str, float]] = []
-    if zero is not None and zero.taken_off and np.isfinite(zero.std):
-        known.append(("torque_offset", "offset", zero.std))
-    if place is not None:
-        known += [("profile_tilt", "slope_um_mm", place.slope * 1e3), ("profile_tilt", "offset_um", place.offset * 1e6)]
-        known.append(("lateral_offset", "offset_mm", place.centre * 1e3))
-    return tuple(known)
-
-
-def _slightly(test: Experiment, name: str, key: str, size: float) -> dict[str, Floats]:
-    """An effect a little larger than the test declares it: by a factor where its parameter is one, else by a sum."""
-    declared, known = test.effects.get(name, {}), test.tolerances.get(DECLARED.get(name, ""))
-    size = size if known is None else float(np.copysign(known, size))
-    values = {p.name: declared.get(p.name, p.off if p.off is not None else p.start) for p in catalogue()[name].params}
-    ratio = next(p.log for p in catalogue()[name].params if p.name == key)
-    values[key] = values[key] * (1.0 + size) if ratio else values[key] + size
-    return {name: np.array([value]) for name, value in values.items()}
 
 
 @lru_cache(maxsize=32)

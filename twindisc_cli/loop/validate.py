@@ -26,6 +26,7 @@ from twindisc_cli.loop.fit import Fit, carried, linearised, plain_fit, remembere
 from twindisc_cli.loop.levels import levels_of
 from twindisc_cli.loop.problem import Case, Problem, base_parameters, case_of, stated
 from twindisc_cli.loop.thresholds import ACCEPTANCE
+from twindisc_cli.loop.tolerances import with_nuisances
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.forward import Prediction
 
@@ -215,4 +216,4 @@ def elsewhere(test: Case, base: Fit) -> Elsewhere | None:
     problem = Problem([case], shared, effort=base.problem.effort)
     if not problem.channels:
         return None
-    return Elsewhere(problem.with_nuisance(carried(problem, base), np.zeros((len(problem.measured), 1))))
+    return Elsewhere(with_nuisances(problem, carried(problem, base), np.zeros((len(problem.measured), 1))))
