@@ -19,7 +19,8 @@ from twindisc_cli.effects._effect import Effect
 from twindisc_cli.errors import DefinitionError
 from twindisc_cli.laws.covariates import COVARIATES
 from twindisc_cli.loop.effect_checks import BASE, Check, acting, blank_test, declared, ends_of, sound, values_of
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.prediction import Prediction
 
 NAMES = sorted(catalogue())
 CONTRACT = {

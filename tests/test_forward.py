@@ -22,7 +22,8 @@ from twindisc_cli.model.experiment import (
     TemperatureSamples,
     TractionSamples,
 )
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.prediction import Prediction
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 SLIDING = history((0.03, 0.05, 0.08, 0.05), (2, 2, 3, 2))

@@ -16,7 +16,8 @@ from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.laws.shapes import SHAPES
 from twindisc_cli.laws.trial import bins, curve, formula
 from twindisc_cli.model.experiment import Experiment, Measured
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.prediction import Prediction
 
 COURSE = history((0.02, 0.09, 0.004), 3)
 BASE = {"mu": np.array([0.6]), "K": np.array([1e-3]), "convection_W_K": np.array([1.6])}

@@ -20,7 +20,8 @@ from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.laws.shapes import SHAPES
 from twindisc_cli.loop.diagnose import diagnose
 from twindisc_cli.model.experiment import Measured, ProfileSamples, TemperatureSamples
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.prediction import Prediction
 
 FORMULA = """
 [laws.mu_over_time_in_step]

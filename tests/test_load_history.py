@@ -11,10 +11,11 @@ import rigs
 from numpy.typing import NDArray
 
 from twindisc_cli.laws.law import Law
-from twindisc_cli.model import forward
+from twindisc_cli.model import chain
 from twindisc_cli.model.experiment import Contact, Options, ProfileSamples
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.integration import Setup, Weights
+from twindisc_cli.model.prediction import Prediction
 from twindisc_cli.model.wear_path import (
     CarriedPath,
     LoadHistory,
@@ -112,7 +113,7 @@ def test_a_law_that_takes_k_below_zero_wears_nothing(ratios: tuple[float, ...]) 
 @pytest.fixture
 def integrated(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every history is integrated, in the place of a path near it."""
-    monkeypatch.setattr(forward, "paths_near", carried_paths)
+    monkeypatch.setattr(chain, "paths_near", carried_paths)
 
 
 loads_of_three = pytest.mark.parametrize("ratios", [(1.0, 2.0, 0.5), (1.0, 3.0, 0.5), (2.0, 0.5, 1.0)])

@@ -15,7 +15,8 @@ from scipy.integrate import quad
 
 from twindisc_cli.laws.law import Law
 from twindisc_cli.model.experiment import Contact, Options
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.prediction import Prediction
 
 SOFT, USUAL = 1e-12, 6e-5
 """Wear coefficients with which the track stays unworn, and grows to a few micrometres."""

@@ -9,9 +9,10 @@ from rigs import experiment, history, solve_rolling
 from table_makers import worn as making
 from table_makers.strips import semi_width
 from twindisc_cli.model.experiment import Contact, Floats, Options
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.integration import Loaded
 from twindisc_cli.model.partial_slip import power_over_load
+from twindisc_cli.model.prediction import Prediction
 from twindisc_cli.model.wear_path import grid
 from twindisc_cli.model.wear_path.local import _LocalWeights
 from twindisc_cli.physics import fastrip

@@ -16,7 +16,8 @@ from twindisc_cli.effects._state import summed
 from twindisc_cli.errors import DefinitionError
 from twindisc_cli.laws.law import Law
 from twindisc_cli.model.experiment import Experiment, History, Measured, TemperatureSamples
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.prediction import Prediction
 
 CREEPAGE = (0.02, 0.05, 0.03)
 KNOWN = {"mu": np.array([0.4, 0.5]), "K": np.array([1e-4, 2e-4]), "convection_W_K": np.array([1.5, 2.0])}

@@ -19,7 +19,8 @@ from twindisc_cli.definition.parse import parse
 from twindisc_cli.errors import DefinitionError, MeasurementError
 from twindisc_cli.identify.steps import identify_friction
 from twindisc_cli.model.base import BaseParameters
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.prediction import Prediction
 
 HEAD = VALID[: VALID.index("steps = [")].replace("J_K = 100.0", "J_K = 100.0\nconvection_W_K = 1.6")
 TAIL = "\n[model]\nfriction_coefficient = 0.6\nwear_coefficient = 7e-5\n"

@@ -18,7 +18,8 @@ from twindisc_cli.loop.terms import LawTerm
 from twindisc_cli.loop.thresholds import ACCEPTANCE, SEARCH
 from twindisc_cli.loop.validate import Elsewhere, drawn_levels, predict_test
 from twindisc_cli.model.experiment import History
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.prediction import Prediction
 
 COURSE = history((0.01, 0.02, 0.05, 0.08), 1)
 LAW = Law("mu", "creepage", "linear", {"size": 0.1, "begin_percent": 0.0, "end_percent": 9.0}, valid=(0.5, 9.0))

@@ -12,8 +12,9 @@ from rigs import solve_rolling
 
 from twindisc_cli.model import worn
 from twindisc_cli.model.experiment import Contact, Options
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.patch import Patch
+from twindisc_cli.model.prediction import Prediction
 from twindisc_cli.physics.half_space.normal import solve_gap
 
 CREEPAGE = (0.001, 0.002, 0.003)

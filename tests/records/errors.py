@@ -16,7 +16,8 @@ from twindisc_cli.loop.holdout import without
 from twindisc_cli.loop.judge import predicted
 from twindisc_cli.loop.validate import predict_test
 from twindisc_cli.model.experiment import Experiment, TractionSamples
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.prediction import Prediction
 
 from .answers import silent
 from .student import Predict, gaussian_process, student

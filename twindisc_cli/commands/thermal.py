@@ -16,7 +16,8 @@ from twindisc_cli.identify.least_squares import NINETY
 from twindisc_cli.identify.steps import energy_of_steps, identify_friction
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, Thermal
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.prediction import Prediction
 from twindisc_cli.physics.disc_heat import implicit_step
 from twindisc_cli.physics.flash import Flash, Solid, flash_temperature
 from twindisc_cli.quantities import CELSIUS

@@ -13,7 +13,8 @@ from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.identify.track import Track, last_profile, worn_track
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, Rig
-from twindisc_cli.model.forward import ForwardModel, Prediction, acts_at
+from twindisc_cli.model.forward import ForwardModel, acts_at
+from twindisc_cli.model.prediction import Prediction
 from twindisc_cli.physics.archard import worn_volume
 
 

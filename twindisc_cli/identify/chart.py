@@ -17,7 +17,8 @@ from twindisc_cli.identify.roots import bracketed_root
 from twindisc_cli.laws.quantities import QUANTITIES
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, Measured
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.prediction import Prediction
 from twindisc_cli.model.traction_law import share_of_full_slip, traction_law
 
 _FULL = 1.0 - 1e-13  # full slip is reached asymptotically: where rounding ends

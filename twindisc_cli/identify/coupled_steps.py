@@ -18,8 +18,9 @@ from twindisc_cli.errors import ValidityError
 from twindisc_cli.identify.friction import LOWEST, mu_from_traction
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Floats
-from twindisc_cli.model.forward import ForwardModel, IntegratedSets, Prediction
+from twindisc_cli.model.forward import ForwardModel, IntegratedSets
 from twindisc_cli.model.patch import Paths
+from twindisc_cli.model.prediction import Prediction
 
 MOST_PASSES, STANDING = 60, 1e-10
 """Passes at the most, and the change of T/N [1] in a pass at which they end."""

@@ -26,7 +26,8 @@ from twindisc_cli.identify.energy import wear_factors
 from twindisc_cli.identify.least_squares import fit_positive
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Floats, Ints, MassSamples
-from twindisc_cli.model.forward import ForwardModel, IntegratedSets, Prediction
+from twindisc_cli.model.forward import ForwardModel, IntegratedSets
+from twindisc_cli.model.prediction import Prediction
 
 
 @dataclass(frozen=True)

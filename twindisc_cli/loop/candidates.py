@@ -36,7 +36,7 @@ from twindisc_cli.loop.ties import falling, first_of_most
 from twindisc_cli.loop.tolerances import known_sensors
 from twindisc_cli.loop.validate import LinearPrediction
 from twindisc_cli.model.experiment import Floats
-from twindisc_cli.model.forward import Prediction
+from twindisc_cli.model.prediction import Prediction
 
 SIZES = (3.0, 1.0, 0.25)  # of the typical size: a response may be steep or saturated, or bend
 MOST_FOLLOWED = 16  # sets of an effect beside which the parameters of the fit are moved

@@ -53,7 +53,7 @@ from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm, Term, join
 from twindisc_cli.loop.thresholds import ACCEPTANCE, RESAMPLING, SEARCH
 from twindisc_cli.loop.validate import predict_test, rms, with_its_noise
 from twindisc_cli.model.experiment import Experiment
-from twindisc_cli.model.forward import Prediction
+from twindisc_cli.model.prediction import Prediction
 
 PLACES = 60  # on the axis of a curve that is drawn
 DRAWS = 400  # of a band that is drawn

@@ -32,7 +32,8 @@ from twindisc_cli.model.experiment import (
     Thermal,
     TractionSamples,
 )
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.prediction import Prediction
 from twindisc_cli.physics.half_space import ContactError
 
 CHANNELS = ("traction", "profile", "temperature")

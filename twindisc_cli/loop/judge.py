@@ -24,7 +24,7 @@ from twindisc_cli.loop.thresholds import ACCEPTANCE
 from twindisc_cli.loop.tolerances import creepage_tolerance
 from twindisc_cli.loop.validate import rms
 from twindisc_cli.model.experiment import Floats
-from twindisc_cli.model.forward import Prediction
+from twindisc_cli.model.prediction import Prediction
 
 Kind = Literal["before", "after", "unseen_before", "unseen_after"]
 

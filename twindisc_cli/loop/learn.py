@@ -34,8 +34,8 @@ from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.loop.ties import falling, first_of_most
 from twindisc_cli.loop.validate import LinearPrediction
 from twindisc_cli.model.experiment import Floats
-from twindisc_cli.model.forward import Prediction
 from twindisc_cli.model.points import knows_times
+from twindisc_cli.model.prediction import Prediction
 
 MOST_BINS = 28  # of a covariate, more than a curve has knots
 TIME_BINS = 60  # steps in time are sharper than any other change

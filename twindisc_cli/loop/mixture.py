@@ -38,7 +38,8 @@ from twindisc_cli.loop.thresholds import RESAMPLING
 from twindisc_cli.loop.ties import first_of_most
 from twindisc_cli.loop.validate import rms
 from twindisc_cli.model.experiment import Floats
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.prediction import Prediction
 
 ROUNDING = 1e-6  # relative, of a covariate
 

@@ -30,9 +30,11 @@ from twindisc_cli.loop.channels._channel import Base
 from twindisc_cli.loop.noise import Mask, Noise
 from twindisc_cli.loop.nuisances import Nuisances
 from twindisc_cli.model.base import MODEL_KEYS
+from twindisc_cli.model.chain import COUNTED, SETTLED
 from twindisc_cli.model.experiment import Experiment, Floats, Ints
-from twindisc_cli.model.forward import COUNTED, SETTLED, ForwardModel, IntegratedSets, Prediction
+from twindisc_cli.model.forward import ForwardModel, IntegratedSets
 from twindisc_cli.model.patch import Paths
+from twindisc_cli.model.prediction import Prediction
 
 _Values = Mapping[str, Floats]
 TOO_QUIET = 0.8

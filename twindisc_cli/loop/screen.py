@@ -23,7 +23,7 @@ from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.problem import Case
 from twindisc_cli.loop.thresholds import ACCEPTANCE
 from twindisc_cli.model.experiment import Floats
-from twindisc_cli.model.forward import Prediction
+from twindisc_cli.model.prediction import Prediction
 
 SPANS = ("iterations", "heat by iteration")
 DRAWS = 1000  # the least p-value is 0.001

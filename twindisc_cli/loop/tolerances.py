@@ -15,7 +15,8 @@ from twindisc_cli.loop.problem import Problem
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import ACCEPTANCE, TOLERANCES
 from twindisc_cli.model.experiment import Experiment, Floats, Rig
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.prediction import Prediction
 
 _Off = tuple[str, Floats]
 """An input that is off by its tolerance, and the white prediction with it (sample,)."""

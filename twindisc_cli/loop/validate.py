@@ -28,7 +28,7 @@ from twindisc_cli.loop.problem import Case, Problem, base_parameters, case_of, s
 from twindisc_cli.loop.thresholds import ACCEPTANCE
 from twindisc_cli.loop.tolerances import with_nuisances
 from twindisc_cli.model.experiment import Experiment, Floats
-from twindisc_cli.model.forward import Prediction
+from twindisc_cli.model.prediction import Prediction
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.errors import ValidityError
+from twindisc_cli.model.chain import SPIN_ARM_OF_A_LINE
 from twindisc_cli.model.experiment import Floats, Rig
-from twindisc_cli.model.forward import SPIN_ARM_OF_A_LINE
 from twindisc_cli.model.traction_law import creep_stiffness
 from twindisc_cli.physics import fastsim, kalker, line_contact, third_body
 from twindisc_cli.physics._arrays import arrays

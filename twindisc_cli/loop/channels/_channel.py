@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from twindisc_cli.laws.covariates import covariate_of
 from twindisc_cli.loop.noise import Noise
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.prediction import Prediction
 from twindisc_cli.quantities import QUANTITIES, Quantity
 
 Mask = NDArray[np.bool_]

@@ -14,7 +14,8 @@ from twindisc_cli.loop.noise import Noise, given
 from twindisc_cli.loop.noise_estimate import estimate
 from twindisc_cli.loop.trends import polynomials
 from twindisc_cli.model.experiment import Experiment, Floats, Ints, MassSamples
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.prediction import Prediction
 from twindisc_cli.quantities import Quantity
 
 SHAPES, EACH = 2, 3

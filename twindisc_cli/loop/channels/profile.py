@@ -14,7 +14,8 @@ from twindisc_cli.loop.noise import Noise
 from twindisc_cli.loop.noise_estimate import FEWEST_FREE, estimate, in_a_run, scatter
 from twindisc_cli.loop.trends import polynomials
 from twindisc_cli.model.experiment import Experiment, Floats, Ints, ProfileSamples
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.prediction import Prediction
 from twindisc_cli.model.surface import recorded_sections
 from twindisc_cli.quantities import Quantity
 

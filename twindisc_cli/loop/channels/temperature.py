@@ -15,7 +15,8 @@ from twindisc_cli.loop.noise_estimate import estimate
 from twindisc_cli.loop.rounding import with_rounding
 from twindisc_cli.loop.trends import relaxations
 from twindisc_cli.model.experiment import Experiment, Floats, Ints, TemperatureSamples
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.model.prediction import Prediction
 from twindisc_cli.physics.disc_heat import temperatures
 from twindisc_cli.quantities import Quantity
 

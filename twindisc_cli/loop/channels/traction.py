@@ -17,8 +17,9 @@ from twindisc_cli.loop.noise_estimate import GROWS, detrended, estimate, growth,
 from twindisc_cli.loop.rounding import with_rounding
 from twindisc_cli.loop.trends import polynomials, recurring
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, TractionSamples
-from twindisc_cli.model.forward import ForwardModel, Prediction
+from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.points import knows_times, sample_times
+from twindisc_cli.model.prediction import Prediction
 from twindisc_cli.quantities import Quantity
 
 STEPS_THAT_WANDER = 5
