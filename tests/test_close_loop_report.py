@@ -636,6 +636,20 @@ def test_without_resamples_no_alternative_has_a_probability(test: Test) -> None:
     assert "29 %" in dict(sentences.answers(found(test)))["What else could it be?"][0]
 
 
+def test_what_explains_the_samples_and_does_not_predict_others_is_said(test: Test) -> None:
+    why = "raises the error of the traction of samples held out: it explains these samples and does not predict others"
+    left = unknown(test)
+    refused = [
+        replace(t, refused=Refusal("does not predict", why)) if t.term == EffectTerm("film_breakdown") else t
+        for t in left.tried
+    ]
+    said = "Film breakdown explains these samples and does not predict others."
+    assert said in sentences.sentences(replace(left, tried=refused))
+    assert said not in sentences.sentences(left)
+    (film,) = [t for t in refused if t.why_not == why]
+    assert sentences.outcome(left, film) == f"refused: {why}"
+
+
 def test_what_is_as_good_is_named_where_the_answer_stands_alone(test: Test) -> None:
     alone = replace(found(test), effects=[replace(e, alternatives=()) for e in found(test).effects])
     asked = dict(sentences.answers(alone))["What else could it be?"]
