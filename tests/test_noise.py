@@ -176,13 +176,20 @@ def test_slow_waves_of_noise_are_as_strong_as_is_expected(kind: str) -> None:
     assert 0.4 < strength < 2.0
 
 
+FLICKERS = pytest.mark.xfail(reason="slow waves of 1/f noise in steps of twenty samples: 4.0 and 4.9", strict=True)
+
+
 @pytest.mark.parametrize("resolution", [0.0, 0.006])
-@pytest.mark.parametrize("correlation", [0.8, 0.9])
-def test_a_trend_in_short_steps_does_not_take_out_what_a_memory_does(correlation: float, resolution: float) -> None:
+@pytest.mark.parametrize("kind", ["correlated by 0.8", "correlated by 0.9", pytest.param("1/f", marks=FLICKERS)])
+def test_a_trend_in_short_steps_does_not_take_out_what_a_memory_does(kind: str, resolution: float) -> None:
     """Twenty samples a step. With the trend chosen first, slow waves of 0.9 came out 3.6 times as strong."""
     count = len(spread(SHORT, 10))
-    draws = [autoregressive(np.random.default_rng(seed), count, correlation) for seed in range(16)]
-    strength = [slow_waves(draw, SHORT, resolution) for draw in draws]
+
+    def drawn(seed: int) -> Floats:
+        rng = np.random.default_rng(seed)
+        return flickering(rng, count) if kind == "1/f" else autoregressive(rng, count, float(kind.split()[-1]))
+
+    strength = [slow_waves(drawn(seed), SHORT, resolution) for seed in range(16)]
     assert 0.3 < np.median(strength) < 2.0
 
 
