@@ -128,7 +128,7 @@ def error(channel: str, before: float, after: float) -> ChannelError:
     return ChannelError(unit, noise, 0.0, before * noise, after * noise, 1.1 * before * noise, 1.02 * after * noise)
 
 
-LESS = Refusal("explains less", "explains less")
+LESS = Refusal("explains less")
 
 
 def tried(channel: str, label: str, gain: float, *, of: str = "", **more: Any) -> CandidateResult:
@@ -656,7 +656,7 @@ def test_what_is_as_good_is_named_where_the_answer_stands_alone(test: Test) -> N
     assert "as good a fit but less probable: film breakdown (29 %)" in asked[0]
     (film,) = [t for t in alone.tried if sentences.term_name(t.term) == "film breakdown"]
     assert sentences.outcome(alone, film) == "fits as well, less probable"
-    renamed = replace(film, refused=Refusal("in other words", "in other words"))
+    renamed = replace(film, refused=Refusal("in other words"))
     assert sentences.share(alone, renamed) == "–"
     assert sentences.outcome(alone, renamed) == "the same in other words, counted there"
 

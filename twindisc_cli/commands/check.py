@@ -61,7 +61,8 @@ def run(test: Test) -> Result:
 def _json(finding: Finding) -> dict[str, Any]:
     """A finding for scripts."""
     keys = ("rule", "subject", "value", "low", "high", "unit", "message")
-    return or_null({key: getattr(finding, key) for key in keys})  # type: ignore[no-any-return]
+    row: dict[str, Any] = or_null({key: getattr(finding, key) for key in keys})
+    return row
 
 
 def _figure(test: Experiment, result: list[Finding]) -> Figure:

@@ -488,12 +488,12 @@ def _why_not(outcome: Outcome, member: Explanation, term: Term, weight: Weighed)
     if member.fit.at_bound:
         return Refusal("at a bound", f"{' and '.join(n.rpartition('.')[2] for n in member.fit.at_bound)} at a bound")
     if term in weight.same:
-        return Refusal("in other words", "in other words")
+        return Refusal("in other words")
     if term in {alternative.term for alternative in weight.alternatives}:
         return None
     behind = (outcome.answer.evidence - member.evidence) / outcome.answer.evidence_scale
     less = not outcome.answer.terms or behind > SEARCH.equivalent
-    return Refusal("explains less", "explains less") if less else None
+    return Refusal("explains less") if less else None
 
 
 # ------------------------------------------------------------------------------------------------------------ next

@@ -90,9 +90,8 @@ class Explanation:
     @property
     def tempering(self) -> float:
         """What differences of evidence are divided by as formulas err more, the more they explain."""
-        errors = np.array([SEARCH.tempering, SEARCH.creep_curve_tempering])
         share = self._share_of_creep_curve
-        return self._tempered(float(np.sqrt(errors**2 @ [1.0 - share, share])), 1.0)
+        return self._tempered((1.0 - share) * SEARCH.tempering**2 + share * SEARCH.creep_curve_tempering**2)
 
     @property
     def evidence_scale(self) -> float:
@@ -108,7 +107,7 @@ class Explanation:
         taken = _falls(powers(self.fit), powers(more.fit))
         both = sum(explained.values()) * sum(taken.values())
         share = sum(explained[c] * taken[c] for c in explained) / both if both > 0.0 else 1.0
-        return self._tempered(SEARCH.tempering, share) * _excess(more.fit, taken)
+        return self._tempered(share * SEARCH.tempering**2) * _excess(more.fit, taken)
 
     @property
     def _explained_by_channel(self) -> dict[str, float]:
@@ -123,10 +122,11 @@ class Explanation:
         explained = self._explained_by_channel
         return explained.get("traction", 0.0) / max(sum(explained.values()), 1.0)
 
-    def _tempered(self, error: float, share: float) -> float:
+    def _tempered(self, square: float) -> float:
+        """The same by the mean square error of the formulas, c^2."""
         explained = self.before - self.chi2 - sum(self.fit.taken_exactly.values())
         explained = explained if explained > ROUNDING * self.before else 0.0
-        return 1.0 + error * float(np.sqrt(share * explained))
+        return 1.0 + float(np.sqrt(square * explained))
 
     def effect(self, name: str) -> Effect:
         """A term as it acts."""

@@ -103,16 +103,12 @@ def _cut(outcome: Outcome) -> list[str]:
 
 def _shorter(outcome: Outcome) -> list[str]:
     """What explains as much with fewer terms, of what was not refused."""
-    together = _labels(outcome.answer)
+    together = joined(outcome.answer.labels)
     return [
-        f"{_labels(member)} alone explains as much as {together}, with fewer terms ({100.0 * share:.0f} %)"
+        f"{joined(member.labels)} alone explains as much as {together}, with fewer terms ({100.0 * share:.0f} %)"
         for member, share in shorter(outcome.compared)
         if member.labels not in outcome.refused
     ]
-
-
-def _labels(explanation: Explanation) -> str:
-    return " and ".join(sorted(map(str, explanation.labels)))
 
 
 def _same_as(effects: Sequence[FoundEffect]) -> list[str]:

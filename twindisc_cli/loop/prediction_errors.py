@@ -17,6 +17,8 @@ from twindisc_cli.loop.thresholds import ACCEPTANCE
 from twindisc_cli.loop.validate import PredictedTest, at_its_own_level, drawn_levels, predict_test, rms
 from twindisc_cli.model.experiment import Experiment
 
+OTHER_KIND = "are its surfaces, its load and its zeros those of the others?"
+
 
 def prediction_errors(outcome: Outcome, case: Case) -> PredictedErrors:
     """Errors of a test that was not fitted: as predicted, and with its own level known."""
@@ -55,9 +57,6 @@ def _predicted_errors(first: PredictedTest, last: Sequence[PredictedTest], mixtu
                 of.unit, of.factor * noise.std, noise.correlation, np.nan, np.nan, before, after, not noise.estimated
             )
     return errors
-
-
-OTHER_KIND = "are its surfaces, its load and its zeros those of the others?"
 
 
 def tests_apart(levels: Mapping[str, Levels], tests: Sequence[Experiment]) -> list[str]:

@@ -12,14 +12,19 @@ Reason = Literal[
 
 @dataclass(frozen=True)
 class Refusal:
-    """The reason in a few words, and in full.
+    """The reason in a few words, and in full where there is more to say.
 
     What "raises the error" does so on samples that were fitted, or in a test that is only predicted; what "does not
     predict" on samples held out alone.
     """
 
     reason: Reason
-    why: str
+    full: str = ""
+
+    @property
+    def why(self) -> str:
+        """The reason in full."""
+        return self.full or self.reason
 
     @property
     def errs(self) -> bool:

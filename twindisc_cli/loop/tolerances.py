@@ -46,7 +46,7 @@ def with_nuisances(problem: Problem, theta: Floats, slopes: Floats) -> Problem:
         _off_track(nearby, theta, predictions),
         *_off_creepage(nearby, theta),
         *_off_levels(nearby, theta, plain),
-        *_off_rig(nearby, theta),
+        *_off_rig(nearby, theta, plain),
         strict=True,
     )
     columns = np.nan_to_num(np.array(rows) - plain).T
@@ -151,29 +151,29 @@ def _off_levels(problem: Problem, theta: Floats, plain: Floats) -> list[_Off]:
     ]
 
 
-def _off_rig(problem: Problem, theta: Floats) -> list[_Off]:
+def _off_rig(problem: Problem, theta: Floats, plain: Floats) -> list[_Off]:
     """White predictions with the geometry and the modulus off by their tolerances.
 
     Where loads change or K differs from strip to strip, half-space contact would have to be integrated for each:
     what changes little is then taken from the updated Hertz ellipse.
     """
-    here, off = problem.white(problem.predict(theta[None]))[0], list[_Off]()
+    off = list[_Off]()
     rough = _white_with_discs(problem, theta, None, hertz=problem.is_integrated)
     for name, effect in QUANTITIES_OF_DISCS.items():
         if effect in problem.terms:
             continue
         change = _white_with_discs(problem, theta, name, hertz=problem.is_integrated) - rough
         if problem.is_integrated and np.linalg.norm(change) > LITTLE:
-            plain, moved = (_white_with_discs(problem, theta, each, hertz=False) for each in (None, name))
-            change = moved - plain
-        off.append((name, here + change))
+            before, after = (_white_with_discs(problem, theta, each, hertz=False) for each in (None, name))
+            change = after - before
+        off.append((name, plain + change))
     return off
 
 
 def _white_with_discs(problem: Problem, theta: Floats, off: str | None, *, hertz: bool) -> Floats:
     """White prediction (sample,) with one quantity of the discs off; hertz: with the updated ellipse."""
-    problem = _with_discs(problem, off, hertz=hertz)
-    return np.asarray(problem.white(problem.predict(theta[None]))[0])
+    moved = _with_discs(problem, off, hertz=hertz)
+    return np.asarray(moved.white(moved.predict(theta[None]))[0])
 
 
 def _with_discs(problem: Problem, off: str | None, *, hertz: bool) -> Problem:

@@ -20,15 +20,7 @@ from twindisc_cli.model import worn
 from twindisc_cli.model.base import MODEL_KEYS, BaseParameters
 from twindisc_cli.model.experiment import Floats, Ints
 from twindisc_cli.model.integration import Setup, Weights
-from twindisc_cli.model.patch import (
-    AnyPath,
-    OwnPaths,
-    Patch,
-    Paths,
-    WeightedPaths,
-    strips_passed,
-    weighted_paths,
-)
+from twindisc_cli.model.patch import AnyPath, OwnPaths, Patch, Paths, WeightedPaths, strips_passed, weighted_paths
 from twindisc_cli.model.prediction import Prediction
 from twindisc_cli.model.settling import Passes
 from twindisc_cli.model.surface import Stops, worn_surface

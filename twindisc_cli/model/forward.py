@@ -32,20 +32,11 @@ from twindisc_cli.effects._state import State
 from twindisc_cli.model.base import BaseParameters, column
 from twindisc_cli.model.chain import SETTLED, Chain
 from twindisc_cli.model.experiment import Contact, Experiment, Floats, Ints, Rig
-from twindisc_cli.model.patch import (
-    CROWNS,
-    Paths,
-)
+from twindisc_cli.model.patch import CROWNS, Paths
 from twindisc_cli.model.points import Points, operating_points
 from twindisc_cli.model.prediction import Prediction
 from twindisc_cli.model.surface import Stops, recorded_sections
-from twindisc_cli.model.wear_path import (
-    CREEPAGES,
-    WearPath,
-    first_section,
-    is_tabulated,
-    wear_path,
-)
+from twindisc_cli.model.wear_path import CREEPAGES, WearPath, first_section, is_tabulated, wear_path
 from twindisc_cli.model.wear_path.carried import PIECE
 
 Parameters = Mapping[str, Floats]

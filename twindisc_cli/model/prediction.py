@@ -7,9 +7,7 @@ from dataclasses import dataclass, field
 
 from twindisc_cli.effects._state import State
 from twindisc_cli.model.experiment import Floats
-from twindisc_cli.model.patch import (
-    Paths,
-)
+from twindisc_cli.model.patch import Paths
 
 
 @dataclass(frozen=True)
