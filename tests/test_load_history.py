@@ -15,6 +15,7 @@ from twindisc_cli.model import chain
 from twindisc_cli.model.experiment import Contact, Options, ProfileSamples
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.integration import Setup, Weights
+from twindisc_cli.model.patch import OwnPaths
 from twindisc_cli.model.prediction import Prediction
 from twindisc_cli.model.wear_path import (
     CarriedPath,
@@ -264,6 +265,40 @@ def test_paths_near_each_other_are_those_of_their_own_integrations(contact: Cont
         assert worn.min() >= 0.0
         y = near.y
         assert worn.sum(axis=1) * (y[1] - y[0]) == pytest.approx(np.diff(near.levels[0].section), rel=1e-9)
+
+
+@both
+def test_all_loads_together_scale_what_they_wear(contact: Contact) -> None:
+    """Hertz: under n times the load lengths are n^(1/3), depths n^(2/3), sections n times those before."""
+    rig, loads, section = rigs.rig(), np.array([1.0, 2.0, 0.5]), np.array([1.0, 3.0, 7.0]) * first_section(rigs.rig())
+    times = 1.37
+    (one,), (own,) = (carried_paths(Setup(rig, contact), [LoadHistory(n * section, n * loads)]) for n in (1.0, times))
+    scaled = one.under(times)
+    assert scaled.ratios == pytest.approx(own.ratios)
+    for here, there, before in zip(scaled.levels, own.levels, one.levels, strict=True):
+        for name in ("section", "y", "depth", "line_load", "a", "b", "p0", "area", "stiffness", "stiffness_y", "edge"):
+            known = getattr(there, name)
+            assert getattr(here, name) == pytest.approx(known, abs=2e-3 * np.abs(known).max()), name
+        assert here.depth.max() == pytest.approx(times ** (2.0 / 3.0) * before.depth.max())
+
+
+def test_histories_that_differ_by_all_loads_together_share_a_place() -> None:
+    rig, loads, section = rigs.rig(), np.array([1.0, 2.0, 0.5]), np.array([1.0, 3.0, 7.0]) * first_section(rigs.rig())
+    nearby._around.cache_clear()
+    for times in (1.0, 1.1, 0.83):
+        paths_near(Setup(rig, "hertz"), [LoadHistory(times * section, times * loads)])
+    assert nearby._around.cache_info().misses == 1
+
+
+def test_what_changes_no_wear_is_integrated_once() -> None:
+    """Convection, where nothing depends on the temperature; with a K that differs there are two paths."""
+    of = model(np.array([0.02, 0.03, 0.02]), np.array([1.0, 2.0, 0.5]), "hertz")
+    base = {"mu": np.full(3, MU), "K": np.array([K, K, 1.1 * K]), "convection_W_K": np.array([1.6, 1.7, 1.6])}
+    paths = of.predict(base, {"wear_threshold": {"threshold_N_mm2": np.full(3, 0.5)}}).paths
+    assert isinstance(paths, OwnPaths)
+    first, second, third = (own.parts[0] for own in paths.sets)
+    assert first is second
+    assert first is not third
 
 
 def test_a_piece_that_wears_many_times_nothing_is_a_piece_that_wears_nothing() -> None:

@@ -35,6 +35,8 @@ BEYOND = 1.2
 """How far beyond the history's last section a path goes on under its last load."""
 GROWTH = 0.09
 """Growth of what was worn since the load changed, in a step."""
+DIGITS = 12
+"""To which a load is one of the levels, and is read there alone."""
 SMALLEST = 1e-9
 """A section over the history's that is as good as none."""
 NEAR = 1e-2
@@ -131,6 +133,11 @@ class CarriedPath:
         """The path for histories (set, point) [m2] of the same loads: all that is worn grows as at the end."""
         return replace(self, grown=np.maximum(section[:, -1:] / self.end, SMALLEST))
 
+    def under(self, load_ratio: float) -> CarriedPath:
+        """The path that so many times all loads make of unworn discs that do not wander: all lengths scale."""
+        levels = tuple(level.under(load_ratio) for level in self.levels)
+        return replace(self, ratios=self.ratios * load_ratio, levels=levels, end=self.end * load_ratio)
+
     def profile_scale(self, load_ratio: Floats) -> Scaled:
         """The profile is that of the history, whatever the load."""
         one = np.ones_like(load_ratio)
@@ -170,7 +177,8 @@ class CarriedPath:
 
     def _level(self, load_ratio: Floats) -> Floats:
         """Number of the level of each load over the rig's, with its part of the way to the next."""
-        return np.interp(np.log(load_ratio), np.log(self.ratios), np.arange(len(self.ratios)))
+        level = np.interp(np.log(load_ratio), np.log(self.ratios), np.arange(len(self.ratios)))
+        return np.asarray(np.round(level, DIGITS))
 
     @cached_property
     def _of_patch(self) -> tuple[Floats, Floats]:

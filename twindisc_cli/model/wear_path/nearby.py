@@ -8,7 +8,8 @@
 A fit asks for one history after another in which the pieces are a little longer or shorter. What is worn and the
 contact change evenly with them. s0 is a place of a lattice over the whole section and the shares of the pieces: it
 depends on the history alone, not on what was asked for before. Histories of one Jacobian share the place of the first,
-so that no derivative sees where one place takes over from another.
+so that no derivative sees where one place takes over from another. What new discs that do not wander make of a history
+scales with all its loads together: its place is that of the loads over the first.
 """
 
 from __future__ import annotations
@@ -21,14 +22,14 @@ import numpy as np
 
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.integration import Setup
-from twindisc_cli.model.wear_path.carried import CarriedPath, LoadHistory, carried_through, in_groups
+from twindisc_cli.model.wear_path.carried import DIGITS, CarriedPath, LoadHistory, carried_through, in_groups
 from twindisc_cli.model.wear_path.path import OF_NODES, WearPath
 
 SPACING = 0.1
 """Distance of the places of the lattice, of the logarithm of the whole section."""
-ROOT_SPACING = 0.05
+ROOT_SPACING = 0.07
 """The same of the root of a piece over the largest: the less is worn in a piece, the more it may differ."""
-PROBE = 0.05
+PROBE = 0.1
 """How much longer one piece is in a probe; all of them are as much as leads to the next place."""
 REMEMBERED = 24  # places that have been asked for
 OF_CONTACT = tuple(name for name in OF_NODES if name not in ("depth", "line_load", "spread"))
@@ -38,12 +39,15 @@ begins is found by it."""
 
 def paths_near(setup: Setup, histories: Sequence[LoadHistory]) -> list[CarriedPath]:
     """The paths through histories of loads where one K holds for all strips."""
+    scales = setup.start is None and setup.wander == 0.0
 
     def through(near: list[int], ends: Floats, ratios: Floats) -> list[CarriedPath]:
-        sizes = np.diff(ends, prepend=0.0, axis=1)
-        whole = float(np.floor(np.log(ends[0, -1]) / SPACING))
+        load = float(ratios[0]) if scales else 1.0
+        sizes = np.diff(ends, prepend=0.0, axis=1) / load
+        whole = float(np.floor(np.log(sizes[0].sum()) / SPACING))
         shape = np.maximum(np.round(np.sqrt(sizes[0] / sizes[0].max()) / ROOT_SPACING), 1.0)
-        return _around(setup, tuple(ratios.tolist()), whole, tuple(shape.tolist())).through(sizes)
+        around = _around(setup, tuple(np.round(ratios / load, DIGITS).tolist()), whole, tuple(shape.tolist()))
+        return [path.under(load) for path in around.through(sizes)]
 
     return in_groups(histories, through)
 

@@ -126,6 +126,15 @@ class WearPath:
         """What `quantity` reads at worn sections [m2] under so many times the path's load, (set, point, ...)."""
         return quantity(self, section / self.scaling.to(load_ratio).section, *where)
 
+    def under(self, load_ratio: float) -> WearPath:
+        """The path that so many times its load makes of unworn discs that do not wander: all lengths scale."""
+        to = self.scaling.to(np.array(load_ratio))
+        area, height = to.along * to.across, to.height
+        factors = {"section": to.section, "y": to.across, "depth": height, "line_load": load_ratio / to.across}
+        factors |= {"a": to.along, "b": to.across, "edge": to.across, "p0": load_ratio / area}
+        factors |= {"area": area, "stiffness": area, "stiffness_y": area}
+        return replace(self, **{name: factor * getattr(self, name) for name, factor in factors.items()})
+
     def on(self, section: Floats) -> WearPath:
         """The path with other nodes [m2], linear between its own."""
         values: dict[str, Any] = {name: self.at(getattr(self, name), section) for name in OF_NODES}
