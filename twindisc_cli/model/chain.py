@@ -63,6 +63,8 @@ KELVINS = 1.0
 """Warming from which on passes are mixed by its logarithm [K]; below, its sign may change."""
 MOST_WARMING = 10.0
 """Largest of these logarithms: 11,000 K."""
+ALIKE = 1e-9
+"""Relative difference of histories of wear that is none: what changes no wear leaves them the same to rounding."""
 MOST_PASSES_OF_PATHS, PATH_SETTLED = 4, 1e-3
 """How often a history of loads is integrated, and the relative change of the sections at which that ends."""
 _STANDING = 1e-9
@@ -265,40 +267,53 @@ class Chain:
     def integrated(self, state: State, of: slice) -> Paths:
         """The paths on which the strips wear through a state's history, of every set or of the first."""
         section = self.section(state)
-        paths = self._weighted(state, section)
+        paths, (distinct, place) = self._weighted(state, section), self._worn_alike(state, section, of)
         results = [
-            self._local_or_carried(path, state, section, of) for path in paths.parts if isinstance(path, WearPath)
+            self._local_or_carried(path, state, section, distinct) for path in paths.parts if isinstance(path, WearPath)
         ]
-        if len(results[0]) < self.sets:
+        if len(place) < self.sets:
             return replace(paths, parts=[part[0] for part in results])
         weights = [np.broadcast_to(weight, (self.sets, 1)) for weight in paths.weights]
         return OwnPaths(
             [
-                WeightedPaths([part[i] for part in results], [weight[i : i + 1] for weight in weights])
-                for i in range(self.sets)
+                WeightedPaths([part[number] for part in results], [weight[i : i + 1] for weight in weights])
+                for i, number in enumerate(place)
             ]
         )
 
-    def _local_or_carried(self, path: WearPath, state: State, section: Floats, of: slice) -> list[AnyPath]:
+    def _worn_alike(self, state: State, section: Floats, of: slice) -> tuple[Ints, Ints]:
+        """Of some sets the first of each history of wear, and the number of the history of each of them."""
+        history = [section, state.normal_load, state.power, state.normalised_creepage, state.rolling_speed]
+        own = [v for effect, parameters in self.effects if effect.local for v in parameters.values()]
+        rows = np.concatenate([*(np.broadcast_to(v, section.shape) for v in history), *own], axis=1)[of]
+        distinct, place = list[int](), list[int]()
+        for number, row in enumerate(rows):
+            alike = (n for n, i in enumerate(distinct) if np.allclose(row, rows[i], rtol=ALIKE, atol=0.0))
+            if (found := next(alike, None)) is None:
+                found, distinct = len(distinct), [*distinct, number]
+            place.append(found)
+        return np.array(distinct), np.array(place)
+
+    def _local_or_carried(self, path: WearPath, state: State, section: Floats, of: Ints) -> list[AnyPath]:
         """The path of each of some sets, with contact, wander and crown of a path of one load and one K."""
         by_place = any(law.covariate == "place" for law in self._local_laws)
         if self._one_load(state, section):
             course = self._course(state, section, path.profile_scale, of)
             factors = partial(self._factors, of=of)
             return [*local_paths(self.model.crowned(path.crown), path, course, factors, by_place=by_place)]
-        histories = self._loads(state, section)[of]
+        every = self._loads(state, section)
+        histories = [every[i] for i in of]
         setup = Setup(self.model.crowned(path.crown), path.contact, path.wander, path.start)
         if not self.is_local:
             return [*paths_near(setup, histories)]
         course = self._course(state, section, _as_it_is, of)
 
         def weights(cases: list[int], nodes: Floats, y: Floats) -> Weights:
-            sets = np.arange(self.sets)[of][cases]
-            return weights_on(nodes, y, course=course.of(cases), factors=partial(self._factors, of=sets))
+            return weights_on(nodes, y, course=course.of(cases), factors=partial(self._factors, of=of[cases]))
 
         return [*carried_paths(setup, histories, weights=weights, by_place=by_place)]
 
-    def _course(self, state: State, section: Floats, scale: Callable[[Floats], Scaled], of: slice) -> Course:
+    def _course(self, state: State, section: Floats, scale: Callable[[Floats], Scaled], of: Ints) -> Course:
         """The history of some sets as strips see it, under the load of a path."""
         scaled = scale(np.broadcast_to(state.normal_load / state.nominal_load, section.shape))
         own = np.maximum.accumulate(section / scaled.section, axis=1)

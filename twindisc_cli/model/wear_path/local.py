@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from twindisc_cli.model.experiment import Floats, Rig
+from twindisc_cli.model.experiment import Floats, Ints, Rig
 from twindisc_cli.model.integration import Loaded, Setup, Weights, integrate
 from twindisc_cli.model.wear_path.path import (
     CREEPAGES,
@@ -49,7 +49,7 @@ class Course:
     creepage: Floats
     cycles: Floats
 
-    def of(self, cases: slice | list[int]) -> Course:
+    def of(self, cases: Ints | list[int]) -> Course:
         """Some of the cases."""
         return Course(self.section[cases], self.pace[cases], self.creepage[cases], self.cycles[cases])
 
