@@ -262,6 +262,12 @@ def test_a_column_that_is_ignored_in_vain_is_said(tmp_path: Path) -> None:
         assert load(write(tmp_path, text)).rows[0].notes == note
 
 
+def test_a_text_has_no_sheet_to_choose(tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text(TRACTION)
+    text = f'{VALID}\n[measured]\ntraction = {{ file = "t.csv", sheet = "Run 2" }}\n'
+    assert messages(tmp_path, text) == ["t.csv: sheet: is a text of one part, and has no part Run 2"]
+
+
 @pytest.mark.parametrize(("name", "key"), [("lod", "normal_load"), ("M", "traction_ratio")])
 def test_a_declared_column_that_is_not_there_is_named(tmp_path: Path, name: str, key: str) -> None:
     (tmp_path / "log.csv").write_text("time [s],creepage [%],traction ratio [1],load [N]\n1,0.5,0.4,72\n2,0.5,0.4,72\n")

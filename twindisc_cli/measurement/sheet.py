@@ -189,6 +189,8 @@ def sheets(content: Content, file: str) -> Iterator[Sheet]:
         for part in parts:
             yield from _grid_heads(part) if part.cells is not None else (part,)
         return
+    if content.sheet:
+        raise MeasurementError(Problem(f"is a text of one part, and has no part {content.sheet}", file, 0, "sheet"))
     text = _utf8(content.data, file)
     for above, (sheet, end) in enumerate(_text_heads(text)):
         again = frozenset({_decoded(text[text.rfind(b"\n", 0, end) + 1 : end]).strip()})
