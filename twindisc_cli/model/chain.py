@@ -63,7 +63,7 @@ KELVINS = 1.0
 """Warming from which on passes are mixed by its logarithm [K]; below, its sign may change."""
 MOST_WARMING = 10.0
 """Largest of these logarithms: 11,000 K."""
-ALIKE = 1e-9
+SAME_WEAR = 1e-9
 """Relative difference of histories of wear that is none: what changes no wear leaves them the same to rounding."""
 MOST_PASSES_OF_PATHS, PATH_SETTLED = 4, 1e-3
 """How often a history of loads is integrated, and the relative change of the sections at which that ends."""
@@ -267,7 +267,7 @@ class Chain:
     def integrated(self, state: State, of: slice) -> Paths:
         """The paths on which the strips wear through a state's history, of every set or of the first."""
         section = self.section(state)
-        paths, (distinct, place) = self._weighted(state, section), self._worn_alike(state, section, of)
+        paths, (distinct, place) = self._weighted(state, section), self._distinct_wear(state, section, of)
         results = [
             self._local_or_carried(path, state, section, distinct) for path in paths.parts if isinstance(path, WearPath)
         ]
@@ -281,15 +281,15 @@ class Chain:
             ]
         )
 
-    def _worn_alike(self, state: State, section: Floats, of: slice) -> tuple[Ints, Ints]:
+    def _distinct_wear(self, state: State, section: Floats, of: slice) -> tuple[Ints, Ints]:
         """Of some sets the first of each history of wear, and the number of the history of each of them."""
         history = [section, state.normal_load, state.power, state.normalised_creepage, state.rolling_speed]
         own = [v for effect, parameters in self.effects if effect.local for v in parameters.values()]
         rows = np.concatenate([*(np.broadcast_to(v, section.shape) for v in history), *own], axis=1)[of]
         distinct, place = list[int](), list[int]()
         for number, row in enumerate(rows):
-            alike = (n for n, i in enumerate(distinct) if np.allclose(row, rows[i], rtol=ALIKE, atol=0.0))
-            if (found := next(alike, None)) is None:
+            same = (n for n, i in enumerate(distinct) if np.allclose(row, rows[i], rtol=SAME_WEAR, atol=0.0))
+            if (found := next(same, None)) is None:
                 found, distinct = len(distinct), [*distinct, number]
             place.append(found)
         return np.array(distinct), np.array(place)
