@@ -220,7 +220,7 @@ class Chain:
         """What every pass begins from."""
         return self.start()
 
-    def _factors(self, index: Floats, place: Floats, passes: Floats, of: slice | Ints = slice(None)) -> Floats:
+    def _factors(self, index: Floats, place: Floats, passes: Floats, of: Ints) -> Floats:
         """K over its base value in strips, as `wear_path.Factors` has it, for some of the sets."""
         by_index = self._by_index(index, of)
         return by_index * self._by_strip(place, passes) if self._local_laws else by_index
