@@ -475,12 +475,18 @@ class Chain:
         return self._known_paths[asked]
 
     def _wander(self, state: State, section: Floats) -> Floats:
-        """Wander (set, 1) [m] of paths that are scaled to one other load: they scale it with all that lies across."""
-        test = self.model.experiment
-        scales = not (test.rig.is_line or test.history.separate) and bool(np.any(state.wander))
-        if not scales or (section.any() and not self._one_load(state, section)):
+        """Wander (set, 1) [m] of paths that are scaled to one other load, or all of whose loads are scaled together.
+
+        They scale it with all that lies across.
+        """
+        test, ratio = self.model.experiment, state.normal_load / state.nominal_load
+        if test.rig.is_line or test.history.separate or not np.any(state.wander):
             return state.wander
-        return np.asarray(state.wander / CROWNED.to(state.normal_load[:, -1:] / state.nominal_load).across)
+        one_load = not section.any() or self._one_load(state, section)
+        if not one_load and (self.is_local or test.measured.start is not None):
+            return state.wander
+        load = ratio[:, -1:] if one_load else np.array([[own.first] for own in self._loads(state, section)])
+        return np.asarray(state.wander / CROWNED.to(load).across)
 
     @cached_property
     def _known_paths(self) -> dict[tuple[float, bytes, bytes, bytes], WeightedPaths]:

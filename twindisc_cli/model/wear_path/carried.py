@@ -67,6 +67,12 @@ class LoadHistory:
         """Whether anything is worn under another load than the rig's."""
         return bool(np.any(np.abs(np.log(self.ratio[self.section > 0.0])) > PIECE))
 
+    @property
+    def first(self) -> float:
+        """The load over the rig's under which wear begins [1]; where nothing wears, that of the first point."""
+        _, loads = self.pieces()
+        return float(loads[0] if len(loads) else self.ratio[0])
+
     def pieces(self) -> tuple[Floats, Floats]:
         """Sections at which pieces of one load end [m2], and that load over the rig's [1], each (piece,).
 
@@ -134,7 +140,7 @@ class CarriedPath:
         return replace(self, grown=np.maximum(section[:, -1:] / self.end, SMALLEST))
 
     def under(self, load_ratio: float) -> CarriedPath:
-        """The path that so many times all loads make of unworn discs that do not wander: all lengths scale."""
+        """The path that so many times all loads make of unworn discs: all lengths scale, the wander among them."""
         levels = tuple(level.under(load_ratio) for level in self.levels)
         return replace(self, ratios=self.ratios * load_ratio, levels=levels, end=self.end * load_ratio)
 
@@ -239,11 +245,11 @@ def carried_through(
     weights: Callable[[Floats, Floats], Weights] | None = None,
     *,
     by_place: bool = False,
-    one_spread: bool = False,
+    first_strips: bool = False,
 ) -> list[CarriedPath]:
     """Paths through pieces of histories that end at sections (case, piece) [m2], under the same loads (piece,).
 
-    one_spread: what single strips carry is that of the first case in all.
+    first_strips: what single strips carry is that of the first case in all.
     """
     rig = setup.rig
     nodes, load = _nodes(rig, ends, ratios)
@@ -261,7 +267,7 @@ def carried_through(
         )
         under_load = WearIntegration(depth, pressed, result.carried)
         errors = (ERROR, PRESSURE_ERROR)
-        paths.append(paths_of(setup, under_load, y=strips, nodes=nodes[:, kept], errors=errors, one_spread=one_spread))
+        paths.append(paths_of(setup, under_load, y=strips, nodes=nodes[:, kept], errors=errors, first_strips=first_strips))
     return [CarriedPath(levels, of, float(end)) for of, end in zip(zip(*paths, strict=True), ends[:, -1], strict=True)]
 
 

@@ -8,8 +8,8 @@
 A fit asks for one history after another in which the pieces are a little longer or shorter. What is worn and the
 contact change evenly with them. s0 is a place of a lattice over the whole section and the shares of the pieces: it
 depends on the history alone, not on what was asked for before. Histories of one Jacobian share the place of the first,
-so that no derivative sees where one place takes over from another. What new discs that do not wander make of a history
-scales with all its loads together: its place is that of the loads over the first.
+so that no derivative sees where one place takes over from another. What unworn discs make of a history scales with all
+its loads together, where the wander does, too: its place is that of the loads over the first.
 """
 
 from __future__ import annotations
@@ -31,15 +31,19 @@ ROOT_SPACING = 0.07
 """The same of the root of a piece over the largest: the less is worn in a piece, the more it may differ."""
 PROBE = 0.1
 """How much longer one piece is in a probe; all of them are as much as leads to the next place."""
-REMEMBERED = 24  # places that have been asked for
+REMEMBERED = 64  # places that have been asked for
 OF_CONTACT = tuple(name for name in OF_NODES if name not in ("depth", "line_load", "spread"))
 """What is linear in the sections under each load; what single strips carry stays that of the place: only how local wear
 begins is found by it."""
 
 
 def paths_near(setup: Setup, histories: Sequence[LoadHistory]) -> list[CarriedPath]:
-    """The paths through histories of loads where one K holds for all strips."""
-    scales = setup.start is None and setup.wander == 0.0
+    """The paths through histories of loads where one K holds for all strips.
+
+    The wander of unworn discs is that under the rig's load: under another first load of a history it is scaled, as all
+    lengths are. Of discs whose profiles were recorded it is the wander as it is.
+    """
+    scales = setup.start is None
 
     def through(near: list[int], ends: Floats, ratios: Floats) -> list[CarriedPath]:
         load = float(ratios[0]) if scales else 1.0
@@ -103,4 +107,4 @@ def _around(setup: Setup, ratios: tuple[float, ...], whole: float, shape: tuple[
     probes = PROBE * np.eye(len(sizes))
     probes[-1] = np.expm1(SPACING)
     longer = np.concatenate([sizes[None], sizes * (1.0 + probes)])
-    return _Around(sizes, probes, carried_through(setup, np.cumsum(longer, axis=1), np.array(ratios), one_spread=True))
+    return _Around(sizes, probes, carried_through(setup, np.cumsum(longer, axis=1), np.array(ratios), first_strips=True))

@@ -127,10 +127,10 @@ class WearPath:
         return quantity(self, section / self.scaling.to(load_ratio).section, *where)
 
     def under(self, load_ratio: float) -> WearPath:
-        """The path that so many times its load makes of unworn discs that do not wander: all lengths scale."""
+        """The path that so many times its load makes of unworn discs: all lengths scale, the wander among them."""
         to = self.scaling.to(np.array(load_ratio))
         area, height = to.along * to.across, to.height
-        factors = {"section": to.section, "y": to.across, "depth": height, "line_load": load_ratio / to.across}
+        factors = {"section": to.section, "y": to.across, "wander": to.across, "depth": height, "line_load": load_ratio / to.across}
         factors |= {"a": to.along, "b": to.across, "edge": to.across, "p0": load_ratio / area}
         factors |= {"area": area, "stiffness": area, "stiffness_y": area}
         return replace(self, **{name: factor * getattr(self, name) for name, factor in factors.items()})
@@ -228,18 +228,18 @@ def paths_of(
     nodes: Floats,
     errors: tuple[float, float],
     creepages: Floats = CREEPAGES,
-    one_spread: bool = False,
+    first_strips: bool = False,
 ) -> list[WearPath]:
     """The path of each case of an integration, with the wear index of strips at some of the CREEPAGES.
 
-    y, nodes: (strip,) and (node,), or those of each case (case, strip) and (case, node). one_spread: that of the first
-    case serves all.
+    y, nodes: (strip,) and (node,), or those of each case (case, strip) and (case, node). first_strips: what single
+    strips carry in the first case serves all.
     """
     result, shape = integrated.contact, integrated.depth.shape
     own_y = np.broadcast_to(y, (shape[0], shape[2]))
+    line_load = result.line_load[:1].copy() if first_strips else result.line_load
     spread = [
-        spread_of(own_y[i], result.line_load[i], result.intensity[i], result.area[i], creepages)
-        for i in range(1 if one_spread else shape[0])
+        spread_of(own_y[i], load, result.intensity[i], result.area[i], creepages) for i, load in enumerate(line_load)
     ]
     stiffness, stiffness_y = creep_stiffness(setup.rig, result.a, result.b)
     return [
@@ -247,7 +247,7 @@ def paths_of(
             section=section,
             y=own,
             depth=depth,
-            line_load=result.line_load[i],
+            line_load=line_load[0 if first_strips else i],
             a=result.a[i],
             b=result.b[i],
             p0=result.p0[i],
@@ -256,7 +256,7 @@ def paths_of(
             stiffness_y=stiffness_y[i] * result.stiffening[i],
             square=result.square[i],
             edge=edges_of(own, depth, result.b[i]),
-            spread=spread[0 if one_spread else i],
+            spread=spread[0 if first_strips else i],
             error=errors[0],
             pressure_error=errors[1],
             contact=setup.contact,
