@@ -151,6 +151,17 @@ def test_leading_dimensions_are_independent_contacts():
         assert both.approach[i, k] == pytest.approx(alone.approach, rel=1e-6)
 
 
+def test_a_contact_ends_by_itself_whatever_is_solved_beside_it():
+    y = np.linspace(-0.6e-3, 0.6e-3, 200)
+    gaps = np.stack([y**2 / 60e-3, worn_gap(y), y**2 / 40e-3 + 2e-7 * np.cos(5e4 * y)])
+    together = solve_strips(y=y, gap=gaps, relative_accuracy=0.05, **RIG)
+    for number, gap in enumerate(gaps):
+        alone = solve_strips(y=y, gap=gap, relative_accuracy=0.05, **RIG)
+        largest = alone.line_load.max()
+        assert together.line_load[number] == pytest.approx(alone.line_load, rel=1e-9, abs=1e-9 * largest)
+        assert together.approach[number] == pytest.approx(float(alone.approach), rel=1e-9)
+
+
 def test_warm_start_changes_nothing_but_the_time():
     y = np.linspace(-0.6e-3, 0.6e-3, 96)
     before = solve_strips(y=y, gap=y**2 / 60e-3, **RIG)

@@ -51,6 +51,7 @@ from twindisc_cli.physics.half_space.influence import StripFunctions, strip_func
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Places = NDArray[np.intp]
 
 FEWEST_STRIPS = 8  # of a track
 _MOST_ITERATIONS = 80  # of pressure and strips in contact, at the most
@@ -146,7 +147,7 @@ class _Problem:
         cut = None if self.compliance is None else self.compliance[:, part, part]
         return replace(self, y=self.y[part], gap=self.gap[:, part], compliance=cut)
 
-    def cases(self, part: slice) -> _Problem:
+    def cases(self, part: slice | Mask) -> _Problem:
         """All strips of these cases."""
         cut = None if self.compliance is None else self.compliance[part]
         numbers = self.curvature[part], self.load[part], self.modulus[part]
@@ -167,6 +168,10 @@ class _State:
     @property
     def half_length(self) -> Array:
         return np.where(self.loaded, np.sqrt(2.0 * self.load / (np.pi * self.slope)), 0.0)
+
+    def cases(self, part: Mask) -> _State:
+        """These cases."""
+        return _State(**{name: values[part] for name, values in vars(self).items()})
 
 
 @dataclass(frozen=True)
@@ -307,16 +312,30 @@ def _warm_state(problem: _Problem, start: StripContact, part: slice) -> _State:
 
 
 def _converge(problem: _Problem, state: _State, accuracy: float) -> _State:
-    """Step on the strips that are or may become loaded, until nothing changes and no strip beyond them overlaps."""
+    """Step on the strips that are or may become loaded, until nothing changes and no strip beyond them overlaps.
+
+    Each case ends by itself, whatever is solved beside it.
+    """
+    places, ended = np.arange(len(state.load)), list[tuple[Places, _State]]()
     for _ in range(_MOST_ITERATIONS):
         part = _window(state.loaded, problem.mirrored)
         state = _put(_step(problem.window(part), _cut(state, part)), part, problem.y.size)
-        if state.error.max() < accuracy:
-            state = _touch_beyond(problem, state, part)
-        if state.error.max() < accuracy:
-            _check_patch(state.loaded, problem.mirrored)
-            return replace(state, load=problem.carried(state.load))
+        state = _touch_beyond(problem, state, part, state.error < accuracy)
+        settled = state.error[:, 0] < accuracy
+        if settled.any():
+            _check_patch(state.loaded[settled], problem.mirrored)
+            ended.append((places[settled], replace(state, load=problem.carried(state.load)).cases(settled)))
+            if settled.all():
+                return _in_order(ended)
+            places, problem, state = places[~settled], problem.cases(~settled), state.cases(~settled)
     raise NoConvergenceError(f"the strips did not settle: change {state.error.max():.1e} in step {_MOST_ITERATIONS}")
+
+
+def _in_order(parts: list[tuple[Places, _State]]) -> _State:
+    """The states of all cases, from those of some of them and their places."""
+    order = np.argsort(np.concatenate([places for places, _ in parts]))
+    names = vars(parts[0][1])
+    return _State(**{name: np.concatenate([getattr(state, name) for _, state in parts])[order] for name in names})
 
 
 def _step(problem: _Problem, state: _State) -> _State:
@@ -412,12 +431,15 @@ def _put(state: _State, part: slice, size: int) -> _State:
     return replace(state, load=load, slope=slope, loaded=loaded, left=left)
 
 
-def _touch_beyond(problem: _Problem, state: _State, part: slice) -> _State:
-    """Let strips outside the window enter where they overlap; so far off, a strip acts as a line of point forces."""
+def _touch_beyond(problem: _Problem, state: _State, part: slice, settled: Mask) -> _State:
+    """Let strips outside the window enter where they overlap in a case that has settled (case, 1).
+
+    So far off, a strip acts as a line of point forces.
+    """
     touching = np.zeros_like(state.loaded)
     for beyond in (slice(0, part.start), slice(part.stop, problem.y.size)):
-        if beyond.start < beyond.stop:
-            touching[:, beyond] = _overlapping(problem, state, part, beyond)
+        if settled.any() and beyond.start < beyond.stop:
+            touching[:, beyond] = settled & _overlapping(problem, state, part, beyond)
     if not touching.any():
         return state
     return replace(
