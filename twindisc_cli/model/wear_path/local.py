@@ -95,11 +95,14 @@ def weights_on(nodes: Floats, y: Floats, *, course: Course, factors: Factors) ->
 
 
 def _divided(path: WearPath, section: float) -> tuple[WearPath, int]:
-    """A path whose steps are divided so that FEWEST_STEPS go up to a section [m2], and how many go."""
+    """A path with at least FEWEST_STEPS steps up to a section [m2], into which its own are divided, and how many go."""
     last = len(path.section) - 1
     steps = min(last, max(1, int(np.searchsorted(path.section, section, side="right"))))
-    parts = -(-FEWEST_STEPS // steps)
-    return path.on(np.interp(np.arange(parts * last + 1) / parts, np.arange(last + 1), path.section)), parts * steps
+    if steps >= FEWEST_STEPS:
+        return path, steps
+    part = steps / FEWEST_STEPS
+    at = part * np.arange(int(last / part) + 1)
+    return path.on(np.interp(at, np.arange(last + 1), path.section)), FEWEST_STEPS
 
 
 @lru_cache(maxsize=64)
