@@ -14,7 +14,7 @@ from twindisc_cli.laws.law import Law
 from twindisc_cli.model import chain
 from twindisc_cli.model.experiment import Contact, Options, ProfileSamples
 from twindisc_cli.model.forward import ForwardModel
-from twindisc_cli.model.integration import Setup, Weights
+from twindisc_cli.model.integration import Setup, Weights, integrate
 from twindisc_cli.model.patch import OwnPaths
 from twindisc_cli.model.prediction import Prediction
 from twindisc_cli.model.wear_path import (
@@ -268,17 +268,22 @@ def test_paths_near_each_other_are_those_of_their_own_integrations(contact: Cont
 
 
 @both
-def test_all_loads_together_scale_what_they_wear(contact: Contact) -> None:
+@pytest.mark.parametrize("wander", [0.0, 1e-4])
+def test_all_loads_together_scale_what_they_wear(contact: Contact, wander: float) -> None:
     """Hertz: under n times the load lengths are n^(1/3), depths n^(2/3), sections n times those before."""
     rig, loads, section = rigs.rig(), np.array([1.0, 2.0, 0.5]), np.array([1.0, 3.0, 7.0]) * first_section(rigs.rig())
     times = 1.37
-    (one,), (own,) = (carried_paths(Setup(rig, contact), [LoadHistory(n * section, n * loads)]) for n in (1.0, times))
+    (one,), (own,) = (
+        carried_paths(Setup(rig, contact, n ** (1.0 / 3.0) * wander), [LoadHistory(n * section, n * loads)])
+        for n in (1.0, times)
+    )
     scaled = one.under(times)
     assert scaled.ratios == pytest.approx(own.ratios)
     for here, there, before in zip(scaled.levels, own.levels, one.levels, strict=True):
         for name in ("section", "y", "depth", "line_load", "a", "b", "p0", "area", "stiffness", "stiffness_y", "edge"):
             known = getattr(there, name)
             assert getattr(here, name) == pytest.approx(known, abs=2e-3 * np.abs(known).max()), name
+        assert here.wander == pytest.approx(there.wander)
         assert here.depth.max() == pytest.approx(times ** (2.0 / 3.0) * before.depth.max())
 
 
@@ -288,6 +293,45 @@ def test_histories_that_differ_by_all_loads_together_share_a_place() -> None:
     for times in (1.0, 1.1, 0.83):
         paths_near(Setup(rig, "hertz"), [LoadHistory(times * section, times * loads)])
     assert nearby._around.cache_info().misses == 1
+
+
+@both
+def test_wander_is_the_same_whatever_load_the_others_are_declared_over(contact: Contact) -> None:
+    """The same loads as 1.3 times those of a rig, and as those of a rig of 1.3 times the load."""
+    creepage, ratios, times = np.array([0.004, 0.03, 0.01]), np.array([1.0, 2.0, 0.5]), 1.3
+    one = model(creepage, times * ratios, contact)
+    rig = rigs.rig(load=times * rigs.LOAD)
+    other = ForwardModel(replace(model(creepage, ratios, contact).experiment, rig=rig))
+    wander = {"lateral_wander": {"std_mm": np.array([0.12])}}
+    here, there = (predicted(of, effects=wander) for of in (one, other))
+    assert here.state.traction_ratio == pytest.approx(there.state.traction_ratio, rel=2e-3)
+    assert depths(here).max() == pytest.approx(depths(there).max(), rel=3e-3)
+    assert depths(here).max() < 0.97 * depths(predicted(one)).max()
+
+
+@pytest.mark.parametrize("wander", [0.0, 1e-4])
+def test_a_case_that_departs_later_is_what_it_is_from_the_beginning(wander: float) -> None:
+    """A second piece that is longer by a tenth, on strips that are wider by a hundredth."""
+    rig = rigs.rig()
+    first = np.linspace(0.0, 3.0, 40) * first_section(rig)
+    nodes = np.stack([np.append(first, first[-1] + share * first) for share in (1.0, 1.1)])
+    given = {
+        "cases": 2,
+        "settled": 1e-4,
+        "loads": np.repeat([1.0, 2.0], len(first)),
+        "scale": np.array([1.0, 1.01]),
+    }
+    y = np.linspace(-1.5e-3, 1.5e-3, 161)
+    departs = np.where(np.arange(nodes.shape[1] - 1) < len(first) - 1, 1, 2)
+    here, there = (
+        integrate(Setup(rig, "half_space", wander), y, nodes, **given, apart=apart) for apart in (departs, None)
+    )
+    assert here.depth[0] == pytest.approx(there.depth[0], abs=1e-6 * there.depth.max())
+    assert here.depth == pytest.approx(there.depth, abs=5e-3 * there.depth.max())
+    for name in ("a", "b", "p0", "area", "stiffening"):
+        assert getattr(here.contact, name) == pytest.approx(getattr(there.contact, name), rel=2e-2), name
+    worn = here.depth.sum(axis=-1) * (y[1] - y[0]) * given["scale"][:, None]
+    assert worn == pytest.approx(nodes, rel=1e-3, abs=1e-3 * first_section(rig))
 
 
 def test_what_changes_no_wear_is_integrated_once() -> None:

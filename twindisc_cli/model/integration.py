@@ -21,7 +21,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from twindisc_cli.model import worn
-from twindisc_cli.model.experiment import Contact, Floats, Rig, Start
+from twindisc_cli.model.experiment import Contact, Floats, Ints, Rig, Start
 from twindisc_cli.physics import hertz
 from twindisc_cli.physics._even_grid import linear_at
 from twindisc_cli.physics.half_space import NoConvergenceError
@@ -102,7 +102,8 @@ class _Way:
     """What is integrated: strips y [m], sections [m2], (1 or case, node), the load [N] at each, how the load is spread.
 
     rise [m] of the new discs (1 or case, strip); spread: shares of the line load of each strip on each (1 or case,
-    strip, strip); scale: of the strips of each case, over y (case, 1).
+    strip, strip); scale: of the strips of each case, over y (case, 1); apart: number of cases that go their own way in
+    each step (step,).
     """
 
     rig: Rig
@@ -114,11 +115,26 @@ class _Way:
     cases: int
     weights: Weights
     scale: Floats
+    apart: Ints
 
     @property
     def steps(self) -> Floats:
         """From node to node [m2], (step, 1 or case, 1)."""
         return np.diff(self.nodes).T[..., None]
+
+    @property
+    def scale_at_nodes(self) -> Floats:
+        """`scale` where a case goes its own way, 1 before that, (node, case, 1)."""
+        apart = np.append(self.apart[0], self.apart)[:, None, None]
+        return np.where(np.arange(self.cases)[:, None] < apart, self.scale, 1.0)
+
+    def of_all(self, values: Floats) -> Floats:
+        """Lengths or line loads (case, strip), in units of the strips of each case, of all cases.
+
+        Those that have gone the way of the first so far have its values, read on their own strips.
+        """
+        more = self.scale[len(values) :]
+        return np.concatenate([values, np.interp(more * self.y, self.y, values[0]) / more])
 
 
 def even(step: int, y: Floats, loaded: Loaded) -> Floats:
@@ -137,6 +153,7 @@ def integrate(
     settled: float = SETTLED,
     loads: Floats | None = None,
     scale: Floats | None = None,
+    apart: Ints | None = None,
 ) -> WearIntegration:
     """Wear the unworn discs through the sections `nodes` [m2] on uniform strips y, an odd number about 0.
 
@@ -145,6 +162,8 @@ def integrate(
     settled   change of the line load, over its largest, at which a step in half-space contact is left
     loads     over the rig's load, on the way to each of the nodes [1]; the rig's if not given
     scale     in half-space contact, of the strips of each case over y (case,) [1]; 1 if not given
+    apart     in half-space contact with even weights, how many of the cases go their own way in each step (step,), the
+              first among them; the others have gone the way of the first so far. All if not given
     """
     rig, start = setup.rig, setup.start
     scale = np.ones(cases) if scale is None else scale
@@ -152,7 +171,8 @@ def integrate(
     rise = np.array([np.zeros_like(y) if start is None else start.on(own * y) for own in of_cases])
     spread = np.array([spreading(own * y, setup.wander) for own in of_cases])
     loads = rig.normal_load * (np.ones(nodes.shape[-1]) if loads is None else loads)
-    way = _Way(rig, y, np.atleast_2d(nodes), loads, spread, rise, cases, weights, scale[:, None])
+    apart = np.full(nodes.shape[-1] - 1, cases) if apart is None else apart
+    way = _Way(rig, y, np.atleast_2d(nodes), loads, spread, rise, cases, weights, scale[:, None], apart)
     if setup.contact == "hertz":
         return _integrate_hertz(way)
     if start is not None or not mirrored:
@@ -180,17 +200,22 @@ def spreading(y: Floats, wander: float) -> Floats:
 
 def _integrate_half_space(way: _Way, settled: float, *, mirrored: bool) -> WearIntegration:
     """In units of the strips of each case: lengths over a scale, loads over its square leave the contact as it is."""
-    rig, scale = way.rig, way.scale
-    gap = 0.5 * rig.curvature_y * scale * way.y**2 - way.rise / scale
-    loads = way.loads[:, None, None] / scale**2
-    strips = _strips(rig, way.y, (way.cases,), loads[0, :, 0], mirrored=mirrored, scale=scale[:, 0])
-    result = last = strips.pressed(gap)
-    loss = rate = np.zeros_like(gap)
+    rig, scales = way.rig, way.scale_at_nodes
+    gap = 0.5 * rig.curvature_y * way.scale * way.y**2 - way.rise / way.scale
+    loads, steps = way.loads[:, None, None] / scales**2, way.steps / scales[1:] ** 2
+    apart = slice(way.apart[0])
+    strips = _strips(rig, way.y, loads[0, apart, 0], mirrored=mirrored, scale=way.scale[apart, 0])
+    result = last = strips.pressed(gap[apart])
+    loss = rate = np.zeros_like(gap[apart])
     depths, contacts, means, before = [loss], [result], [result.line_load], np.full((1, 1), np.inf)
-    for number, (step, load) in enumerate(zip(way.steps / scale**2, loads[1:], strict=True)):
+    for number in range(len(steps)):
+        apart = slice(way.apart[number])
+        step, load, scale = steps[number, apart], loads[number + 1, apart], way.scale[apart]
         if not step.any():
-            strips, before = replace(strips, load=load), np.full((1, 1), np.inf)
-            result = strips.pressed(gap + loss)
+            strips = _strips(rig, way.y, load[:, 0], mirrored=mirrored, scale=scale[:, 0])
+            loss, rate, means[-1] = (way.of_all(values)[apart] for values in (loss, rate, means[-1]))
+            result = last = strips.pressed(gap[apart] + loss)
+            before = np.full((1, 1), np.inf)
         else:
             ratio = step / before
             new = (1.0 + ratio) / (1.0 + 2.0 * ratio)
@@ -199,29 +224,28 @@ def _integrate_half_space(way: _Way, settled: float, *, mirrored: bool) -> WearI
             guess = _ahead(last, result, ratio)
             last, before = result, step
             result = strips.pressed(
-                gap + loss + (1.0 - new) * step * rate,
-                compliance=(new * step / load)[..., None] * way.spread * weighted[:, None, :],
+                gap[apart] + loss + (1.0 - new) * step * rate,
+                compliance=(new * step / load)[..., None] * way.spread[apart] * weighted[:, None, :],
                 start=guess,
                 relative_accuracy=settled,
             )
-            own = _worn(way.spread, weighted, result.line_load, mirrored=mirrored) / load
+            own = _worn(way.spread[apart], weighted, result.line_load, mirrored=mirrored) / load
             rate = (1.0 - new) * rate + new * own
             means.append((1.0 - new) * means[-1] + new * result.line_load)
             loss = loss + step * rate
         depths.append(loss)
         contacts.append(result)
-    pressed = _pressed(_stacked(contacts), np.moveaxis(loads, 0, 1), mirrored).on_strips(scale)
-    depth, carried = (scale[..., None] * np.stack(values, axis=1) for values in (depths, means[1:]))
-    return WearIntegration(depth, pressed, carried)
+    pressed = _pressed(_stacked(contacts, way.cases), np.moveaxis(loads, 0, 1), mirrored)
+    depth, carried = (
+        way.scale[..., None] * np.stack([way.of_all(own) for own in values], axis=1) for values in (depths, means[1:])
+    )
+    return WearIntegration(depth, pressed.on_strips(scales[..., 0].T), carried)
 
 
-def _strips(
-    rig: Rig, y: Floats, cases: tuple[int, ...], load: Floats | float, *, mirrored: bool, scale: Floats | float = 1.0
-) -> Strips:
-    """The strips of a rig under a load [N], in units of `scale` metres."""
+def _strips(rig: Rig, y: Floats, load: Floats, *, mirrored: bool, scale: Floats | float = 1.0) -> Strips:
+    """The strips of a rig under loads (case,) [N], in units of `scale` metres."""
     return Strips.of(
         y=y,
-        cases=cases,
         curvature_x=rig.curvature_x * scale,
         normal_load=load,
         effective_modulus=rig.effective_modulus,
@@ -229,13 +253,18 @@ def _strips(
     )
 
 
-def _stacked(contacts: list[StripContact]) -> StripContact:
+def _stacked(contacts: list[StripContact], cases: int) -> StripContact:
     """Contacts at nodes as one, (case, node)."""
     load, length, approach = (
-        np.stack([getattr(contact, name) for contact in contacts], axis=1)
+        np.stack([_as_first(getattr(contact, name), cases) for contact in contacts], axis=1)
         for name in ("line_load", "half_length", "approach")
     )
     return StripContact(contacts[0].y, length, load, approach)
+
+
+def _as_first(values: Floats, cases: int) -> Floats:
+    """Values (case, ...) of so many cases: those that are not there yet have those of the first."""
+    return np.concatenate([values, np.repeat(values[:1], cases - len(values), axis=0)])
 
 
 def pressed_on(rig: Rig, contact: Contact, y: Floats, gap: Floats, load: float) -> Pressed:
@@ -246,7 +275,7 @@ def pressed_on(rig: Rig, contact: Contact, y: Floats, gap: Floats, load: float) 
         return circle.pressed(a[None], b[None], load)
     mirrored = bool(np.abs(gap - gap[:, ::-1]).max() <= MIRRORED * np.ptp(gap))
     side = slice(len(y) // 2 if mirrored else 0, None)
-    strips = _strips(rig, y[side], gap.shape[:1], load, mirrored=mirrored)
+    strips = _strips(rig, y[side], np.full(len(gap), load), mirrored=mirrored)
     state = strips.pressed(gap[:, side])
     state = replace(
         state,

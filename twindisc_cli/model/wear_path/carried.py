@@ -35,6 +35,9 @@ BEYOND = 1.2
 """How far beyond the history's last section a path goes on under its last load."""
 GROWTH = 0.09
 """Growth of what was worn since the load changed, in a step."""
+SETTLED = 1e-3
+"""Where a step in half-space contact is left, as `integration.SETTLED`: differences between paths ask for more than a
+path, and less than this moves them no further."""
 DIGITS = 12
 """To which a load is one of the levels, and is read there alone."""
 SMALLEST = 1e-9
@@ -255,7 +258,19 @@ def carried_through(
     nodes, load = _nodes(rig, ends, ratios)
     y, scale = _strips(rig, nodes[:, -1], ratios, setup)
     local = integration.even if weights is None else weights(nodes, y)
-    result = integrate(setup, y, nodes, cases=len(ends), loads=load, mirrored=not by_place, weights=local, scale=scale)
+    apart = _apart(nodes, ends) if weights is None else None
+    result = integrate(
+        setup,
+        y,
+        nodes,
+        cases=len(ends),
+        loads=load,
+        mirrored=not by_place,
+        weights=local,
+        settled=SETTLED,
+        scale=scale,
+        apart=apart,
+    )
     rise = np.zeros_like(y) if setup.start is None else setup.start.on(y)
     kept = np.flatnonzero(np.diff(nodes[0], append=np.inf) > 0.0)
     gap = 0.5 * rig.curvature_y * y**2 + result.depth[0] - rise
@@ -267,8 +282,22 @@ def carried_through(
         )
         under_load = WearIntegration(depth, pressed, result.carried)
         errors = (ERROR, PRESSURE_ERROR)
-        paths.append(paths_of(setup, under_load, y=strips, nodes=nodes[:, kept], errors=errors, first_strips=first_strips))
+        paths.append(
+            paths_of(setup, under_load, y=strips, nodes=nodes[:, kept], errors=errors, first_strips=first_strips)
+        )
     return [CarriedPath(levels, of, float(end)) for of, end in zip(zip(*paths, strict=True), ends[:, -1], strict=True)]
+
+
+def _apart(nodes: Floats, ends: Floats) -> Ints:
+    """How many cases go their own way in each step of their nodes (case, node), for `integrate` (step,).
+
+    They are those up to the last of which a piece has ended, or ends, elsewhere than that of the first; ends (case,
+    piece).
+    """
+    shared = np.cumprod(ends == ends[0], axis=1).sum(axis=1)
+    shared[0] = 0
+    piece = np.cumsum(np.diff(nodes[0]) == 0.0)
+    return np.array([1 + np.flatnonzero(shared <= number)[-1] for number in piece])
 
 
 def _nodes(rig: Rig, ends: Floats, ratios: Floats) -> tuple[Floats, Floats]:

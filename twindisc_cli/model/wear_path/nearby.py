@@ -104,7 +104,8 @@ def _around(setup: Setup, ratios: tuple[float, ...], whole: float, shape: tuple[
     """The paths around a place of the lattice, in its spacings: whole, shape (piece,); ratios: loads over the rig's."""
     shares = np.square(shape)
     sizes = np.exp(SPACING * whole) * shares / shares.sum()
-    probes = PROBE * np.eye(len(sizes))
-    probes[-1] = np.expm1(SPACING)
+    probes = PROBE * np.eye(len(sizes), k=-1)
+    probes[0] = np.expm1(SPACING)
     longer = np.concatenate([sizes[None], sizes * (1.0 + probes)])
-    return _Around(sizes, probes, carried_through(setup, np.cumsum(longer, axis=1), np.array(ratios), first_strips=True))
+    paths = carried_through(setup, np.cumsum(longer, axis=1), np.array(ratios), first_strips=True)
+    return _Around(sizes, probes, paths)

@@ -130,8 +130,8 @@ class WearPath:
         """The path that so many times its load makes of unworn discs: all lengths scale, the wander among them."""
         to = self.scaling.to(np.array(load_ratio))
         area, height = to.along * to.across, to.height
-        factors = {"section": to.section, "y": to.across, "wander": to.across, "depth": height, "line_load": load_ratio / to.across}
-        factors |= {"a": to.along, "b": to.across, "edge": to.across, "p0": load_ratio / area}
+        factors = {"section": to.section, "depth": height, "line_load": load_ratio / to.across, "p0": load_ratio / area}
+        factors |= {"a": to.along, "y": to.across, "b": to.across, "edge": to.across, "wander": to.across}
         factors |= {"area": area, "stiffness": area, "stiffness_y": area}
         return replace(self, **{name: factor * getattr(self, name) for name, factor in factors.items()})
 
