@@ -36,8 +36,8 @@ BEYOND = 1.2
 GROWTH = 0.09
 """Growth of what was worn since the load changed, in a step."""
 SETTLED = 1e-3
-"""Where a step in half-space contact is left, as `integration.SETTLED`: differences between paths ask for more than a
-path, and less than this moves them no further."""
+"""Where a step in half-space contact is left where one K holds for all strips, as `integration.SETTLED`: what changes
+from one path to another asks for more than a path does."""
 DIGITS = 12
 """To which a load is one of the levels, and is read there alone."""
 SMALLEST = 1e-9
@@ -267,7 +267,7 @@ def carried_through(
         loads=load,
         mirrored=not by_place,
         weights=local,
-        settled=SETTLED,
+        settled=SETTLED if weights is None else integration.SETTLED,
         scale=scale,
         apart=apart,
     )
