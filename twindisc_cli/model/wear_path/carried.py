@@ -81,17 +81,19 @@ class LoadHistory:
 
         The load is the mean over the points of a piece, however much is worn at each: no parameter of wear moves it.
         """
-        worn = np.diff(self.section, prepend=0.0)
+        worn = np.diff(self.section, prepend=0.0) > 0.0
+        section, logs = self.section[worn], np.log(self.ratio[worn])
+        begins = np.flatnonzero(np.diff(logs, prepend=np.nan) != 0.0)
         ends: list[float] = []
         loads: list[float] = []
         points = 0
-        for end, log in zip(self.section[worn > 0.0], np.log(self.ratio[worn > 0.0]), strict=True):
-            if ends and abs(log - loads[-1]) <= PIECE:
-                points += 1
-                loads[-1] += (log - loads[-1]) / points
-                ends[-1] = end
+        for begin, end in zip(begins, np.append(begins[1:], len(logs)), strict=True):
+            if ends and abs(logs[begin] - loads[-1]) <= PIECE:
+                points += end - begin
+                loads[-1] += (logs[begin] - loads[-1]) * (end - begin) / points
+                ends[-1] = section[end - 1]
             else:
-                ends, loads, points = [*ends, end], [*loads, log], 1
+                ends, loads, points = [*ends, section[end - 1]], [*loads, logs[begin]], end - begin
         return np.array(ends), np.exp(_rounded(np.array(loads)))
 
 
@@ -257,8 +259,8 @@ def carried_through(
     rig = setup.rig
     nodes, load = _nodes(rig, ends, ratios)
     y, scale = _strips(rig, nodes[:, -1], ratios, setup)
-    local = integration.even if weights is None else weights(nodes, y)
-    apart = _apart(nodes, ends) if weights is None else None
+    local: Weights = integration.even if weights is None else weights(nodes, y)
+    settled, apart = (SETTLED, _apart(nodes, ends)) if weights is None else (integration.SETTLED, None)
     result = integrate(
         setup,
         y,
@@ -267,7 +269,7 @@ def carried_through(
         loads=load,
         mirrored=not by_place,
         weights=local,
-        settled=SETTLED if weights is None else integration.SETTLED,
+        settled=settled,
         scale=scale,
         apart=apart,
     )
