@@ -123,16 +123,22 @@ class _Way:
         return np.diff(self.nodes).T[..., None]
 
     @property
+    def apart_at_nodes(self) -> Ints:
+        """`apart` in the step to each node (node,); to the first one as in the first step."""
+        return np.append(self.apart[:1], self.apart)
+
+    @property
     def scale_at_nodes(self) -> Floats:
         """`scale` where a case goes its own way, 1 before that, (node, case, 1)."""
-        apart = np.append(self.apart[0], self.apart)[:, None, None]
-        return np.where(np.arange(self.cases)[:, None] < apart, self.scale, 1.0)
+        return np.where(np.arange(self.cases)[:, None] < self.apart_at_nodes[:, None, None], self.scale, 1.0)
 
     def of_all(self, values: Floats) -> Floats:
         """Lengths or line loads (case, strip), in units of the strips of each case, of all cases.
 
         Those that have gone the way of the first so far have its values, read on their own strips.
         """
+        if len(values) == self.cases:
+            return values
         more = self.scale[len(values) :]
         return np.concatenate([values, np.interp(more * self.y, self.y, values[0]) / more])
 
@@ -202,25 +208,23 @@ def _integrate_half_space(way: _Way, settled: float, *, mirrored: bool) -> WearI
     """In units of the strips of each case: lengths over a scale, loads over its square leave the contact as it is."""
     rig, scales = way.rig, way.scale_at_nodes
     gap = 0.5 * rig.curvature_y * way.scale * way.y**2 - way.rise / way.scale
-    loads, steps = way.loads[:, None, None] / scales**2, way.steps / scales[1:] ** 2
-    apart = slice(way.apart[0])
-    strips = _strips(rig, way.y, loads[0, apart, 0], mirrored=mirrored, scale=way.scale[apart, 0])
-    result = last = strips.pressed(gap[apart])
-    loss = rate = np.zeros_like(gap[apart])
-    depths, contacts, means, before = [loss], [result], [result.line_load], np.full((1, 1), np.inf)
-    for number in range(len(steps)):
-        apart = slice(way.apart[number])
-        step, load, scale = steps[number, apart], loads[number + 1, apart], way.scale[apart]
+    loads = way.loads[:, None, None] / scales**2
+    steps = np.diff(way.nodes, prepend=way.nodes[:, :1]).T[..., None] / scales**2
+    loss, depths, contacts, means = np.zeros_like(gap[:1]), list[Floats](), list[StripContact](), list[Floats]()
+    for number, count in enumerate(way.apart_at_nodes):
+        apart = slice(count)
+        step, load, scale = steps[number, apart], loads[number, apart], way.scale[apart]
         if not step.any():
             strips = _strips(rig, way.y, load[:, 0], mirrored=mirrored, scale=scale[:, 0])
-            loss, rate, means[-1] = (way.of_all(values)[apart] for values in (loss, rate, means[-1]))
+            loss = way.of_all(loss)[apart]
+            rate = mean = np.zeros_like(loss)
             result = last = strips.pressed(gap[apart] + loss)
             before = np.full((1, 1), np.inf)
         else:
             ratio = step / before
             new = (1.0 + ratio) / (1.0 + 2.0 * ratio)
             loaded = _loaded(result, load)
-            weighted = way.weights(number, way.y, Loaded(scale * loaded.line_load, loaded.intensity / scale**2))
+            weighted = way.weights(number - 1, way.y, Loaded(scale * loaded.line_load, loaded.intensity / scale**2))
             guess = _ahead(last, result, ratio)
             last, before = result, step
             result = strips.pressed(
@@ -231,13 +235,14 @@ def _integrate_half_space(way: _Way, settled: float, *, mirrored: bool) -> WearI
             )
             own = _worn(way.spread[apart], weighted, result.line_load, mirrored=mirrored) / load
             rate = (1.0 - new) * rate + new * own
-            means.append((1.0 - new) * means[-1] + new * result.line_load)
+            mean = (1.0 - new) * mean + new * result.line_load
+            means.append(mean)
             loss = loss + step * rate
         depths.append(loss)
         contacts.append(result)
     pressed = _pressed(_stacked(contacts, way.cases), np.moveaxis(loads, 0, 1), mirrored)
     depth, carried = (
-        way.scale[..., None] * np.stack([way.of_all(own) for own in values], axis=1) for values in (depths, means[1:])
+        way.scale[..., None] * np.stack([way.of_all(own) for own in values], axis=1) for values in (depths, means)
     )
     return WearIntegration(depth, pressed.on_strips(scales[..., 0].T), carried)
 
@@ -264,6 +269,8 @@ def _stacked(contacts: list[StripContact], cases: int) -> StripContact:
 
 def _as_first(values: Floats, cases: int) -> Floats:
     """Values (case, ...) of so many cases: those that are not there yet have those of the first."""
+    if len(values) == cases:
+        return values
     return np.concatenate([values, np.repeat(values[:1], cases - len(values), axis=0)])
 
 

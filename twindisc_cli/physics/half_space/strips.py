@@ -436,9 +436,11 @@ def _touch_beyond(problem: _Problem, state: _State, part: slice, settled: Mask) 
 
     So far off, a strip acts as a line of point forces.
     """
+    if not settled.any():
+        return state
     touching = np.zeros_like(state.loaded)
     for beyond in (slice(0, part.start), slice(part.stop, problem.y.size)):
-        if settled.any() and beyond.start < beyond.stop:
+        if beyond.start < beyond.stop:
             touching[:, beyond] = settled & _overlapping(problem, state, part, beyond)
     if not touching.any():
         return state
