@@ -215,6 +215,12 @@ def test_loads_within_a_few_percent_are_one_piece() -> None:
     assert loads == pytest.approx([1.0, 2.0], rel=5e-3)
 
 
+def test_where_nothing_wears_the_first_load_is_that_of_the_first_point() -> None:
+    history = LoadHistory(np.zeros(3), np.array([2.0, 1.0, 0.5]))
+    assert [len(of) for of in history.pieces()] == [0, 0]
+    assert history.first == 2.0
+
+
 def test_steps_that_are_tests_of_their_own_wear_new_discs_under_their_own_load() -> None:
     of = model(np.full(2, 0.01), np.array([1.0, 4.0]), "hertz")
     apart = ForwardModel(replace(of.experiment, history=replace(of.experiment.history, separate=True)))

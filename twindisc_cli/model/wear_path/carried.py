@@ -87,7 +87,7 @@ class LoadHistory:
         ends: list[float] = []
         loads: list[float] = []
         points = 0
-        for begin, end in zip(begins, np.append(begins[1:], len(logs)), strict=True):
+        for begin, end in zip(begins, np.append(begins, len(logs))[1:], strict=True):
             if ends and abs(logs[begin] - loads[-1]) <= PIECE:
                 points += end - begin
                 loads[-1] += (logs[begin] - loads[-1]) * (end - begin) / points
@@ -99,10 +99,10 @@ class LoadHistory:
 
 def _rounded(logs: Floats) -> Floats:
     """The loads of pieces, at most MOST_LEVELS different ones."""
-    low, high = logs.min(), logs.max()
-    step = max(PIECE, (high - low) / (MOST_LEVELS - 1))
     if len(np.unique(logs)) <= MOST_LEVELS:
         return logs
+    low, high = logs.min(), logs.max()
+    step = max(PIECE, (high - low) / (MOST_LEVELS - 1))
     return np.asarray(low + step * np.round((logs - low) / step))
 
 
