@@ -82,7 +82,10 @@ def test_a_law_over_the_covariate_of_an_effect_is_another_form_of_it_and_is_name
     late = member(("wear", "energy"), -0.5, RISING - 0.9 * OTHER)
     found = weighed(compared([0.3, 0.6, 0.1], WARM, other_form, late), WARM.terms[0])
     assert found.probability == pytest.approx(0.9)
-    assert found.alternatives == [Alternative(LawTerm("wear", "temperature"), pytest.approx(0.6))]
+    assert found.alternatives == [
+        Alternative(LawTerm("wear", "temperature"), pytest.approx(0.6)),
+        Alternative(LawTerm("wear", "energy"), pytest.approx(0.1)),
+    ]
 
 
 def test_laws_stay_apart_in_the_set_of_a_law() -> None:
@@ -90,11 +93,13 @@ def test_laws_stay_apart_in_the_set_of_a_law() -> None:
     assert found.alternatives == [Alternative(LawTerm("wear", "power"), pytest.approx(0.4))]
 
 
-def test_an_effect_within_reach_is_named_though_the_set_is_full() -> None:
+def test_what_is_within_reach_is_named_though_the_set_is_probable_enough_while_it_is_small() -> None:
     severe = member(("severe_wear_transition",), -2.0, 0.7 * RISING + 0.3 * OTHER)
-    late = member(("wear", "creepage"), -2.0, 0.5 * RISING + 0.5 * OTHER)
-    found = weighed(compared([0.87, 0.07, 0.06], WARM, severe, late), WARM.terms[0])
-    assert names(found) == ["severe_wear_transition"]
+    late, later = (member(("wear", c), -2.0, 0.5 * RISING + k * OTHER) for c, k in (("creepage", 0.5), ("energy", 0.9)))
+    found = weighed(compared([0.83, 0.07, 0.06, 0.04], WARM, severe, late, later), WARM.terms[0])
+    assert names(found) == ["severe_wear_transition", "wear over creepage"]
+    found = weighed(compared([0.07, 0.82, 0.06, 0.05], late, WARM, severe, later), late.terms[0])
+    assert names(found) == ["temperature_dependent_wear", "severe_wear_transition"]
 
 
 @pytest.mark.parametrize("as_well", [True, False])
@@ -122,6 +127,28 @@ def test_the_set_of_an_effect_has_three_members_and_that_of_a_law_ends_where_it_
     assert names(found) == [
         "wear over power", "wear over creepage", "running_in_wear", "temperature_dependent_wear"
     ]  # fmt: skip
+
+
+def test_two_effects_of_one_quantity_over_one_covariate_are_as_likely_one_law_over_it() -> None:
+    def both(*terms: str) -> Explanation:
+        trial = {name: line("mu", "creepage") for name in terms if name == "mu_over_creepage"}
+        return explanation(PROBLEM.with_terms(*terms, trial=trial), 0.0, NOISE)
+
+    law, film = LawTerm("mu", "creepage"), member(("film_breakdown",), -20.0, 0.5 * RISING)
+    answer, beside = both("falling_friction", "film_breakdown"), both("mu_over_creepage", "film_breakdown")
+    known = compared([0.6, 0.2, 0.2, 0.0], answer, member(("mu", "creepage"), -3.0, RISING), beside, film)
+    falling, broken = (weighed(known, name, as_one_law=True) for name in answer.terms)
+    assert (falling.probability, broken.probability) == (pytest.approx(0.3), pytest.approx(0.4))
+    assert falling.alternatives == [Alternative(law, pytest.approx(0.3 + 0.2 + 0.2))]
+    assert broken.alternatives == [Alternative(law, pytest.approx(0.3 + 0.2 + 0.1))]
+    assert weighed(known, "falling_friction").probability == pytest.approx(1.0)  # as what is chosen is weighed
+
+
+@pytest.mark.parametrize("other", ["running_in_friction", "two_slope_factors", "sensor_drift"])
+def test_effects_of_other_quantities_or_over_other_covariates_are_no_law_together(other: str) -> None:
+    two = explanation(PROBLEM.with_terms("falling_friction", other), 0.0, NOISE)
+    known = compared([0.9, 0.1], two, member(("falling_friction",), -20.0, 0.5 * RISING))
+    assert [weighed(known, name, as_one_law=True).probability for name in two.terms] == pytest.approx([1.0, 0.9])
 
 
 def test_an_effect_gives_way_to_a_law_that_is_more_probable_by_itself() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,29 +81,35 @@ class Weighed:
     same: Mapping[Term, Term]
 
 
-def weighed(compared: Compared, name: str) -> Weighed:
+def weighed(compared: Compared, name: str, *, as_one_law: bool = False) -> Weighed:
     """Weigh a term against what stands for it in any explanation without it, alone or with others.
 
     An effect of which the law over its own covariate is another form is as probable as both, and both are named.
     What does something else than the term where it is added in its place is no alternative. The set ends where it is
-    probable enough; while it is small, with the effects of the catalogue that are left, or that fit as well and are
-    less probable for their parameters alone. That of an effect is small, and effects of the catalogue come first in it.
+    probable enough and no longer small, or with the effects of the catalogue that fit as well and are less probable for
+    their parameters alone. That of an effect is small, and effects of the catalogue come first in it.
+
+    as_one_law: terms that together change one quantity over one covariate count for a law over it in part, and where
+    the answer has such terms this law is no other form of one of them.
     """
     own = compared.answer.term(name)
     places = {own: compared.answer} | compared.in_place_of(name)
-    words = {term: _in_other_words(compared, name, term, places) for term in places if term != own}
+    shared = _shared_law(compared.answer, own) if as_one_law else None
+    words = {term: _in_other_words(compared, name, term, places) for term in places if term not in (own, shared)}
     same = {term: effect for term, effect in words.items() if effect != term}
     similar = {t: compared.similarity(name, member, compared.answer) for t, member in places.items()}
     strangers = {term for term, share in similar.items() if share < RESAMPLING.stands_for}
     chances, together = dict[Term, float](), dict[Term, float]()
     for member, share in zip(compared.members, compared.weights, strict=True):
         terms = set(_stand_ins(compared, name, member)) - strangers
-        for term in terms:
-            chances[term] = chances.get(term, 0.0) + float(share)
-        for term in {same.get(term, term) for term in terms}:
-            together[term] = together.get(term, 0.0) + float(share)
+        parts = _parts(member, terms) if as_one_law else dict.fromkeys(terms, 1.0)
+        for term, part in parts.items():
+            chances[term] = chances.get(term, 0.0) + part * float(share)
+        for term in {same.get(term, term) for term in parts}:
+            part = max(parts[t] for t in parts if same.get(t, t) == term)
+            together[term] = together.get(term, 0.0) + part * float(share)
     held = together.pop(own, 0.0)
-    forms = {term for term in chances if _is_form(compared, name, term, places) and same.get(term) != own}
+    forms = {t for t in chances if t != shared and _is_form(compared, name, t, places) and same.get(t) != own}
     probability = min(held + sum(chances[term] for term in forms), 1.0)
     if isinstance(own, EffectTerm):
         near = _named_beside(compared, places, held, _effects_first(together))[: RESAMPLING.small_set - 1]
@@ -130,11 +136,10 @@ def _named_beside(
     """The terms that are named beside a term that is held with this probability, of those in this order."""
     beside, left = list[Alternative](), list[Alternative]()
     for term, share in together:
-        effect = isinstance(term, EffectTerm)
-        small = effect and len(beside) + 1 < RESAMPLING.small_set
+        small = len(beside) + 1 < RESAMPLING.small_set
         if share > RESAMPLING.rival_share and (small or held < RESAMPLING.set_share):
             beside.append(Alternative(term, share))
-        elif effect and term in places and _fits_as_well(compared.answer, places[term]):
+        elif isinstance(term, EffectTerm) and term in places and _fits_as_well(compared.answer, places[term]):
             left.append(Alternative(term, share))
         held += share
     return beside + left[: max(RESAMPLING.small_set - 1 - len(beside), 0)]
@@ -160,6 +165,40 @@ def _stand_ins(compared: Compared, name: str, member: Explanation) -> list[Term]
             member.effect(term).channel == answer.effect(name).channel or member.effect(term).channel not in channels_of
         )
     ]
+
+
+def _shared_law(member: Explanation, term: Term) -> LawTerm | None:
+    """The law that a term is a part of; None where no other changes the same quantity over the same covariate."""
+    return next((law for law, terms in shared_laws(member).items() if term in terms), None)
+
+
+def shared_laws(member: Explanation) -> dict[LawTerm, list[Term]]:
+    """Laws that several terms of an explanation are together, with these."""
+    terms = dict[LawTerm, list[Term]]()
+    for name in member.terms:
+        if (law := _as_law(member, name)) is not None:
+            terms.setdefault(law, []).append(member.term(name))
+    return {law: parts for law, parts in terms.items() if len(parts) > 1}
+
+
+def _as_law(member: Explanation, name: str) -> LawTerm | None:
+    """What a term changes over what, as a law; None of an effect of no covariate, or of a stage of several quantities.
+    """
+    term, effect = member.term(name), member.effect(name)
+    if isinstance(term, LawTerm):
+        return term
+    quantities = [key for key, quantity in QUANTITIES.items() if quantity.stage == effect.stage]
+    return LawTerm(quantities[0], effect.over, term.test) if effect.over and len(quantities) == 1 else None
+
+
+def _parts(member: Explanation, terms: Iterable[Term]) -> dict[Term, float]:
+    """In which part an explanation counts for each of some of its terms, and for laws that these are a part of."""
+    parts = dict[Term, float]()
+    for term in terms:
+        law = _shared_law(member, term) or term
+        share = {term: 1.0 - RESAMPLING.one_law, law: RESAMPLING.one_law} if law != term else {term: 1.0}
+        parts |= {key: max(part, parts.get(key, 0.0)) for key, part in share.items()}
+    return parts
 
 
 def _in_other_words(compared: Compared, name: str, term: Term, places: Mapping[Term, Explanation]) -> Term:

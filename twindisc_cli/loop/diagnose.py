@@ -81,7 +81,7 @@ def diagnose(
     before = {channel: unexplained_residual(base, channel, own=True) for channel in outcome.problem.channels}
     missed = _missed(outcome.judged)
     left, scattered = _left(outcome, before, missed.keys()), step_scatter(outcome.answer.fit)
-    weights = {name: weighed(outcome.compared, name) for name in outcome.answer.terms}
+    weights = {name: weighed(outcome.compared, name, as_one_law=True) for name in outcome.answer.terms}
     others = [*(case_of(test) for test in predict), *([unseen] if unseen else [])]
     others = [with_its_noise(case, outcome.judged.before) for case in others]
     predictions = [prediction_errors(outcome, case) for case in others]

@@ -10,7 +10,7 @@ import numpy as np
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.law import warnings
 from twindisc_cli.loop import free_zero
-from twindisc_cli.loop.alternatives import Weighed, shorter
+from twindisc_cli.loop.alternatives import Weighed, shared_laws, shorter
 from twindisc_cli.loop.candidates import stops_of_wear
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.channels.profile import recorded_stops
@@ -44,6 +44,7 @@ def notes_of(
         *_sums_of_many(outcome.answer),
         *_cut(outcome),
         *_shorter(outcome),
+        *_one_law(outcome.answer),
         *_same_as(effects),
         *_levels_of_sensors(laws),
     ]
@@ -108,6 +109,14 @@ def _shorter(outcome: Outcome) -> list[str]:
         f"{joined(member.labels)} alone explains as much as {together}, with fewer terms ({100.0 * share:.0f} %)"
         for member, share in shorter(outcome.compared)
         if member.labels not in outcome.refused
+    ]
+
+
+def _one_law(answer: Explanation) -> list[str]:
+    """Terms that change one quantity over one covariate together."""
+    return [
+        f"{joined(terms)} are a change of {law} together: one law that is in no catalogue would do the same"
+        for law, terms in shared_laws(answer).items()
     ]
 
 
