@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import Floats, Ints
+
+KNOTS = 13
+"""Of what comes back in every step after the change of creepage."""
 
 
 def polynomials(at: Floats, group: Ints, degree: int, samples_each: int) -> Floats:
@@ -39,6 +42,13 @@ def _in_groups(at: Floats, group: Ints, block: Callable[[Floats], Floats]) -> Fl
         columns.append(np.zeros((len(at), own.shape[1])))
         columns[-1][here] = own
     return np.concatenate(columns, axis=1)
+
+
+def with_recurring(trends: Sequence[Floats], at: Floats, group: Ints) -> list[Floats]:
+    """Trends (sample, column), richest last, and each with what is the same in every group, if samples are enough."""
+    if len(at) <= 3 * (trends[-1].shape[1] + KNOTS):
+        return [*trends]
+    return [*trends, *(recurring(at, group, trend, KNOTS) for trend in trends)]
 
 
 def recurring(at: Floats, group: Ints, trend: Floats, knots: int) -> Floats:

@@ -13,7 +13,7 @@ from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, wa
 from twindisc_cli.loop.noise import Noise
 from twindisc_cli.loop.noise_estimate import estimate
 from twindisc_cli.loop.rounding import with_rounding
-from twindisc_cli.loop.trends import relaxations
+from twindisc_cli.loop.trends import relaxations, with_recurring
 from twindisc_cli.model.experiment import Experiment, Floats, Ints, TemperatureSamples
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.prediction import Prediction
@@ -51,7 +51,7 @@ def noise_about(test: Experiment, left: Floats) -> Noise:
     Where discs settle faster than they are recorded, no smooth course follows the temperature itself.
     """
     samples, step = known(test.measured.temperature), _step(test)
-    trends = [relaxations(samples.time, step, shapes, 4) for shapes in range(1, 6)]
+    trends = with_recurring([relaxations(samples.time, step, shapes, 4) for shapes in range(1, 6)], samples.time, step)
     size = float(np.ptp(samples.temperature))
     series = step if test.history.separate else np.zeros_like(step)
     result = estimate(left, trends, samples.time, series, size, correlated=True)

@@ -15,7 +15,7 @@ from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, wa
 from twindisc_cli.loop.noise import Noise, given
 from twindisc_cli.loop.noise_estimate import GROWS, detrended, estimate, growth, likelier, louder
 from twindisc_cli.loop.rounding import with_rounding
-from twindisc_cli.loop.trends import polynomials, recurring
+from twindisc_cli.loop.trends import polynomials, with_recurring
 from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, TractionSamples
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.points import knows_times, sample_times
@@ -27,8 +27,6 @@ STEPS_THAT_WANDER = 5
 the record."""
 LEAST_LEVEL = 0.05
 """Level, over the root mean square, below which noise that grows with T/N is taken to be that of the meter at rest."""
-KNOTS = 13
-"""Of what comes back in every step after the change of creepage."""
 
 
 def friction_is_given(test: Experiment) -> bool:
@@ -87,8 +85,8 @@ def noise(test: Experiment) -> Noise:
         # a curve without time: equal conditions in different steps are repeats
         group = samples.step if timed else _conditions(test.history)[samples.step]
         trends = [polynomials(times, group, degree, 6) for degree in range(4)]
-        if timed and len(times) > 3 * (trends[-1].shape[1] + KNOTS):
-            trends += [recurring(times, samples.step, trend, KNOTS) for trend in trends]
+        if timed:
+            trends = with_recurring(trends, times, samples.step)
     size = float(np.sqrt(np.mean(samples.ratio**2)))
     series = samples.step if test.history.separate else np.zeros_like(samples.step)
     wanders = timed and len(np.unique(samples.step)) >= STEPS_THAT_WANDER
