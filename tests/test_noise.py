@@ -247,7 +247,8 @@ def test_a_jump_inside_one_step_is_no_noise() -> None:
     assert found.correlation < 0.3
 
 
-def test_what_comes_back_after_every_change_of_creepage_is_no_noise() -> None:
+@pytest.mark.parametrize("channel", CHANNELS)
+def test_what_comes_back_after_every_change_of_creepage_is_no_noise(channel: str) -> None:
     """A hump of five standard deviations two minutes after each change would pass for noise of a long correlation."""
     begin = np.array([HISTORY.end_time[HISTORY.step == s][0] - HISTORY.duration[0] for s in np.unique(HISTORY.step)])
     since = TIME - begin[np.searchsorted(begin, TIME, side="right") - 1]
@@ -255,10 +256,10 @@ def test_what_comes_back_after_every_change_of_creepage_is_no_noise() -> None:
     found = []
     for seed in range(DRAWS):
         unit = np.random.default_rng(seed).standard_normal(len(TIME))
-        noise = traction_noise(with_traction(0.6 + 0.004 * (unit + 5.0 * hump)))
+        noise = CHANNELS[channel](unit + 5.0 * hump, TIME)
         found.append((noise.std, noise.correlation))
     std, correlation = np.mean(found, axis=0)
-    assert std == pytest.approx(0.004, rel=0.05)
+    assert std == pytest.approx(SIZES[channel], rel=0.05)
     assert correlation < 2.0 / np.sqrt(len(TIME))
 
 
