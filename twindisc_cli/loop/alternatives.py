@@ -182,7 +182,7 @@ def shared_laws(member: Explanation) -> dict[LawTerm, list[Term]]:
 
 
 def _as_law(member: Explanation, name: str) -> LawTerm | None:
-    """What a term changes over what, as a law; None of an effect of no covariate, or of a stage of several quantities."""
+    """What a term changes over what, as a law; None of an effect of no one covariate, or of no one quantity."""
     term, effect = member.term(name), member.effect(name)
     if isinstance(term, LawTerm):
         return term
