@@ -45,11 +45,8 @@ def _in_groups(at: Floats, group: Ints, block: Callable[[Floats], Floats]) -> Fl
 
 
 def with_recurring(trends: Sequence[Floats], at: Floats, group: Ints) -> list[Floats]:
-    """Trends (sample, column), richest last, and each with what is the same in every group, where it can be seen.
-
-    That needs several groups, and three samples for each column.
-    """
-    if len(np.unique(group)) == 1 or len(at) <= 3 * (trends[-1].shape[1] + KNOTS):
+    """Trends (sample, column), richest last, and each with what is the same in every group, if samples are enough."""
+    if len(at) <= 3 * (trends[-1].shape[1] + KNOTS):
         return [*trends]
     return [*trends, *(recurring(at, group, trend, KNOTS) for trend in trends)]
 

@@ -51,7 +51,9 @@ def noise_about(test: Experiment, left: Floats) -> Noise:
     Where discs settle faster than they are recorded, no smooth course follows the temperature itself.
     """
     samples, step = known(test.measured.temperature), _step(test)
-    trends = with_recurring([relaxations(samples.time, step, shapes, 4) for shapes in range(1, 6)], samples.time, step)
+    trends = [relaxations(samples.time, step, shapes, 4) for shapes in range(1, 6)]
+    if len(np.unique(step)) > 1:
+        trends = with_recurring(trends, samples.time, step)
     size = float(np.ptp(samples.temperature))
     series = step if test.history.separate else np.zeros_like(step)
     result = estimate(left, trends, samples.time, series, size, correlated=True)
