@@ -142,6 +142,8 @@ def test_two_effects_of_one_quantity_over_one_covariate_are_as_likely_one_law_ov
     assert falling.alternatives == [Alternative(law, pytest.approx(0.3 + 0.2 + 0.2))]
     assert broken.alternatives == [Alternative(law, pytest.approx(0.3 + 0.2 + 0.1))]
     assert weighed(known, "falling_friction").probability == pytest.approx(1.0)  # as what is chosen is weighed
+    broken = weighed(replace(known, answer=beside), "film_breakdown", as_one_law=True)
+    assert (broken.probability, broken.alternatives) == (pytest.approx(0.4), [])  # the law is in the answer
 
 
 @pytest.mark.parametrize("other", ["running_in_friction", "two_slope_factors", "sensor_drift"])

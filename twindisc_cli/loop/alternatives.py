@@ -85,9 +85,10 @@ def weighed(compared: Compared, name: str, *, as_one_law: bool = False) -> Weigh
     """Weigh a term against what stands for it in any explanation without it, alone or with others.
 
     An effect of which the law over its own covariate is another form is as probable as both, and both are named.
-    What does something else than the term where it is added in its place is no alternative. The set ends where it is
-    probable enough and no longer small, or with the effects of the catalogue that fit as well and are less probable for
-    their parameters alone. That of an effect is small, and effects of the catalogue come first in it.
+    What does something else than the term where it is added in its place is no alternative, nor is what the answer has
+    beside it. The set ends where it is probable enough and no longer small, or with the effects of the catalogue that
+    fit as well and are less probable for their parameters alone. That of an effect is small, and effects of the
+    catalogue come first in it.
 
     as_one_law: terms that together change one quantity over one covariate count for a law over it in part, and where
     the answer has such terms this law is no other form of one of them.
@@ -109,12 +110,13 @@ def weighed(compared: Compared, name: str, *, as_one_law: bool = False) -> Weigh
             part = max(parts[t] for t in parts if same.get(t, t) == term)
             together[term] = together.get(term, 0.0) + part * float(share)
     held = together.pop(own, 0.0)
+    rivals = {term: share for term, share in together.items() if term not in compared.answer.labels}
     forms = {t for t in chances if t != shared and _is_form(compared, name, t, places) and same.get(t) != own}
     probability = min(held + sum(chances[term] for term in forms), 1.0)
     if isinstance(own, EffectTerm):
-        near = _named_beside(compared, places, held, _effects_first(together))[: RESAMPLING.small_set - 1]
+        near = _named_beside(compared, places, held, _effects_first(rivals))[: RESAMPLING.small_set - 1]
     else:
-        near = _named_beside(compared, places, held, by_probability(together))
+        near = _named_beside(compared, places, held, by_probability(rivals))
     return Weighed(probability if np.isfinite(compared.shares).all() else np.nan, near, chances, same)
 
 
