@@ -95,7 +95,7 @@ def weighed(compared: Compared, name: str, *, as_one_law: bool = False) -> Weigh
     """
     own = compared.answer.term(name)
     places = {own: compared.answer} | compared.in_place_of(name)
-    shared = _shared_law(compared.answer, own) if as_one_law else None
+    shared = _law_of_each(compared.answer).get(own) if as_one_law else None
     words = {term: _in_other_words(compared, name, term, places) for term in places if term not in (own, shared)}
     same = {term: effect for term, effect in words.items() if effect != term}
     similar = {t: compared.similarity(name, member, compared.answer) for t, member in places.items()}
@@ -104,10 +104,10 @@ def weighed(compared: Compared, name: str, *, as_one_law: bool = False) -> Weigh
     for member, share in zip(compared.members, compared.weights, strict=True):
         terms = set(_stand_ins(compared, name, member)) - strangers
         parts = _parts(member, terms) if as_one_law else dict.fromkeys(terms, 1.0)
+        merged = _largest((same.get(term, term), part) for term, part in parts.items())
         for term, part in parts.items():
             chances[term] = chances.get(term, 0.0) + part * float(share)
-        for term in {same.get(term, term) for term in parts}:
-            part = max(parts[t] for t in parts if same.get(t, t) == term)
+        for term, part in merged.items():
             together[term] = together.get(term, 0.0) + part * float(share)
     held = together.pop(own, 0.0)
     rivals = {term: share for term, share in together.items() if term not in compared.answer.labels}
@@ -169,11 +169,6 @@ def _stand_ins(compared: Compared, name: str, member: Explanation) -> list[Term]
     ]
 
 
-def _shared_law(member: Explanation, term: Term) -> LawTerm | None:
-    """The law that a term is a part of; None where no other changes the same quantity over the same covariate."""
-    return next((law for law, terms in shared_laws(member).items() if term in terms), None)
-
-
 def shared_laws(member: Explanation) -> dict[LawTerm, list[Term]]:
     """Laws that several terms of an explanation are together, with these."""
     terms = dict[LawTerm, list[Term]]()
@@ -192,14 +187,26 @@ def _as_law(member: Explanation, name: str) -> LawTerm | None:
     return LawTerm(quantities[0], effect.over, term.test) if effect.over and len(quantities) == 1 else None
 
 
+def _law_of_each(member: Explanation) -> dict[Term, LawTerm]:
+    """The law that a term is a part of, for terms beside which another changes the same quantity over its covariate."""
+    return {term: law for law, terms in shared_laws(member).items() for term in terms}
+
+
 def _parts(member: Explanation, terms: Iterable[Term]) -> dict[Term, float]:
     """In which part an explanation counts for each of some of its terms, and for laws that these are a part of."""
-    parts = dict[Term, float]()
+    laws, part, parts = _law_of_each(member), RESAMPLING.one_law, list[tuple[Term, float]]()
     for term in terms:
-        law = _shared_law(member, term) or term
-        share = {term: 1.0 - RESAMPLING.one_law, law: RESAMPLING.one_law} if law != term else {term: 1.0}
-        parts |= {key: max(part, parts.get(key, 0.0)) for key, part in share.items()}
-    return parts
+        law = laws.get(term, term)
+        parts += [(term, 1.0)] if law == term else [(term, 1.0 - part), (law, part)]
+    return _largest(parts)
+
+
+def _largest(parts: Iterable[tuple[Term, float]]) -> dict[Term, float]:
+    """The largest part in which each term counts."""
+    largest = dict[Term, float]()
+    for term, part in parts:
+        largest[term] = max(part, largest.get(term, 0.0))
+    return largest
 
 
 def _in_other_words(compared: Compared, name: str, term: Term, places: Mapping[Term, Explanation]) -> Term:

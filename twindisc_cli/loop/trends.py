@@ -45,7 +45,10 @@ def _in_groups(at: Floats, group: Ints, block: Callable[[Floats], Floats]) -> Fl
 
 
 def with_recurring(trends: Sequence[Floats], at: Floats, group: Ints) -> list[Floats]:
-    """Trends (sample, column), richest last, and each with what is the same in every group, if samples are enough."""
+    """Trends (sample, column), richest last, and each with what is the same in every group, if samples are enough.
+
+    In one group alone that is a course of its own.
+    """
     if len(at) <= 3 * (trends[-1].shape[1] + KNOTS):
         return [*trends]
     return [*trends, *(recurring(at, group, trend, KNOTS) for trend in trends)]
