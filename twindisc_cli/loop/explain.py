@@ -15,20 +15,21 @@ from twindisc_cli.loop.choose import chosen, preferred
 from twindisc_cli.loop.edges import edges_anew
 from twindisc_cli.loop.explanation import Explanation, by_falling_share, on_samples_of, ranked
 from twindisc_cli.loop.extend import each_promising
-from twindisc_cli.loop.fit import Fit, base_fit, carried, fit, refit, remembered
+from twindisc_cli.loop.fit import Fit, base_fit, carried, fit, refit
 from twindisc_cli.loop.holdout import holds_out, withheld, without
 from twindisc_cli.loop.judge import Judged, fall, judge, rises
 from twindisc_cli.loop.mixture import Mixture, mixture_of
 from twindisc_cli.loop.noise import Mask
+from twindisc_cli.loop.noise_choice import searched, with_noise_like
 from twindisc_cli.loop.problem import Case, Problem, problem_of
 from twindisc_cli.loop.refusal import Refusal
 from twindisc_cli.loop.resample import shares
 from twindisc_cli.loop.screen import Residual, is_unexplained, left_over_explained, unexplained_residual
-from twindisc_cli.loop.search import Search, search
+from twindisc_cli.loop.search import Search
 from twindisc_cli.loop.term_intervals import fixes_a_size
 from twindisc_cli.loop.terms import EffectTerm, Term
 from twindisc_cli.loop.thresholds import ACCEPTANCE, RESAMPLING, SEARCH
-from twindisc_cli.loop.validate import at_its_own_level, elsewhere, predict_test, with_its_noise
+from twindisc_cli.loop.validate import at_its_own_level, predict_test
 from twindisc_cli.model.experiment import Experiment, Floats
 
 Progress = Callable[[str, float], None]
@@ -203,16 +204,13 @@ def _explained(
 ) -> Outcome:
     """The same with these samples held out of every channel of the tests; missing: channels that lack something."""
     left = [without(test, mask) for test, mask in zip(tests, masks, strict=True)]
-    seen_before = base_fit(problem_of(left, unlike=True))
-    seen = replace(seen_before.problem, cases=remembered(seen_before.problem.cases, seen_before))
-    validate = with_its_noise(validate, seen_before) if validate is not None else None
-    other = elsewhere(validate, seen_before) if validate is not None else None
-    result = search(seen, _by_stage(progress), other, missing=missing)
+    found = searched(problem_of(left, unlike=True), validate, _by_stage(progress), missing)
+    seen_before, validate, result = found.base, found.validate, found.search
     members = ranked(
         [result.answer, *(e for rivals in result.rivals.values() for e in rivals), *result.others, result.base]
     )
     apart = holds_out(masks)
-    before = base_fit(problem_of(tests, unlike=True), seen_before) if apart else seen_before
+    before = base_fit(_whole(tests, seen_before.problem), seen_before) if apart else seen_before
     progress("judging on held-out samples", 0.8)
     chances = np.full(len(members), np.nan) if quick else shares(members)
     compared = Compared(result.answer, members, chances, result.base)
@@ -224,6 +222,13 @@ def _explained(
     erring = {labels for labels, refusal in refused.items() if refusal.errs}
     mixture = mixture_of(judged, members, erring, masks)
     return Outcome(result, judged, mixture, compared, refused, on_all, as_estimated(judged.estimated))
+
+
+def _whole(tests: Sequence[Experiment], seen: Problem) -> Problem:
+    """The problem of all samples of the tests, with noise as that of those seen."""
+    problem = problem_of(tests, unlike=True)
+    cases = [with_noise_like(case, other) for case, other in zip(problem.cases, seen.cases, strict=True)]
+    return replace(problem, cases=cases)
 
 
 def _by_stage(progress: Progress) -> Callable[[str], None]:

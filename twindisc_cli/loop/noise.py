@@ -113,7 +113,7 @@ class Noise:
     taken for noise too long is missed only in the smallest effects, what is taken too short becomes an effect.
     sizes (sample,): standard deviation of each sample over std; None: they are equal. slow: a part of the noise with
     memories of its own, in place of the one correlation. rounded: step of the readings, in the channel's unit, where
-    their rounding is most of the noise.
+    their rounding is most of the noise. rival: another noise, which the samples alone cannot separate from it.
     """
 
     std: float
@@ -126,10 +126,30 @@ class Noise:
     sizes: Floats | None = None
     slow: Slow | None = None
     rounded: float = 0.0
+    rival: Noise | None = None
 
     def at(self, kept: Mask, position: Floats, series: Ints) -> Noise:
         """The same noise for other samples."""
         return replace(self, kept=kept, position=position, series=series)
+
+    def grown(self, sizes: Floats) -> Noise:
+        """The same noise of samples of which each has a standard deviation of its own, over their mean (sample,)."""
+        return replace(self, sizes=sizes, rival=self.rival and self.rival.grown(sizes))
+
+    @property
+    def open(self) -> list[Noise]:
+        """The noises that the samples alone leave open, the likelier first."""
+        return [self] if self.rival is None else [self, self.rival]
+
+    @property
+    def volume(self) -> float:
+        """Half the logarithm of the determinant of the covariance of the samples that are kept."""
+        std, correlation = self.cautious or (self.std, self.correlation)
+        sizes = np.ones_like(self.position) if self.sizes is None else self.sizes
+        alone = float(np.log(std * sizes[self.order]).sum())
+        if self.slow is not None:
+            return alone + self._by_the_past.size
+        return alone + (float(np.log(self._whitening[1]).sum()) if correlation > 0.0 else 0.0)
 
     @property
     def spreads(self) -> bool:

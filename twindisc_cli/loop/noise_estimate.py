@@ -47,6 +47,8 @@ ONE_MEMORY = np.linspace(0.0, 0.9, 10)  # correlations of neighbours that a slow
 FLICKER_SHARES = (0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99)  # of flicker noise in the variance
 SLOW_SHARES = (0.2, 0.5, 0.8)  # of a part with one memory
 MEMORIES = (4.0, 16.0, 64.0, 256.0)  # of such a part, in median distances
+SMALLER = 1.2
+"""How many times as large as the noise about the richest trend alone one is that this is a rival of."""
 LIKELIER = 3.0
 """Nats of evidence by which noise with a slow part is likelier, where it is taken: odds of twenty to one (Jeffreys)."""
 _ALIKE = 2.0 / 3.0
@@ -172,11 +174,16 @@ def estimate(
     found = Noise(std, correlation, alone[back], position[back], series[back], estimated=True, cautious=cautious)
     if not wanders:
         return found
+    quick = _most_evident(record.only(homogeneous), [trend[homogeneous]])
     still = homogeneous & _homogeneous(detrended(values, level, homogeneous), level, homogeneous)
     if np.sum(still) - trend.shape[1] < FEWEST_FREE:
         return found
     slow = _wandering(found, record.only(still), [t[still] for t in (level, course, trend)])
-    return slow if slow.std > STILL * size else found
+    chosen = slow if slow.std > STILL * size else found
+    if chosen.rival is not None or SMALLER * quick[0][0] > chosen.std:
+        return chosen
+    (std, correlation), cautious = quick
+    return replace(chosen, rival=replace(found, std=std, correlation=correlation, cautious=cautious))
 
 
 @dataclass(frozen=True)
@@ -221,7 +228,7 @@ def _wandering(noise: Noise, record: _Record, trends: Sequence[Floats]) -> Noise
         return noise  # nothing is slow about levels without memory
     one = logmeanexp(with_one.ravel())
     past = Past(record.position, record.series)
-    best, chosen = one + LIKELIER, noise
+    best, chosen = one, noise
     for family in filter(None, families):
         whites = [past.whitening(slow) for slow in family]
         results = [(*found.after(white), slow) for slow, white in zip(family, whites, strict=True) for found in tried]
@@ -230,7 +237,9 @@ def _wandering(noise: Noise, record: _Record, trends: Sequence[Floats]) -> Noise
             _, std, slow = max(results, key=lambda result: result[0])
             best = evidence
             chosen = replace(noise, std=std, correlation=slow.correlation(1.0), cautious=None, slow=slow)
-    return chosen
+    if chosen is noise:
+        return noise
+    return replace(chosen, rival=noise) if best > one + LIKELIER else replace(noise, rival=chosen)
 
 
 def logmeanexp(values: Sequence[float] | Floats) -> float:

@@ -34,6 +34,11 @@ class Nuisances:
         shrink = 1.0 / np.sqrt(1.0 + size**2) - 1.0
         return np.asarray(rows + ((rows @ left) * shrink) @ left.T)
 
+    @property
+    def volume(self) -> float:
+        """Half the logarithm of the determinant of 1 + D'D."""
+        return 0.5 * float(np.sum(np.log1p(self._directions[1] ** 2)))
+
     def off(self, residual: Floats) -> Floats:
         """How far the inputs are most probably off, in their tolerances [1] (nuisance,), by a discounted residual.
 

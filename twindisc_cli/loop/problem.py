@@ -467,6 +467,12 @@ class Problem:
         """What the choice of a test costs a term that acts in it alone [nats]."""
         return float(np.log(max(len(self.own_terms), 1)))
 
+    @property
+    def volume(self) -> float:
+        """Half the logarithm of the determinant of the covariance of all samples."""
+        alone = sum(case.noise[name].volume for case in self.cases for name in self.channels if name in case.noise)
+        return alone + (self.nuisance.volume if self.nuisance is not None else 0.0)
+
     def discount(self, rows: Floats) -> Floats:
         """Shrink white rows (..., sample) along the nuisances."""
         return rows if self.nuisance is None else self.nuisance.discounted(rows)

@@ -100,7 +100,7 @@ def noise(test: Experiment) -> Noise:
     best = result
     for sizes, by in ((grows, GROWS), (by_step, 0.0)):  # that of steps has been shown to be no few outliers
         if sizes is not None:
-            grown = replace(estimated(samples.ratio / sizes, [trend / sizes[:, None] for trend in trends]), sizes=sizes)
+            grown = estimated(samples.ratio / sizes, [trend / sizes[:, None] for trend in trends]).grown(sizes)
             best = grown if grown.estimated and likelier(grown, best, left, by) else best
     return with_rounding(result, samples.ratio, trends[-1], samples.step) if timed and best is result else best
 
