@@ -210,7 +210,8 @@ def _explained(
         [result.answer, *(e for rivals in result.rivals.values() for e in rivals), *result.others, result.base]
     )
     apart = holds_out(masks)
-    before = base_fit(_whole(tests, seen_before.problem), seen_before) if apart else seen_before
+    whole = with_noise_like(problem_of(tests, unlike=True), seen_before.problem)
+    before = base_fit(whole, seen_before) if apart else seen_before
     progress("judging on held-out samples", 0.8)
     chances = np.full(len(members), np.nan) if quick else shares(members)
     compared = Compared(result.answer, members, chances, result.base)
@@ -222,13 +223,6 @@ def _explained(
     erring = {labels for labels, refusal in refused.items() if refusal.errs}
     mixture = mixture_of(judged, members, erring, masks)
     return Outcome(result, judged, mixture, compared, refused, on_all, as_estimated(judged.estimated))
-
-
-def _whole(tests: Sequence[Experiment], seen: Problem) -> Problem:
-    """The problem of all samples of the tests, with noise as that of those seen."""
-    problem = problem_of(tests, unlike=True)
-    cases = [with_noise_like(case, other) for case, other in zip(problem.cases, seen.cases, strict=True)]
-    return replace(problem, cases=cases)
 
 
 def _by_stage(progress: Progress) -> Callable[[str], None]:
