@@ -113,7 +113,7 @@ class Noise:
     taken for noise too long is missed only in the smallest effects, what is taken too short becomes an effect.
     sizes (sample,): standard deviation of each sample over std; None: they are equal. slow: a part of the noise with
     memories of its own, in place of the one correlation. rounded: step of the readings, in the channel's unit, where
-    their rounding is most of the noise. rival: another noise, which the samples alone cannot separate from it.
+    their rounding is most of the noise. rivals: other noises, which the samples alone cannot separate from it.
     """
 
     std: float
@@ -126,7 +126,7 @@ class Noise:
     sizes: Floats | None = None
     slow: Slow | None = None
     rounded: float = 0.0
-    rival: Noise | None = None
+    rivals: tuple[Noise, ...] = ()
 
     def at(self, kept: Mask, position: Floats, series: Ints) -> Noise:
         """The same noise for other samples."""
@@ -134,12 +134,12 @@ class Noise:
 
     def grown(self, sizes: Floats) -> Noise:
         """The same noise of samples of which each has a standard deviation of its own, over their mean (sample,)."""
-        return replace(self, sizes=sizes, rival=self.rival and self.rival.grown(sizes))
+        return replace(self, sizes=sizes, rivals=tuple(rival.grown(sizes) for rival in self.rivals))
 
     @property
-    def open(self) -> list[Noise]:
-        """The noises that the samples alone leave open, the likelier first."""
-        return [self] if self.rival is None else [self, self.rival]
+    def open(self) -> tuple[Noise, ...]:
+        """The noises that the samples alone leave open, this one first."""
+        return self, *self.rivals
 
     @property
     def volume(self) -> float:

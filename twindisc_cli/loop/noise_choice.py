@@ -12,8 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
-from twindisc_cli.loop.explanation import Explanation
+import numpy as np
+
+from twindisc_cli.loop.channels import channels
+from twindisc_cli.loop.explanation import Explanation, without
 from twindisc_cli.loop.fit import Fit, base_fit, carried, refit, remembered
 from twindisc_cli.loop.noise import Noise
 from twindisc_cli.loop.problem import Case, Problem
@@ -21,6 +25,7 @@ from twindisc_cli.loop.screen import unexplained_residual
 from twindisc_cli.loop.search import Search, search
 from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.loop.validate import elsewhere, with_its_noise
+from twindisc_cli.model.prediction import Prediction
 
 _Progress = Callable[[str], None]
 
@@ -35,26 +40,26 @@ class Searched:
 
 
 def searched(problem: Problem, validate: Case | None, progress: _Progress, missing: Sequence[str]) -> Searched:
-    """The search under the noise that is likelier together with its answer; the larger of two that are as likely.
+    """The search under the noise that is likelier together with its answer.
 
-    Under a smaller noise is searched where the answer leaves something of it, under a larger one where that is as
-    likely with a term less.
+    Noise without memory has to be so by more than what cannot be separated, and is tried where the answer leaves
+    something of it; noise that is slow need not be less likely by more, and is tried where it may stand for a term.
     """
-    best = _under(problem, validate, progress, missing)
-    for which in (min, max):
-        answer, other = best.search.answer, with_noise(problem, which)
-        changed = _changed(problem, other)
-        if not changed or answer.is_spent:
+    first = _under(problem, validate, progress, missing)
+    answer = first.search.answer
+    for another, lead in ((_quick, SEARCH.equivalent), (_slow, -SEARCH.equivalent)):
+        other = None if answer.is_spent else another(answer, problem)
+        if other is None:
             continue
-        lead = SEARCH.equivalent if which is min else -SEARCH.equivalent
-        if which is max and not _is_as_likely_with_less(answer, other, changed, lead):
-            continue
-        if which is min and not _leaves_something(answer, other, changed):
-            continue
-        again = _under(other, validate and _with_noise(validate, which), progress, missing)
+        again = _under(other, validate and _like(validate, other.cases[0]), progress, missing)
         if _likelihood(again.search.answer) > _likelihood(answer) + lead:
-            best = again
-    return best
+            return again
+    return first
+
+
+def with_noise_like(problem: Problem, other: Problem) -> Problem:
+    """A problem with those of its open noises that are nearest to the noises of another one of the same tests."""
+    return replace(problem, cases=[_like(*both) for both in zip(problem.cases, other.cases, strict=True)])
 
 
 def _under(problem: Problem, validate: Case | None, progress: _Progress, missing: Sequence[str]) -> Searched:
@@ -66,6 +71,74 @@ def _under(problem: Problem, validate: Case | None, progress: _Progress, missing
     return Searched(base, validate, search(seen, progress, other, missing=missing))
 
 
+def _quick(answer: Explanation, problem: Problem) -> Problem | None:
+    """A problem without slow noise, where an answer leaves something of that; else None."""
+    other = _with(problem, lambda _, __, noise: min(noise.open, key=lambda one: (one.slow is not None, one.std)))
+    changed = _changed(answer, problem, other)
+    left = _again(answer, other).fit if changed else answer.fit
+    there = any(unexplained_residual(left, channel).p_value <= SEARCH.nothing_left for channel in changed)
+    return other if there else None
+
+
+def _slow(answer: Explanation, problem: Problem) -> Problem | None:
+    """A problem with the slow noise under which an answer with a term less is likely enough; else None."""
+    among = {name for case in problem.cases for name, noise in case.noise.items() if noise.rivals}
+    for term in [term for channel in among for term in answer.terms_in(channel)]:
+        shorter = without(answer, term)
+        other = _with(problem, partial(_likeliest, problem.cases, shorter.fit.problem.predict(shorter.fit.theta[None])))
+        changed = _changed(answer, problem, other)
+        if changed and _here(_again(shorter, other)) > _here(answer) - SEARCH.equivalent:
+            return other
+    return None
+
+
+def _likeliest(cases: Sequence[Case], predictions: Sequence[Prediction], number: int, name: str, noise: Noise) -> Noise:
+    """That of the open noises of a channel of a test under which what a prediction leaves is most probable."""
+    case = cases[number]
+    left = case.values(name) - channels()[name].predicted(case.model, predictions[number])[0]
+    return max(noise.open, key=lambda one: -0.5 * float(np.sum(one.whiten(left) ** 2)) - one.volume)
+
+
+def _with(problem: Problem, choose: Callable[[int, str, Noise], Noise]) -> Problem:
+    """A problem with one of the noises that the samples leave open, chosen by test and channel."""
+    cases = [
+        replace(case, noise={name: choose(number, name, noise) for name, noise in case.noise.items()})
+        for number, case in enumerate(problem.cases)
+    ]
+    return replace(problem, cases=cases)
+
+
+def _like(case: Case, other: Case) -> Case:
+    """A test with those of its open noises that are nearest to the noises of another: of one kind, then in size."""
+    return replace(case, noise={n: _nearest(noise, other.noise.get(n, noise)) for n, noise in case.noise.items()})
+
+
+def _nearest(noise: Noise, other: Noise) -> Noise:
+    return min(noise.open, key=lambda one: (_kind(one) != _kind(other), abs(one.std / other.std - 1.0)))
+
+
+def _kind(noise: Noise) -> tuple[float, ...]:
+    return () if noise.slow is None else (noise.slow.share, noise.slow.memories[0])
+
+
+def _changed(answer: Explanation, problem: Problem, other: Problem) -> set[str]:
+    """Channels that have open noises in a problem, and another one for an answer than in the other problem."""
+    three = zip(answer.fit.problem.cases, problem.cases, other.cases, strict=True)
+    return {
+        name
+        for now, case, then in three
+        for name, noise in case.noise.items()
+        if noise.rivals and now.noise[name] is not then.noise[name]
+    }
+
+
+def _again(answer: Explanation, other: Problem) -> Explanation:
+    """An answer fitted under another noise."""
+    own = answer.fit.problem
+    problem = replace(other, effort=own.effort).with_terms(*answer.terms, trial=own.trial)
+    return replace(answer, fit=refit(problem, carried(problem, answer.fit)))
+
+
 def _likelihood(answer: Explanation) -> float:
     """Logarithm of the evidence of an answer and the noise together."""
     there = answer.elsewhere.problem.volume if answer.elsewhere is not None else 0.0
@@ -75,55 +148,3 @@ def _likelihood(answer: Explanation) -> float:
 def _here(answer: Explanation) -> float:
     """The same of the tests that are fitted alone."""
     return answer.here - answer.fit.problem.volume
-
-
-def _changed(problem: Problem, other: Problem) -> set[str]:
-    """Channels of which a problem has another noise in one of the tests."""
-    both = zip(problem.cases, other.cases, strict=True)
-    return {name for one, its in both for name, noise in one.noise.items() if its.noise[name] is not noise}
-
-
-def _is_as_likely_with_less(answer: Explanation, other: Problem, changed: set[str], lead: float) -> bool:
-    """Whether an answer without one of its terms in these channels is so much likelier under another noise."""
-    own = [name for channel in changed for name in answer.terms_in(channel)]
-    shorter = ([term for term in answer.terms if term != name] for name in own)
-    return any(_here(_again(answer, other, terms)) > _here(answer) + lead for terms in shorter)
-
-
-def _leaves_something(answer: Explanation, other: Problem, changed: set[str]) -> bool:
-    """Whether an answer leaves something of these channels under another noise."""
-    left = _again(answer, other, answer.terms).fit
-    return any(unexplained_residual(left, channel).p_value < SEARCH.nothing_left for channel in changed)
-
-
-def _again(answer: Explanation, other: Problem, terms: Sequence[str]) -> Explanation:
-    """Some terms of an answer, fitted under another noise."""
-    problem = replace(other, effort=answer.fit.problem.effort).with_terms(*terms, trial=answer.fit.problem.trial)
-    fitted = refit(problem, carried(problem, answer.fit))
-    return replace(answer, fit=fitted, costs={term: answer.costs[term] for term in terms})
-
-
-def with_noise(problem: Problem, which: Callable[..., Noise]) -> Problem:
-    """The same with the smaller (min) or the larger (max) of the noises that the samples of each test leave open."""
-    return replace(problem, cases=[_with_noise(case, which) for case in problem.cases])
-
-
-def _with_noise(case: Case, which: Callable[..., Noise]) -> Case:
-    return replace(case, noise={name: which(each.open, key=_size) for name, each in case.noise.items()})
-
-
-def with_noise_like(problem: Problem, other: Problem) -> Problem:
-    """The same with that of the noises which is nearer to the one that another problem of the same tests has."""
-    cases = [
-        replace(case, noise={name: _nearest(noise, its.noise[name]) for name, noise in case.noise.items()})
-        for case, its in zip(problem.cases, other.cases, strict=True)
-    ]
-    return replace(problem, cases=cases)
-
-
-def _nearest(noise: Noise, other: Noise) -> Noise:
-    return min(noise.open, key=lambda one: abs(one.std / other.std - 1.0))
-
-
-def _size(noise: Noise) -> float:
-    return noise.std

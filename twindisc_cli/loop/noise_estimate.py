@@ -180,10 +180,10 @@ def estimate(
         return found
     slow = _wandering(found, record.only(still), [t[still] for t in (level, course, trend)])
     chosen = slow if slow.std > STILL * size else found
-    if chosen.rival is not None or SMALLER * quick[0][0] > chosen.std:
+    if chosen.rivals or SMALLER * quick[0][0] > chosen.std:
         return chosen
     (std, correlation), cautious = quick
-    return replace(chosen, rival=replace(found, std=std, correlation=correlation, cautious=cautious))
+    return replace(chosen, rivals=(replace(found, std=std, correlation=correlation, cautious=cautious),))
 
 
 @dataclass(frozen=True)
@@ -228,18 +228,25 @@ def _wandering(noise: Noise, record: _Record, trends: Sequence[Floats]) -> Noise
         return noise  # nothing is slow about levels without memory
     one = logmeanexp(with_one.ravel())
     past = Past(record.position, record.series)
-    best, chosen = one, noise
+    best, chosen, rivals = one, noise, list[Noise]()
+
+    def wandering(std: float, slow: Slow) -> Noise:
+        return replace(noise, std=std, correlation=slow.correlation(1.0), cautious=None, slow=slow)
+
     for family in filter(None, families):
-        whites = [past.whitening(slow) for slow in family]
-        results = [(*found.after(white), slow) for slow, white in zip(family, whites, strict=True) for found in tried]
+        results = []
+        for slow in family:
+            white = past.whitening(slow)
+            about = [found.after(white) for found in tried]
+            results += [(*each, slow) for each in about]
+            rivals.append(wandering(about[0][1], slow))
         evidence = logmeanexp([result[0] for result in results])
         if evidence > best:
             _, std, slow = max(results, key=lambda result: result[0])
-            best = evidence
-            chosen = replace(noise, std=std, correlation=slow.correlation(1.0), cautious=None, slow=slow)
+            best, chosen = evidence, wandering(std, slow)
     if chosen is noise:
         return noise
-    return replace(chosen, rival=noise) if best > one + LIKELIER else replace(noise, rival=chosen)
+    return replace(chosen, rivals=(noise, *rivals)) if best > one + LIKELIER else replace(noise, rivals=tuple(rivals))
 
 
 def logmeanexp(values: Sequence[float] | Floats) -> float:

@@ -55,7 +55,7 @@ def with_rounding(noise: Noise, readings: Floats, trend: Floats, step: Ints) -> 
     seen = np.abs(np.diff(course, prepend=course[0])) / size
     position = np.cumsum(seen + APART * new) + UNSEEN * _settling(new, begins)
     slow = Slow(share, (MEMORY,))
-    known = replace(noise, std=std, correlation=share, cautious=None, estimated=True, rival=None)
+    known = replace(noise, std=std, correlation=share, cautious=None, estimated=True, rivals=())
     return replace(known, kept=kept, position=position, slow=slow, rounded=size)
 
 
