@@ -128,6 +128,39 @@ def test_noise_of_the_tachometers_is_no_finding(tmp_path: Path, seed: int) -> No
     assert names(found) == set()
 
 
+@pytest.mark.parametrize("seed", one_of([5, 7, 8]))
+def test_a_hump_of_the_friction_is_no_slow_noise(tmp_path: Path, seed: int) -> None:
+    """Over the dissipated energy, under white noise: about trends in each step a slow part of the noise is likelier."""
+    rng = np.random.default_rng(seed)
+    percent = np.round(np.geomspace(0.05, 6.0, 9) * np.exp(rng.uniform(-0.1, 0.1, 9)), 3)
+    log = clean(rng, percent, np.full(9, LOAD), 5.0)
+    work = np.cumsum(log.ratio * log.creepage)
+    place, width, size = rng.uniform(0.25, 0.7), rng.uniform(0.02, 0.08), rng.uniform(0.015, 0.05)
+    hump = 1.0 + size * np.exp(-0.5 * ((work / work[-1] - place) / width) ** 2)
+    found = answer(tmp_path, log, log.ratio * hump + 0.004 * rng.standard_normal(len(log.time)))
+    assert [(law.law.quantity, law.law.covariate) for law in found.laws] == [("mu", "energy")]
+    assert not found.effects
+
+
+def slow(rng: np.random.Generator, samples: int, memory: float) -> Floats:
+    """Noise of the torque over the load: 1/f, or a part with a memory of so many samples beside a white one."""
+    if not memory:
+        return 0.006 * flickering(rng, samples)
+    wander = autoregressive(rng, samples, np.exp(-1.0 / memory))
+    return np.asarray(0.006 * wander + 0.005 * rng.standard_normal(samples))
+
+
+@pytest.mark.parametrize("draw", one_of([(0.0, 7), (0.0, 12), (150.0, 0), (50.0, 15)]), ids=str)
+def test_slow_noise_is_no_law(tmp_path: Path, draw: tuple[float, int]) -> None:
+    """A law was given in each, or an effect: with it a noise without memory, or with a short one, was likelier."""
+    memory, seed = draw
+    rng = np.random.default_rng(seed)
+    percent = levels(rng)
+    log = clean(rng, percent, np.full(len(percent), LOAD), 5.0)
+    found = answer(tmp_path, log, log.ratio + slow(rng, len(log.time), memory))
+    assert names(found) == set()
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("memory", [0.0, 50.0], ids=["1/f", "a slow part beside white"])
 def test_noise_that_wanders_is_no_finding(tmp_path: Path, memory: float) -> None:
@@ -137,10 +170,7 @@ def test_noise_that_wanders_is_no_finding(tmp_path: Path, memory: float) -> None
         rng = np.random.default_rng(seed)
         percent = levels(rng)
         log = clean(rng, percent, np.full(len(percent), LOAD), 5.0)
-        count = len(log.time)
-        slow = autoregressive(rng, count, np.exp(-1.0 / memory)) if memory else flickering(rng, count)
-        white = 0.005 * rng.standard_normal(count) if memory else 0.0
-        found = answer(tmp_path, log, log.ratio + 0.006 * slow + white)
+        found = answer(tmp_path, log, log.ratio + slow(rng, len(log.time), memory))
         told += [e.strength for e in (*found.effects, *found.laws)]
         wandering += any("the noise of the traction wanders" in note for note in found.notes)
     assert len(told) <= 1

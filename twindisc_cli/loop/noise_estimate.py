@@ -48,7 +48,8 @@ FLICKER_SHARES = (0.2, 0.4, 0.6, 0.8, 0.9, 0.95, 0.99)  # of flicker noise in th
 SLOW_SHARES = (0.2, 0.5, 0.8)  # of a part with one memory
 MEMORIES = (4.0, 16.0, 64.0, 256.0)  # of such a part, in median distances
 SMALLER = 1.2
-"""How many times as large as the noise about the richest trend alone one is that this is a rival of."""
+"""How many times as large as the noise about its trend alone a noise is that has this as a rival: of 400 tests with
+known noise it is in three without a slow part, in one of which it is 1.67 times the true one."""
 LIKELIER = 3.0
 """Nats of evidence by which noise with a slow part is likelier, where it is taken: odds of twenty to one (Jeffreys)."""
 _ALIKE = 2.0 / 3.0
@@ -174,16 +175,12 @@ def estimate(
     found = Noise(std, correlation, alone[back], position[back], series[back], estimated=True, cautious=cautious)
     if not wanders:
         return found
-    quick = _most_evident(record.only(homogeneous), [trend[homogeneous]])
     still = homogeneous & _homogeneous(detrended(values, level, homogeneous), level, homogeneous)
     if np.sum(still) - trend.shape[1] < FEWEST_FREE:
         return found
     slow = _wandering(found, record.only(still), [t[still] for t in (level, course, trend)])
     chosen = slow if slow.std > STILL * size else found
-    if chosen.rivals or SMALLER * quick[0][0] > chosen.std:
-        return chosen
-    (std, correlation), cautious = quick
-    return replace(chosen, rivals=(replace(found, std=std, correlation=correlation, cautious=cautious),))
+    return chosen if chosen.rivals else _with_smaller(chosen, record.only(homogeneous), trend[homogeneous])
 
 
 @dataclass(frozen=True)
@@ -210,10 +207,19 @@ class _Record:
         return neighbour_correlation(self.position, self.series, self.grid)
 
 
+def _with_smaller(noise: Noise, record: _Record, trend: Floats) -> Noise:
+    """The noise, with that about a trend alone (sample, column) as its rival where this is much smaller."""
+    (std, correlation), cautious = _most_evident(record, [trend])
+    if SMALLER * std > noise.std:
+        return noise
+    return replace(noise, rivals=(replace(noise, std=std, correlation=correlation, cautious=cautious),))
+
+
 def _wandering(noise: Noise, record: _Record, trends: Sequence[Floats]) -> Noise:
     """The noise with a slow part where that is likelier; the first of the trends is a level in each step.
 
-    What a trend takes out and what a memory does are separated by trying every noise with all of them.
+    What a trend takes out and what a memory does are separated by trying every noise with all of them. Where a slow
+    part is likelier at all, what is not chosen of both are rivals: slow noises about levels, which leave it the most.
     """
     span = max(float(np.ptp(record.position)), 2.0)
     octaves = tuple(float(memory) for memory in 2.0 ** np.arange(np.ceil(np.log2(span)) + 1.0))
