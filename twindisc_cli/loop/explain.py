@@ -45,7 +45,8 @@ class Outcome:
     explanations. refused: what is not given, and why. on_all: what a choice among the explanations fitted to all
     samples would be, None where not asked. sure: the answer on all samples under the noise as estimated. whole:
     channels of which all samples were searched after all, since they show more than was found without some;
-    left_on_all: what the answer leaves of all samples, significant, where these were searched in vain.
+    left_on_all: what the answer leaves of all samples, significant, where these were searched in vain. or_noise: terms
+    that explain as much without the slow noise that is there in their place.
     """
 
     search: Search
@@ -57,6 +58,7 @@ class Outcome:
     sure: Fit
     whole: tuple[str, ...] = ()
     left_on_all: tuple[Residual, ...] = ()
+    or_noise: frozenset[Term] = frozenset()
 
     @property
     def problem(self) -> Problem:
@@ -222,7 +224,8 @@ def _explained(
     compared = replace(compared, answer=judged.explanation)
     erring = {labels for labels, refusal in refused.items() if refusal.errs}
     mixture = mixture_of(judged, members, erring, masks)
-    return Outcome(result, judged, mixture, compared, refused, on_all, as_estimated(judged.estimated))
+    sure = as_estimated(judged.estimated)
+    return Outcome(result, judged, mixture, compared, refused, on_all, sure, or_noise=found.or_noise)
 
 
 def _by_stage(progress: Progress) -> Callable[[str], None]:

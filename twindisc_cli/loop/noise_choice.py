@@ -23,6 +23,7 @@ from twindisc_cli.loop.noise import Noise
 from twindisc_cli.loop.problem import Case, Problem
 from twindisc_cli.loop.screen import unexplained_residual
 from twindisc_cli.loop.search import Search, search
+from twindisc_cli.loop.terms import Term
 from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.loop.validate import elsewhere, with_its_noise
 from twindisc_cli.model.prediction import Prediction
@@ -32,18 +33,22 @@ _Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Searched:
-    """A search, with the base model and the test that is only predicted under its noise."""
+    """A search, with the base model and the test that is only predicted under its noise.
+
+    or_noise: terms that explain as much without the slow noise that its answer has in their place.
+    """
 
     base: Fit
     validate: Case | None
     search: Search
+    or_noise: frozenset[Term] = frozenset()
 
 
 def searched(problem: Problem, validate: Case | None, progress: _Progress, missing: Sequence[str]) -> Searched:
-    """The search under the noise that is likelier together with its answer.
+    """The search under the noise that is likelier together with its answer; of two as likely, the slow one.
 
-    Noise without memory has to be so by more than what cannot be separated, and is tried where the answer leaves
-    something of it; noise that is slow need not be less likely by more, and is tried where it may stand for a term.
+    Noise without a slow part is tried where the answer leaves something under it, slow noise where it may stand for a
+    term.
     """
     first = _under(problem, validate, progress, missing)
     answer = first.search.answer
@@ -52,8 +57,10 @@ def searched(problem: Problem, validate: Case | None, progress: _Progress, missi
         if other is None:
             continue
         again = _under(other, validate and _like(validate, other.cases[0]), progress, missing)
-        if _likelihood(again.search.answer) > _likelihood(answer) + lead:
-            return again
+        gain = _likelihood(again.search.answer) - _likelihood(answer)
+        if gain > lead:
+            as_likely = gain < SEARCH.equivalent
+            return replace(again, or_noise=answer.labels - again.search.answer.labels) if as_likely else again
     return first
 
 
@@ -82,7 +89,7 @@ def _quick(answer: Explanation, problem: Problem) -> Problem | None:
 
 def _slow(answer: Explanation, problem: Problem) -> Problem | None:
     """A problem with the slow noise under which an answer with a term less is likely enough; else None."""
-    among = {name for case in problem.cases for name, noise in case.noise.items() if noise.rivals}
+    among = [c for c in problem.channels if any(c in case.noise and case.noise[c].rivals for case in problem.cases)]
     for term in [term for channel in among for term in answer.terms_in(channel)]:
         shorter = without(answer, term)
         other = _with(problem, partial(_likeliest, problem.cases, shorter.fit.problem.predict(shorter.fit.theta[None])))
@@ -114,10 +121,12 @@ def _like(case: Case, other: Case) -> Case:
 
 
 def _nearest(noise: Noise, other: Noise) -> Noise:
+    """That of the open noises which is nearest to another noise."""
     return min(noise.open, key=lambda one: (_kind(one) != _kind(other), abs(one.std / other.std - 1.0)))
 
 
 def _kind(noise: Noise) -> tuple[float, ...]:
+    """Share and shortest memory of the slow part of a noise; empty without one."""
     return () if noise.slow is None else (noise.slow.share, noise.slow.memories[0])
 
 

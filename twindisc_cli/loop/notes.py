@@ -45,6 +45,7 @@ def notes_of(
         *_cut(outcome),
         *_shorter(outcome),
         *_one_law(outcome.answer),
+        *_or_noise(outcome),
         *_same_as(effects),
         *_levels_of_sensors(laws),
     ]
@@ -118,6 +119,13 @@ def _one_law(answer: Explanation) -> list[str]:
         f"{joined(terms)} are a change of {law} together: one law that is in no catalogue would do the same"
         for law, terms in shared_laws(answer).items()
     ]
+
+
+def _or_noise(outcome: Outcome) -> list[str]:
+    """Terms that cannot be separated from slow noise, for which what they explain is taken."""
+    if not outcome.or_noise:
+        return []
+    return [f"{joined(outcome.or_noise)} explains as much as slow noise does: these data cannot separate the two"]
 
 
 def _same_as(effects: Sequence[FoundEffect]) -> list[str]:
