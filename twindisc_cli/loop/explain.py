@@ -212,8 +212,9 @@ def _explained(
         [result.answer, *(e for rivals in result.rivals.values() for e in rivals), *result.others, result.base]
     )
     apart = holds_out(masks)
-    whole = with_noise_like(problem_of(tests, unlike=True), seen_before.problem)
-    before = base_fit(whole, seen_before) if apart else seen_before
+    before = seen_before
+    if apart:
+        before = base_fit(with_noise_like(problem_of(tests, unlike=True), seen_before.problem), seen_before)
     progress("judging on held-out samples", 0.8)
     chances = np.full(len(members), np.nan) if quick else shares(members)
     compared = Compared(result.answer, members, chances, result.base)
