@@ -79,12 +79,14 @@ def _under(problem: Problem, validate: Case | None, progress: _Progress, missing
 
 
 def _quick(answer: Explanation, problem: Problem) -> Problem | None:
-    """A problem without slow noise, where an answer leaves something of that; else None."""
+    """A problem without slow noise, where an answer leaves something under that; else None."""
     other = _with(problem, lambda _, __, noise: min(noise.open, key=lambda one: (one.slow is not None, one.std)))
     changed = _changed(answer, problem, other)
-    left = _again(answer, other).fit if changed else answer.fit
-    there = any(unexplained_residual(left, channel).p_value <= SEARCH.nothing_left for channel in changed)
-    return other if there else None
+    if not changed:
+        return None
+    left = _again(answer, other).fit
+    leaves = any(unexplained_residual(left, channel).p_value <= SEARCH.nothing_left for channel in changed)
+    return other if leaves else None
 
 
 def _slow(answer: Explanation, problem: Problem) -> Problem | None:
@@ -107,11 +109,11 @@ def _likeliest(cases: Sequence[Case], predictions: Sequence[Prediction], number:
 
 
 def _with(problem: Problem, choose: Callable[[int, str, Noise], Noise]) -> Problem:
-    """A problem with one of the noises that the samples leave open, chosen by test and channel."""
-    cases = [
-        replace(case, noise={name: choose(number, name, noise) for name, noise in case.noise.items()})
-        for number, case in enumerate(problem.cases)
-    ]
+    """A problem with one of the noises that the samples leave open, where these are several, by test and channel."""
+    cases = []
+    for number, case in enumerate(problem.cases):
+        chosen = {name: choose(number, name, noise) for name, noise in case.noise.items() if noise.rivals}
+        cases.append(replace(case, noise={**case.noise, **chosen}))
     return replace(problem, cases=cases)
 
 

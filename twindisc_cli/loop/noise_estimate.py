@@ -156,13 +156,9 @@ def estimate(
     assumed = Noise(ASSUMED_SHARE * size, 0.0, kept, position[back], series[back], estimated=False)
     if free < FEWEST_FREE:
         return assumed
-    starts = kept, _without_spikes(values, series)
-    kept = max((_near_trend(values, trend, start) for start in starts), key=np.sum)
     record = _Record(values, position, series, correlated)
-    tried = [(t[order], _without_outliers(record, t[order], kept)) for t in trends]
-    trend, kept = min(tried, key=lambda t: _criterion(record, *t))
-    left = detrended(values, trend, kept)
-    homogeneous = kept & _homogeneous(left, trend, kept)
+    trend, kept = _asked_for(record, [t[order] for t in trends])
+    homogeneous = kept & _homogeneous(detrended(values, trend, kept), trend, kept)
     weighed = [trend]
     if wanders:
         level, line = (t[order] for t in trends[:2])
@@ -173,14 +169,7 @@ def estimate(
         return assumed
     alone = kept | in_a_run(~kept)
     found = Noise(std, correlation, alone[back], position[back], series[back], estimated=True, cautious=cautious)
-    if not wanders:
-        return found
-    still = homogeneous & _homogeneous(detrended(values, level, homogeneous), level, homogeneous)
-    if np.sum(still) - trend.shape[1] < FEWEST_FREE:
-        return found
-    slow = _wandering(found, record.only(still), [t[still] for t in (level, course, trend)])
-    chosen = slow if slow.std > STILL * size else found
-    return chosen if chosen.rivals else _with_smaller(chosen, record.only(homogeneous), trend[homogeneous])
+    return _with_rivals(found, record, homogeneous, (level, course, trend), STILL * size) if wanders else found
 
 
 @dataclass(frozen=True)
@@ -205,6 +194,30 @@ class _Record:
     def links(self) -> Floats:
         """Correlation of each sample with the one before it (correlation, sample), for each that is tried."""
         return neighbour_correlation(self.position, self.series, self.grid)
+
+
+def _asked_for(record: _Record, trends: Sequence[Floats]) -> tuple[Floats, Mask]:
+    """The trend (sample, column) that the samples ask for, richest last, and which of them are no outliers from it."""
+    starts = np.ones(len(record.values), dtype=bool), _without_spikes(record.values, record.series)
+    kept = max((_near_trend(record.values, trends[-1], start) for start in starts), key=np.sum)
+    tried = [(trend, _without_outliers(record, trend, kept)) for trend in trends]
+    return min(tried, key=lambda t: _criterion(record, *t))
+
+
+def _with_rivals(
+    noise: Noise, record: _Record, homogeneous: Mask, trends: tuple[Floats, Floats, Floats], least: float
+) -> Noise:
+    """The noise, or one with a slow part if that is likelier and no less than `least`, and what the samples leave open.
+
+    trends: a level in each step, that with a course over the record, and the trend that the samples ask for.
+    """
+    level, _, trend = trends
+    still = homogeneous & _homogeneous(detrended(record.values, level, homogeneous), level, homogeneous)
+    if np.sum(still) - trend.shape[1] < FEWEST_FREE:
+        return noise
+    slow = _wandering(noise, record.only(still), [t[still] for t in trends])
+    chosen = slow if slow.std > least else noise
+    return chosen if chosen.rivals else _with_smaller(chosen, record.only(homogeneous), trend[homogeneous])
 
 
 def _with_smaller(noise: Noise, record: _Record, trend: Floats) -> Noise:
