@@ -12,9 +12,10 @@ from definitions import shipped
 
 from twindisc_cli.commands import fit_k
 from twindisc_cli.definition import load
-from twindisc_cli.identify.sensitivity import RULES, _depth_by_circle, circle_applies, sensitivity
+from twindisc_cli.identify.sensitivity import RULES, _depth_by_circle, _longer, circle_applies, sensitivity
 from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.identify.wear import WearFit, identify_wear
+from twindisc_cli.model.experiment import History, TractionSamples
 from twindisc_cli.model.forward import ForwardModel
 
 
@@ -39,6 +40,25 @@ def test_k_goes_with_the_hardness_and_against_the_energy() -> None:
     longer = iterations + 2 * (np.arange(12) >= 10)
     energy = [float(np.sum(ratio * creepage * n)) for n in (iterations, longer)]
     assert changes()["last two steps 2 iterations longer"] == pytest.approx(energy[0] / energy[1] - 1.0, abs=5e-3)
+
+
+def test_samples_stay_in_their_steps_where_the_last_ones_are_made_longer() -> None:
+    """What was recorded in a step of one iteration is not asked of the step before it, nor is a pause made longer."""
+    test = air()[0].experiment
+    steps, pause = test.history.step_creepage[-3:], np.array([False, False, True, False])
+    ones = np.ones(4)
+    course = History(
+        np.arange(4), np.insert(steps, 2, 0.0), 84.0 * ones, np.where(pause, 0.0, 4200.0), np.nan * ones
+    )
+    middle = (course.end_time - 0.5 * course.duration)[~pause]
+    ratio = np.array([0.60, 0.55, 0.50])
+    samples = TractionSamples(middle, np.flatnonzero(~pause), steps, ratio, np.full(3, np.nan))
+    falling = {"falling_friction": {"ratio": 0.5, "decay_s_m": 3.0}}
+    test = replace(test, history=course, measured=replace(test.measured, traction=samples), effects=falling)
+    longer = _longer(test)
+    assert (longer.history.duration / course.duration).tolist() == [1.0, 3.0, 1.0, 3.0]
+    mu, longer_mu = (friction_in_use(ForwardModel(each)).mu for each in (test, longer))
+    assert longer_mu[~pause] == pytest.approx(mu[~pause], rel=1e-3)
 
 
 def test_two_discs_that_wear_equally_need_more_than_twice_the_k() -> None:

@@ -18,6 +18,7 @@ from functools import partial
 
 import numpy as np
 
+from twindisc_cli.errors import ValidityError
 from twindisc_cli.identify.roots import bracketed_root
 from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.identify.track import last_profile, worn_track
@@ -78,12 +79,16 @@ def circle_applies(test: Experiment) -> bool:
 
 
 def _k_of_depth(test: Experiment, fit: WearFit) -> float:
-    """K that makes the measured depth."""
+    """K that makes the measured depth; NaN where a changed assumption leaves the test without a friction."""
     model, profile = ForwardModel(test), test.measured.profile
     if profile is None:
         return np.nan
     unworn = replace(test, options=replace(test.options, wear_coefficient=np.nan))  # its friction depends on no K
-    last, mu = last_profile(profile), friction_in_use(ForwardModel(unworn)).mu
+    last = last_profile(profile)
+    try:
+        mu = friction_in_use(ForwardModel(unworn)).mu
+    except ValidityError:
+        return np.nan
     known = np.where(np.isfinite(mu), mu, 1.0)
 
     def depth(k: float) -> float:
@@ -116,14 +121,24 @@ def _changed(test: Experiment) -> Iterator[tuple[str, Experiment]]:
         if traction is not None:
             shifted = replace(traction, ratio=traction.ratio + share * FRICTION * np.sign(traction.creepage))
             yield f"T/N {share * FRICTION:+.2f}", replace(test, measured=replace(test.measured, traction=shifted))
-    late = history.step >= history.step[-1] - 1
-    longer = np.where(late, 1.0 + FURTHER / np.bincount(history.step)[history.step], 1.0)
-    further = replace(history, duration=history.duration * longer, revolutions=history.revolutions * longer)
-    yield f"last two steps {FURTHER} iterations longer", replace(test, history=further)
+    yield f"last two steps {FURTHER} iterations longer", _longer(test)
     if "wear_partition" not in test.effects and np.isnan(test.options.disc1_wear_coefficient):
         yield "both discs wear equally", replace(test, effects={**test.effects, "wear_partition": {"disc1_share": 0.5}})
     if test.options.contact == "hertz" and "half_space_contact" not in test.effects:
         yield "half-space contact", replace(test, options=replace(test.options, contact="half_space"))
+
+
+def _longer(test: Experiment) -> Experiment:
+    """The test with the last two steps that are driven longer, and the times of the traction stretched with them."""
+    history, traction = test.history, test.measured.traction
+    late = np.isin(history.step, np.flatnonzero(history.step_driven)[-2:])
+    longer = np.where(late, 1.0 + FURTHER / np.bincount(history.step)[history.step], 1.0)
+    further = replace(history, duration=history.duration * longer, revolutions=history.revolutions * longer)
+    if traction is None:
+        return replace(test, history=further)
+    time = np.interp(traction.time, np.append(0.0, history.end_time), np.append(0.0, further.end_time))
+    stretched = replace(traction, time=time)
+    return replace(test, history=further, measured=replace(test.measured, traction=stretched))
 
 
 # ------------------------------------------------------------------------------------------- the rule of the circle
