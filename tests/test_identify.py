@@ -9,6 +9,7 @@ import pytest
 from definitions import shipped
 from rigs import ROOM, experiment, history, rig, traction_samples
 
+from twindisc_cli.consistency import findings
 from twindisc_cli.errors import MeasurementError, ValidityError
 from twindisc_cli.identify import coupled_steps
 from twindisc_cli.identify.friction import mean_and_interval, mu_from_traction, states
@@ -202,11 +203,16 @@ def test_more_traction_than_linear_theory_allows_has_no_mu(ambient):
 
 
 def test_the_saturated_state_begins_at_98_percent():
-    assert states(np.array([0.5, 0.5, np.inf, np.nan]), np.array([0.979, 0.981, 1.0, 1.0])) == [
+    mu = np.array([0.5, 0.5, np.inf, np.nan, 0.0, 0.0, 0.0])
+    high = np.array([0.6, 0.6, np.inf, np.nan, 0.1, 0.0, np.nan])
+    assert states(mu, high, np.array([0.979, 0.981, 1.0, 1.0, 1.0, 1.0, 1.0])) == [
         "partial_slip",
         "saturated",
         "above_elastic_limit",
         None,
+        "saturated",
+        "against_creepage",
+        "against_creepage",
     ]
 
 
@@ -246,6 +252,20 @@ def test_the_interval_holds_mu_where_the_mean_creepage_errs(ambient):
         assert found.state[0] == "partial_slip"
         inside.append((found.low <= 0.5) & (found.high >= 0.5))
     assert 0.87 < np.mean(inside) < 0.93
+
+
+def test_no_mu_is_given_where_a_step_has_the_other_sign(ambient):
+    """A torque that counts the other way round in one step is none that friction makes there."""
+    test = with_traction(ambient, np.full(12, 0.5), samples=6, noise=0.01)
+    samples = test.measured.traction
+    sign = np.where(samples.step == 4, -1.0, 1.0)
+    turned = replace(test, measured=replace(test.measured, traction=replace(samples, ratio=sign * samples.ratio)))
+    friction = identify_friction(ForwardModel(turned))
+    assert friction.state[4] == "against_creepage"
+    assert np.isnan([friction.mu[4], friction.low[4], friction.high[4], friction.share[4]]).all()
+    assert np.isfinite(np.delete(friction.mu, 4)).all()
+    (finding,) = (f for f in findings(turned) if not f.ok and f.rule == "sign")
+    assert finding.subject == "T/N of step 5"
 
 
 @pytest.mark.parametrize(("reversed_", "refused"), [(1.0, True), (0.5, False)])

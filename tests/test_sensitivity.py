@@ -47,9 +47,7 @@ def test_samples_stay_in_their_steps_where_the_last_ones_are_made_longer() -> No
     test = air()[0].experiment
     steps, pause = test.history.step_creepage[-3:], np.array([False, False, True, False])
     ones = np.ones(4)
-    course = History(
-        np.arange(4), np.insert(steps, 2, 0.0), 84.0 * ones, np.where(pause, 0.0, 4200.0), np.nan * ones
-    )
+    course = History(np.arange(4), np.insert(steps, 2, 0.0), 84.0 * ones, np.where(pause, 0.0, 4200.0), np.nan * ones)
     middle = (course.end_time - 0.5 * course.duration)[~pause]
     ratio = np.array([0.60, 0.55, 0.50])
     samples = TractionSamples(middle, np.flatnonzero(~pause), steps, ratio, np.full(3, np.nan))

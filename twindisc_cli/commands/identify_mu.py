@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from twindisc_cli.definition import Test
-from twindisc_cli.identify.friction import ABOVE_LIMIT, CONFIDENCE
+from twindisc_cli.identify.friction import ABOVE_LIMIT, AGAINST_CREEPAGE, CONFIDENCE
 from twindisc_cli.identify.steps import StepFriction, identify_friction, softness, zero_error
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.model.forward import ForwardModel
@@ -18,6 +18,14 @@ if TYPE_CHECKING:
 
 SOFT = 0.9
 """Share of the theory's slope below which it is reported."""
+
+WHY = {
+    ABOVE_LIMIT: "exceeds what linear theory allows: the zero of the creepage (speeds, radii), the contact's stiffness "
+    "(moduli, curvatures) or the load is off",
+    AGAINST_CREEPAGE: "lies against the creepage, and no friction makes it so: the sign or the zero of the torque, or "
+    "which disc is the faster one, is off in this step",
+}
+"""Why no mu explains the T/N of a step, by its state."""
 
 
 def run(test: Test) -> Result:
@@ -105,20 +113,18 @@ def _step(friction: StepFriction, i: int) -> dict[str, Any]:
         "mu_low": or_null(friction.low[i]),
         "mu_high": or_null(friction.high[i]),
         "naive_mu": or_null(abs(friction.ratio[i])),
-        "saturation": None if state in (None, ABOVE_LIMIT) else or_null(friction.share[i]),
+        "saturation": None if state is None or state in WHY else or_null(friction.share[i]),
         "state": state,
     }
-    if state == ABOVE_LIMIT:
+    if state in WHY:
         report["message"] = _message(friction, i)
     return report
 
 
 def _message(friction: StepFriction, i: int) -> str:
-    """What could make T/N larger than linear theory allows."""
-    return (
-        f"T/N = {friction.ratio[i]:.3g} at {friction.creepage[i] * 100.0:.3g} % exceeds what linear theory allows: "
-        "the zero of the creepage (speeds, radii), the contact's stiffness (moduli, curvatures) or the load is off"
-    )
+    """Why no mu explains T/N, and what could make it so."""
+    measured = f"T/N = {friction.ratio[i]:.3g} at {friction.creepage[i] * 100.0:.3g} %"
+    return f"{measured} {WHY[str(friction.state[i])]}"
 
 
 def _summary(friction: StepFriction) -> tuple[str, ...]:
@@ -134,7 +140,7 @@ def _summary(friction: StepFriction) -> tuple[str, ...]:
         lines.append(f"{i + 1:>4}  {measured}  {mu:>6}  {low:>6} ... {high:<6}  {state}")
     return (
         *lines,
-        *(f"step {i + 1}: {_message(friction, i)}" for i, s in enumerate(friction.state) if s == ABOVE_LIMIT),
+        *(f"step {i + 1}: {_message(friction, i)}" for i, s in enumerate(friction.state) if s in WHY),
     )
 
 
@@ -149,7 +155,7 @@ def _dataset(friction: StepFriction) -> Dataset:
         ("creepage", friction.creepage, "mean measured creepage"),
         ("traction_ratio", friction.ratio, "mean measured T/N, the naive coefficient of friction"),
         ("traction_ratio_half_interval", friction.half, "half the 90 % interval of the mean T/N"),
-        ("mu", friction.mu, "coefficient of friction; inf above the elastic limit"),
+        ("mu", friction.mu, "coefficient of friction; inf above the elastic limit, NaN against the creepage"),
         ("mu_low", friction.low, "lower end of the 90 % interval of mu"),
         ("mu_high", friction.high, "upper end of the 90 % interval of mu"),
         ("saturation", friction.share, "T/(mu N)"),

@@ -19,6 +19,8 @@ from twindisc_cli.model.experiment import Floats, Rig
 from twindisc_cli.model.traction_law import slip_of_pressure
 from twindisc_cli.physics import kalker, shakedown
 
+MOSTLY = 0.5
+"""Share of the samples against the creepage above which it is their sign that is asked about, and not single steps."""
 STICKS = 0.8  # of linear theory's T/N: below it so much of a patch slips that the discs wear
 
 
@@ -75,7 +77,7 @@ def _linear_theory(facts: Facts) -> tuple[Floats, Floats]:
 
 
 def traction_sign(facts: Facts) -> Iterator[Finding]:
-    """The faster disc drives: T/N has the sign of the creepage."""
+    """The faster disc drives: T/N has the sign of the creepage, in all samples and in each step."""
     samples = facts.test.measured.traction
     if samples is None:
         return
@@ -85,12 +87,30 @@ def traction_sign(facts: Facts) -> Iterator[Finding]:
         subject="the share of samples with T/N opposed to the creepage",
         value=share,
         low=0.0,
-        high=0.5,
+        high=MOSTLY,
         unit="1",
         why="the faster disc, which drives the other,",
         sentence=f"{number(100.0 * share)} % of the samples have T/N opposed to the creepage",
         hint="the faster disc drives the other: does one of the two count the other way round?",
     )
+    for step in np.flatnonzero(facts.test.history.step_creepage) if share <= MOSTLY else ():
+        mine = samples.step == step
+        if not np.any(mine):
+            continue
+        ratio = samples.ratio[mine] * np.sign(facts.test.history.step_creepage[step])
+        mean, error = float(np.mean(ratio)), float(np.std(ratio)) / np.sqrt(len(ratio))
+        if mean < -2.0 * error:
+            yield Finding(
+                rule="sign",
+                subject=f"T/N of step {step + 1}",
+                value=mean,
+                low=0.0,
+                high=np.inf,
+                unit="1",
+                why="the faster disc, which drives the other,",
+                sentence=f"T/N of step {step + 1} is {number(abs(mean))} against the creepage",
+                hint="are the sign and the zero of the torque right there, and which disc is the faster one?",
+            )
 
 
 def pressure(facts: Facts) -> Iterator[Finding]:

@@ -24,6 +24,7 @@ from twindisc_cli.figures.style import (
     page,
 )
 from twindisc_cli.figures.time_axis import time_axis
+from twindisc_cli.identify.friction import ABOVE_LIMIT, AGAINST_CREEPAGE
 
 if TYPE_CHECKING:
     from twindisc_cli.identify.chart import Chart
@@ -74,7 +75,8 @@ def identified(steps: StepFriction, test: Experiment, *, sentence: str) -> Figur
     )
     caption(figure, sentence)
     _traction(left, steps, test)
-    known, beyond = np.isfinite(steps.mu), np.isinf(steps.mu)
+    known = np.isfinite(steps.mu)
+    unexplained = ~known & np.array([state in (ABOVE_LIMIT, AGAINST_CREEPAGE) for state in steps.state])
     order = np.arange(1, len(steps.mu) + 1)
     mu, low, high = steps.mu[known], steps.low[known], steps.high[known]
     ends = np.nan_to_num(np.array([mu - low, np.where(np.isfinite(high), high, mu) - mu]))
@@ -82,8 +84,9 @@ def identified(steps: StepFriction, test: Experiment, *, sentence: str) -> Figur
                    linestyle="none", marker="s", markersize=4.0, color=BLUE, label="identified $\\mu$")  # fmt: skip
     naive = np.abs(steps.ratio)
     right.plot(order, naive, linestyle="none", marker="_", markersize=9.0, color=BLACK, label="$T/N$ taken as $\\mu$")
-    if np.any(beyond):
-        right.plot(order[beyond], naive[beyond], linestyle="none", marker="x", color=RED, label="no $\\mu$ fits")
+    if np.any(unexplained):
+        where = order[unexplained], naive[unexplained]
+        right.plot(*where, linestyle="none", marker="x", color=RED, label="no $\\mu$ fits")
     name_axes(right, "step", "coefficient of friction $\\mu$ [1]", "$\\mu$ behind each $T/N$, 90 % interval")
     right.set_xticks(order[:: int(np.ceil(len(order) / 12))])
     from_zero(right)

@@ -9,6 +9,7 @@ measurement; above it none does, and the cause is the creepage's zero, the conta
     saturated            T/N is at least 98 % of mu (the light line of Fig. 7)
     partial_slip         part of the patch sticks, and mu is above T/N
     above_elastic_limit  T/N exceeds what linear theory allows at this creepage: no mu explains it
+    against_creepage     T/N has the other sign than the creepage, beyond its interval: no mu explains it
     no_creepage          nothing slips, and T/N says nothing of mu
     no_longitudinal_creepage  the discs slip across rolling or spin alone, of which T/N along it says nothing
 """
@@ -23,7 +24,8 @@ from scipy.special import ndtri, stdtrit
 from twindisc_cli.identify.roots import bracketed_root
 from twindisc_cli.model.experiment import Floats, Ints
 
-SATURATED, PARTIAL_SLIP, ABOVE_LIMIT = "saturated", "partial_slip", "above_elastic_limit"
+SATURATED, PARTIAL_SLIP = "saturated", "partial_slip"
+ABOVE_LIMIT, AGAINST_CREEPAGE = "above_elastic_limit", "against_creepage"
 NO_CREEPAGE, NO_LONGITUDINAL = "no_creepage", "no_longitudinal_creepage"
 LIGHT_LINE = 0.98  # of saturation: from there T/N itself is mu within 2 %
 CONFIDENCE = 0.90
@@ -47,12 +49,22 @@ def mu_from_traction(ratio: Floats, *, traction: Callable[[Floats], Floats], hig
     return np.where(np.isnan(ratio), np.nan, result)
 
 
-def states(mu: Floats, share: Floats) -> list[str | None]:
-    """The state of each mu from `share`, T/(mu N) at it, both (n,); None where nothing was measured."""
-    return [
-        None if np.isnan(m) else ABOVE_LIMIT if np.isinf(m) else SATURATED if s >= LIGHT_LINE else PARTIAL_SLIP
-        for m, s in zip(mu, share, strict=True)
-    ]
+def states(mu: Floats, high: Floats, share: Floats) -> list[str | None]:
+    """The state of each mu and the upper end of its interval from `share`, T/(mu N) at mu, each (n,).
+
+    None where nothing was measured.
+    """
+    return [_state(*values) for values in zip(mu, high, share, strict=True)]
+
+
+def _state(mu: float, high: float, share: float) -> str | None:
+    if np.isnan(mu):
+        return None
+    if np.isinf(mu):
+        return ABOVE_LIMIT
+    if mu == 0.0 and not high > 0.0:
+        return AGAINST_CREEPAGE
+    return SATURATED if share >= LIGHT_LINE else PARTIAL_SLIP
 
 
 def half_interval(std: Floats) -> Floats:

@@ -111,7 +111,7 @@ def _root(depth: Callable[[float], float], fit: WearFit, k: float) -> float:
 
 def _changed(test: Experiment) -> Iterator[tuple[str, Experiment]]:
     """The test with one assumption changed, and what it is."""
-    rig, history = test.rig, test.history
+    rig = test.rig
     for share in (-1.0, 1.0):
         for what, name, size in DISC:
             yield f"{what} {100.0 * share * size:+.0f} %", replace(test, rig=rig.with_discs(name, 1.0 + share * size))

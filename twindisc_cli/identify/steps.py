@@ -15,6 +15,7 @@ import numpy as np
 from twindisc_cli.errors import MeasurementError, Problem
 from twindisc_cli.identify.coupled_steps import CoupledSteps
 from twindisc_cli.identify.friction import (
+    AGAINST_CREEPAGE,
     HIGHEST,
     HIGHEST_THAT_WEARS,
     LIGHT_LINE,
@@ -122,7 +123,10 @@ def identify_friction(model: ForwardModel) -> StepFriction:
     mu, low, high, share = (np.where(idle, np.nan, values) for values in (mu, low, high, share))
     unslipped = np.where(model.slips, NO_LONGITUDINAL, NO_CREEPAGE)
     unseen = [str(name) if np.isfinite(r) else None for r, name in zip(ratio, unslipped, strict=True)]
-    state = [none if no_slip else s for s, no_slip, none in zip(states(mu, share), idle, unseen, strict=True)]
+    known = states(mu, high, share)
+    against = np.array([state == AGAINST_CREEPAGE for state in known])
+    mu, low, high, share = (np.where(against, np.nan, values) for values in (mu, low, high, share))
+    state = [none if no_slip else s for s, no_slip, none in zip(known, idle, unseen, strict=True)]
     return StepFriction(creepage, ratio, scatter, zero, of_creepage, mu, low, high, share, state, approximate=apart)
 
 
