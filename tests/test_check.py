@@ -301,6 +301,19 @@ def test_what_agrees_asks_nothing(tmp_path: Path) -> None:
     assert all(finding.hint not in finding.message for finding in outcome.values() if finding.hint)
 
 
+@pytest.mark.parametrize("readings", [[0.55] * 12, [0.55] * 11 + [0.551], [0.55] * 11])
+def test_a_sensor_that_gives_one_reading_all_the_time_is_asked_about(tmp_path: Path, readings: list[float]) -> None:
+    levels = (0.5, 1.0, 2.0)
+    rows = "".join(f"{1 + i % 3},{levels[i % 3]},{reading}\n" for i, reading in enumerate(readings))
+    outcome = found(tmp_path, traction=f"step,creepage [%],traction_ratio [1]\n{rows}")
+    dead = [finding for subject, finding in outcome.items() if subject.startswith("the number of different readings")]
+    if len(set(readings)) == 1 and len(readings) == 12:
+        assert dead[0].message.startswith("all 12 readings of the traction are 0.55; is the sensor dead")
+        assert not dead[0].ok
+    else:
+        assert not dead
+
+
 def test_a_negative_traction_and_a_soft_disc(tmp_path: Path) -> None:
     traction = TRACTION.replace(",0.", ",-0.")
     text = VALID + "[material.disc1]\nhardness_HV = 70\n"

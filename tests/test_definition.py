@@ -17,7 +17,7 @@ from twindisc_cli.definition.lines import locate
 from twindisc_cli.definition.parse import parse
 from twindisc_cli.definition.schema import json_schema
 from twindisc_cli.effects import catalogue
-from twindisc_cli.errors import DefinitionError, Problem, nearest
+from twindisc_cli.errors import DefinitionError, MeasurementError, Problem, nearest
 
 ROOT = Path(__file__).parents[1]
 CONFIGS = sorted((ROOT / "configs").glob("*.toml"))
@@ -44,10 +44,16 @@ def test_a_record_in_kelvin_is_refused_and_a_disc_that_begins_hot_is_not(
     text = changed(environment_temperature_C=f"environment_temperature_C = 20.0\ninitial_temperature_C = {begin}")
     path = write(tmp_path, text, temperature=f"time [s],temperature [degC]\n{first},293.2\n150,301\n300,322\n")
     if (first, begin) == (10, 20.0):
-        with pytest.raises(DefinitionError, match=r"measured.temperature: begins with 293.2 degC .* in kelvin"):
+        with pytest.raises(MeasurementError, match=r"temperature.csv: temperature: begins with 293.2 degC .* in K\?"):
             load(path)
     else:
         assert load(path).experiment.measured.temperature is not None
+
+
+def test_a_record_in_degrees_celsius_that_is_said_to_be_in_kelvin_is_refused(tmp_path: Path) -> None:
+    path = write(tmp_path, temperature="time [s],temperature [K]\n10,20.1\n150,28\n300,35\n")
+    with pytest.raises(MeasurementError, match=r"begins with -253 degC where the disc begins with .* in degC\?"):
+        load(path)
 
 
 def test_values_are_si(tmp_path: Path) -> None:

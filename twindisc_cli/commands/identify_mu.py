@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from twindisc_cli.consistency import OF_FRICTION, contradictions
 from twindisc_cli.definition import Test
 from twindisc_cli.identify.friction import ABOVE_LIMIT, AGAINST_CREEPAGE, CONFIDENCE
 from twindisc_cli.identify.steps import StepFriction, identify_friction, softness, zero_error
@@ -41,6 +42,7 @@ def run(test: Test) -> Result:
             *_wide(result),
             *_note(experiment),
             *_softer(experiment, result),
+            *contradictions(experiment, OF_FRICTION),
         ),
         json={
             "interval_percent": 100.0 * CONFIDENCE,

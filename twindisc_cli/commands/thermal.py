@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from twindisc_cli.commands._base import friction_of_steps, wear_coefficient
+from twindisc_cli.consistency import contradictions
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import DefinitionError
 from twindisc_cli.identify.convection import identify_convection
@@ -77,7 +78,12 @@ def run(test: Test) -> Result:
     start = thermal.initial_temperature
     return Result(
         command="thermal",
-        summary=(*_summary(heat, start), *_missed(heat, experiment), *_jump_lines(jump, model, thermal)),
+        summary=(
+            *_summary(heat, start),
+            *_missed(heat, experiment),
+            *_jump_lines(jump, model, thermal),
+            *contradictions(experiment),
+        ),
         json={
             "rise_C": heat.peak(start)[0] - start,
             "peak_C": heat.peak(start)[0] - CELSIUS,

@@ -26,7 +26,7 @@ from twindisc_cli.definition.schema import (
     Uncertain,
 )
 from twindisc_cli.digests import digest_of
-from twindisc_cli.errors import DefinitionError, Problem, ValidityError
+from twindisc_cli.errors import DefinitionError, MeasurementError, Problem, ValidityError
 from twindisc_cli.laws.covariates import covariate_named, covariate_of
 from twindisc_cli.laws.law import Law
 from twindisc_cli.laws.shapes import SHAPES
@@ -39,7 +39,7 @@ from twindisc_cli.quantities import CELSIUS, UNITS
 from twindisc_cli.reading import LARGEST_DEFINITION, read_regular
 
 NEAR_KELVIN = 25.0
-"""By how much the first temperature of a record in kelvin may miss that of the disc [K]."""
+"""By how much the first temperature of a record in another unit may miss that of the disc, but for 273 K [K]."""
 SOON = 0.05  # of the test: a record that begins later begins with a warm disc
 
 
@@ -79,7 +79,8 @@ def load_text(text: str, path: Path, *, as_recorded: bool = False) -> Test:
     _check_hold_out(definition, recorded.history, path)
     held_out = definition.loop.hold_out_steps
     thermal = _thermal(definition.thermal) if definition.thermal else None
-    _check_unit(recorded, thermal, path)
+    if warmth := sources.temperature or sources.log:
+        _check_unit(recorded, thermal, path.parent / warmth[0].file)
     experiment = Experiment(
         name=definition.test.name,
         description=definition.test.description,
@@ -130,18 +131,20 @@ def _check_hold_out(definition: DefinitionBase, history: History, path: Path) ->
         raise DefinitionError(Problem(what, path, 0, "loop.hold_out_steps"))
 
 
-def _check_unit(recorded: measurement.Recorded, thermal: Thermal | None, path: Path) -> None:
-    """A disc that begins hotter than it is said to by 273 K is in kelvin, whatever is written."""
+def _check_unit(recorded: measurement.Recorded, thermal: Thermal | None, file: Path) -> None:
+    """A disc that begins 273 K hotter or colder than it is said to is in another unit than is written."""
     samples = recorded.measured.temperature
     if samples is None or thermal is None or samples.time[0] > SOON * recorded.history.end_time[-1]:
         return
     first = float(samples.temperature[0])
-    if abs(first - thermal.initial_temperature - CELSIUS) < NEAR_KELVIN:
-        what = (
-            f"begins with {first - CELSIUS:.4g} degC where the disc begins with "
-            f"{thermal.initial_temperature - CELSIUS:.4g}: are its values in kelvin? then its column is temperature [K]"
-        )
-        raise DefinitionError(Problem(what, path, 0, "measured.temperature"))
+    for off, unit in ((CELSIUS, "K"), (-CELSIUS, "degC")):
+        if abs(first - thermal.initial_temperature - off) < NEAR_KELVIN:
+            what = (
+                f"begins with {first - CELSIUS:.4g} degC where the disc begins with "
+                f"{thermal.initial_temperature - CELSIUS:.4g}: are its values in {unit}? then the column is "
+                f"temperature [{unit}]"
+            )
+            raise MeasurementError(Problem(what, file, 0, "temperature"))
 
 
 def _text(path: Path) -> str:
