@@ -21,7 +21,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray
-from definitions import VALID
+from definitions import TRACTION, VALID, write
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -1097,5 +1097,7 @@ def test_a_hump_across_the_track_can_be_written(test: Test) -> None:
 
 def test_a_test_without_data_is_refused(tmp_path: Path) -> None:
     (tmp_path / "bare.toml").write_text(VALID, encoding="utf-8")
-    with pytest.raises(DefinitionError, match=r"bare\.toml: measured: names no data"):
-        run([load(tmp_path / "bare.toml")], None, lambda what, fraction: None)
+    bare, fitted = load(tmp_path / "bare.toml"), load(write(tmp_path, traction=TRACTION))
+    for tests, predicted in (([bare], {}), ([fitted], {"validate": bare}), ([fitted], {"predict": [bare]})):
+        with pytest.raises(DefinitionError, match=r"bare\.toml: measured: names no data"):
+            run(tests, predicted.pop("validate", None), lambda what, fraction: None, **predicted)

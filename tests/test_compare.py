@@ -171,6 +171,17 @@ def test_a_report_says_what_was_made_from_another_definition(
     assert warned(f"{results}/one") == ["simulate-wear / check: run simulate-wear again"]
 
 
+def test_a_report_names_the_results_that_it_leaves_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = DEFINITION.partition("[measured]")[0].format(name="one", load=100.0)
+    path, results = tmp_path / "one.toml", tmp_path / "results"
+    path.write_text(text.replace("wear_coefficient", "friction_coefficient = 0.4\nwear_coefficient"))
+    for command in ("simulate-wear", "check"):
+        left([command, str(path), "-q", "-o", str(results)])
+    (results / "one/simulate-wear.png").unlink()
+    assert left(["report", str(results / "one")]) == 0
+    assert "simulate-wear: left out, its result simulate-wear.png beside it is gone" in capsys.readouterr().out
+
+
 def test_a_report_of_nothing_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert left(["report", str(tmp_path)]) == 2
     assert "holds no result of a command" in capsys.readouterr().err

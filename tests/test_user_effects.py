@@ -158,6 +158,13 @@ def test_a_folder_that_is_not_there_is_told(folder: Path, capsys: pytest.Capture
     assert exit_code("check", "small.toml", "--effects", "none") == 2
 
 
+def test_what_lies_beside_a_file_that_is_tested_is_not_run(folder: Path) -> None:
+    (folder / "mine/a_plot.py").write_text(STRANGER)
+    effect_test.joined(folder / "mine/energy_hardening.py")
+    assert "energy_hardening" in catalogue()
+    assert not (folder / "ran").exists()
+
+
 def failed(name: str, text: str, folder: Path, part: str) -> list[str]:
     """The claims that do not hold for a file in one part of the test."""
     (folder / f"{name}.py").write_text(text)

@@ -325,7 +325,12 @@ def compare(
 @_command("report", without=("force", "dry_run", "depfile", "effects", "formats", "dpi", "over", "panels", "no_figure"))
 def report(
     test: Annotated[
-        Path, typer.Argument(metavar="TEST", help="A definition, or the folder of its results.", show_default=False)
+        Path,
+        typer.Argument(
+            metavar="TEST",
+            help="A definition, or the folder of its results, where the report goes, too.",
+            show_default=False,
+        ),
     ],
     output: Output,
 ) -> int:

@@ -71,7 +71,7 @@ class _Print:
 
 @dataclass(frozen=True)
 class Folders:
-    """Folders of files that each declare one thing.
+    """Folders of files that each declare one thing, and single files beside them.
 
     kind: what that is called; package: whose modules the files become; changed: what to call when the folders change;
     wrong: what is wrong with a declaration, "" where nothing is.
@@ -91,20 +91,27 @@ class Folders:
         """Let the files of a folder join; DefinitionError where there is no such folder."""
         if not folder.is_dir():
             raise DefinitionError(Problem(f"is not a folder of {self.kind} files", folder))
-        if folder.resolve() not in self.paths:
-            self.paths[folder.resolve()] = None
+        self._join(folder)
+
+    def add_file(self, path: Path) -> None:
+        """Let one file join, and none of those that lie beside it."""
+        self._join(path)
+
+    def _join(self, path: Path) -> None:
+        if path.resolve() not in self.paths:
+            self.paths[path.resolve()] = None
             self.changed()
 
     def forget(self) -> None:
-        """Forget all folders."""
+        """Forget all folders and files."""
         if self.paths:
             self.paths.clear()
             self.changed()
 
     def join(self, result: dict[str, Any], of: type) -> None:
         """Add what every file declares to what was found, by the name of the file, which must be a new one."""
-        for folder in self.paths:
-            for path in sorted(folder.glob("[!_]*.py")):
+        for place in self.paths:
+            for path in sorted(place.glob("[!_]*.py")) if place.is_dir() else [place]:
                 if path.stem in result:
                     what = f"there is {self._one} called {path.stem} already; rename the file"
                     raise DefinitionError(Problem(what, path))

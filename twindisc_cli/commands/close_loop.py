@@ -58,8 +58,9 @@ def run(
 
     quick: no resampling, and so no probabilities.
     """
-    _refuse_nothing_measured(tests)
-    given = [test.experiment for test in (*tests, *predict, *([validate] if validate else []))]
+    predicted = [*predict, *([validate] if validate else [])]
+    _refuse(tests, predicted)
+    given = [test.experiment for test in (*tests, *predicted)]
     for test in given:
         refuse_reversed(test)
     used = [f"{test.name}: {what}" for test in given for what in contradictions(test)]
@@ -112,10 +113,11 @@ def result_of(diagnosis: Diagnosis, tests: Sequence[Test], validate: Test | None
     )
 
 
-def _refuse_nothing_measured(tests: Sequence[Test]) -> None:
-    """Every test must bring something to compare with."""
+def _refuse(tests: Sequence[Test], predicted: Sequence[Test]) -> None:
+    """Every test must bring something to compare with, and those that are fitted must fix the friction."""
     what = "names no data that can be compared: give a traction, a profile, a mass, or a temperature with [thermal]"
-    problems = [Problem(what, test.path, key="measured") for test in tests if not measured_channels(test.experiment)]
+    every = [*tests, *predicted]
+    problems = [Problem(what, test.path, key="measured") for test in every if not measured_channels(test.experiment)]
     problems += [
         Problem(
             "neither measured nor given: measure the traction, or give mu in the model or in every step",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from twindisc_cli.effects import add_folder, catalogue, effect_of
+from twindisc_cli.effects import add_file, catalogue, effect_of
 from twindisc_cli.effects._effect import Effect
 from twindisc_cli.errors import NEGATIVE_FINDING, DefinitionError, Problem
 from twindisc_cli.loop.effect_checks import Check, acting, declared, found_again, sound
@@ -41,5 +41,5 @@ def joined(path: Path) -> Effect:
     if built_in is not None and Path(built_in.apply.__code__.co_filename).resolve() == path.resolve():
         return built_in
     effect = effect_of(path)
-    add_folder(path.parent)
+    add_file(path)
     return catalogue().get(path.stem, effect)

@@ -1,6 +1,7 @@
 """The catalogue of physical effects: one file, one effect; being in this folder registers it.
 
-A user's folders of such files join it (`add_folder`). Importing this package imports no effect; `catalogue()` does.
+A user's folders of such files join it (`add_folder`), or one file (`add_file`). Importing this package imports no
+effect; `catalogue()` does.
 """
 
 from __future__ import annotations
@@ -51,6 +52,7 @@ def _unread(effect: Effect) -> str:
 
 _folders = Folders("effect", __name__, catalogue.cache_clear, _unread)
 add_folder = _folders.add
+add_file = _folders.add_file
 forget_folders = _folders.forget
 
 

@@ -73,6 +73,14 @@ def parts_of(folder: Path, test: Test | None = None) -> list[Part]:
     return parts
 
 
+def damaged(folder: Path) -> list[str]:
+    """Why results that lie in the folder of a test do not count, with what mends it."""
+    found = {command: recorded(folder / f"{command}.h5") for command in TITLES if (folder / f"{command}.h5").exists()}
+    return [
+        f"{name}: left out, its result {why}: run {name} again" for name, why in found.items() if isinstance(why, str)
+    ]
+
+
 def _made_from(config: str, inputs: Mapping[str, str]) -> tuple[str, dict[str, str]]:
     return config, dict(inputs)
 
