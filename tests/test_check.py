@@ -314,6 +314,42 @@ def test_a_sensor_that_gives_one_reading_all_the_time_is_asked_about(tmp_path: P
         assert not dead
 
 
+def worn_track_of(y: np.ndarray) -> np.ndarray:
+    """A parabola of 1.8 µm over 0.8 mm between flanks that are rough by 20 nm [µm], y [mm]."""
+    rough = 0.02 * np.random.default_rng(8).standard_normal(len(y))
+    return np.asarray(rough - 1.8 * np.maximum(1.0 - (y / 0.4) ** 2, 0.0))
+
+
+def profile_file(y: np.ndarray, height: np.ndarray) -> str:
+    return "y [mm],height [um]\n" + "".join(f"{a:.4f},{b:.4f}\n" for a, b in zip(y, height, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "says"),
+    [
+        (lambda y, height: (y, height), ""),
+        (lambda y, height: (y, np.maximum(height, -1.0)), "no height was recorded over 0.5"),
+        (
+            lambda y, height: (y[np.abs(y) > 0.1], height[np.abs(y) > 0.1]),
+            "no height was recorded over 0.22 mm deep in the",
+        ),
+        (
+            lambda y, height: (y, np.where(np.abs(y) < 1e-9, -50.0, height)),
+            "one height is 50 µm deep, and no other deeper than 1.8",
+        ),
+        (lambda y, height: (y[::10], height[::10]), ""),
+    ],
+)
+def test_a_track_that_was_not_recorded_whole_is_asked_about(
+    tmp_path: Path, spoilt: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]], says: str
+) -> None:
+    """A stylus at its limit, a gap where the track is deepest, a spike; points that are few, but even, are a track."""
+    y = np.linspace(-1.5, 1.5, 151)
+    outcome = found(tmp_path, traction=TRACTION, profile=profile_file(*spoilt(y, worn_track_of(y))))
+    said = [f.message for f in outcome.values() if f.rule in ("hole in the track", "lone height") and not f.ok]
+    assert [line[: len(says)] for line in said] == ([says] if says else [])
+
+
 def test_a_negative_traction_and_a_soft_disc(tmp_path: Path) -> None:
     traction = TRACTION.replace(",0.", ",-0.")
     text = VALID + "[material.disc1]\nhardness_HV = 70\n"

@@ -54,10 +54,11 @@ def run(test: Test) -> Result:
         return _by_weight(experiment, mass, known_from_mass(mass, stated))
     fit = identify_wear(model, friction.mu).with_energy_error(error)
     if not fit.bisection.converged:
-        raise ValidityError(
+        none = (
             f"no K from {fit.bisection.bracket[0]:.2g} to {fit.bisection.bracket[1]:.2g} makes the simulated depth "
             f"{fit.measured.depth * 1e6:.3g} µm to within 1 %"
         )
+        raise ValidityError([none, *contradictions(experiment)])
     known, varied = known_from_profile(fit, mass, stated), sensitivity(model, fit)
     return Result(
         command="fit-k",

@@ -13,11 +13,21 @@ from twindisc_cli.consistency.facts import Facts
 from twindisc_cli.consistency.finding import Finding
 from twindisc_cli.consistency.heat import heat_and_temperature, start_temperature
 from twindisc_cli.consistency.sensors import dead_sensor
-from twindisc_cli.consistency.wear import chord_and_depth, mass_and_profile, stated_depth, volume_and_energy, weighings
+from twindisc_cli.consistency.wear import (
+    chord_and_depth,
+    hole_in_the_track,
+    lone_height,
+    mass_and_profile,
+    stated_depth,
+    volume_and_energy,
+    weighings,
+)
 from twindisc_cli.model.experiment import Experiment
 
 RULES: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
     chord_and_depth,
+    hole_in_the_track,
+    lone_height,
     stated_depth,
     volume_and_energy,
     weighings,
@@ -34,6 +44,8 @@ RULES: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
 
 
 OF_DATA: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
+    hole_in_the_track,
+    lone_height,
     weighings,
     mass_and_profile,
     heat_and_temperature,

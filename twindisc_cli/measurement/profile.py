@@ -24,6 +24,7 @@ import numpy as np
 from twindisc_cli.measurement.channels import check_place, with_iterations
 from twindisc_cli.measurement.content import Content
 from twindisc_cli.measurement.header import Column, Naming
+from twindisc_cli.measurement.limit import LIMIT, at_limit
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Bools, Floats, Ints
 from twindisc_cli.measurement.table import Table, read_table
@@ -211,6 +212,7 @@ def read_profile(
     counts = (Column(name, COUNT, required=False) for name in ("disc", "iteration", "trace"))
     wanted = (Column("y", LENGTH), Column("height", LENGTH), *counts)
     table = read_table(data, file, wanted, naming, gaps=True)
+    table.keep(~at_limit(table.columns["height"]), LIMIT)
     columns = table.columns
     history = with_iterations(table, history)
     last = history.iterations
