@@ -34,6 +34,18 @@ def messages(folder: Path, text: str = VALID, **data: str) -> list[str]:
 # The table: separators, decimal marks, units
 
 
+@pytest.mark.parametrize(
+    ("cells", "said"),
+    [(("3,030", "2,970"), ["3,030 is read as 3.03"]), (("3,030", "0,970"), []), (("3,030", "2,97"), [])],
+)
+def test_a_comma_that_may_part_thousands_is_pointed_out(cells: tuple[str, str], said: list[str]) -> None:
+    rows = "".join(f"{time};{cell}\n" for time, cell in enumerate(cells))
+    content = Content(f"time [s];normal load [N]\n{rows}".encode(), skip=())
+    table = read_table(content, "f.csv", (Column("time", TIME), Column("normal load", FORCE)))
+    assert table.columns["normal load"][0] == 3.03
+    assert [note[:21] for note in table.notes] == said
+
+
 @given(
     values=st.lists(st.tuples(*[st.floats(-1e6, 1e6).map(lambda v: round(v, 4))] * 2), min_size=1, max_size=20),
     dialect=st.sampled_from([(",", "."), (";", "."), ("\t", "."), (";", ","), ("\t", ",")]),

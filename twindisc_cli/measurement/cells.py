@@ -17,10 +17,14 @@ _BOTH = {".": re.compile(r"[-+]?\d{1,3}(?:,\d{3})+\.\d*"), ",": re.compile(r"[-+
 
 @dataclass(frozen=True)
 class Marks:
-    """The sign before the decimals, None where either may stand there, and that between thousands, None without."""
+    """The sign before the decimals, None where either may stand there, and that between thousands, None without.
+
+    either: a number, read with decimals, in which a comma may as well part thousands, as it may in all; "" where none.
+    """
 
     decimal: str | None = None
     thousands: str | None = None
+    either: str = ""
 
 
 ANY = Marks()
@@ -31,21 +35,21 @@ def marks_of(cells: Iterable[str]) -> Marks:
 
     A sign is one between thousands where the other is there for decimals, or where it stands in a number twice.
     """
-    decimal, grouped = set(), set()
-    for cell in {cell.strip().translate(_OTHER) for cell in cells}:
+    decimal, grouped = set[str](), dict[str, str]()
+    for cell in dict.fromkeys(cell.strip().translate(_OTHER) for cell in cells):
         for mark, other in ((".", ","), (",", ".")):
             if _BOTH[mark].fullmatch(cell):
                 return Marks(mark, other)
             if _GROUPED_TWICE[mark].fullmatch(cell):
                 return Marks(other, mark)
             if _GROUPED[mark].fullmatch(cell):
-                grouped.add(mark)
+                grouped.setdefault(mark, cell)
             elif mark in cell and _DECIMAL[mark].fullmatch(cell):
                 decimal.add(mark)
     for mark, other in ((".", ","), (",", ".")):
         if decimal == {mark}:
             return Marks(mark, other if other in grouped else None)
-    return ANY
+    return Marks(either=grouped.get(",", "")) if not decimal else ANY
 
 
 def number(cell: str, marks: Marks) -> float:

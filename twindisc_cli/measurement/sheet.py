@@ -10,6 +10,7 @@ import csv
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from io import BytesIO
 from itertools import islice
 from typing import Any
@@ -103,7 +104,7 @@ class Sheet:
             before, start = start, self.text.find(b"\n", start) + 1 or len(self.text)
         return replace(self, line=line, start=start, again=self.again | {_decoded(self.text[before:start]).strip()})
 
-    @property
+    @cached_property
     def marks(self) -> Marks:
         """How its numbers are written, by its beginning, middle and end."""
         if self.cells is not None or self.numbers is not None:

@@ -230,6 +230,9 @@ def _below_units(table: Table, sheet: Sheet, places: Mapping[str, Place]) -> tup
     marked = stamped(row, places)
     if marked != dict(places):
         table.notes.append("time stamps, counted from the first")
+    if cell := sheet.marks.either:
+        read = f"{number(cell, ANY):g}"
+        table.notes.append(f"{cell} is read as {read}, with decimals: if its comma parts thousands, take it out")
     return sheet, marked
 
 
