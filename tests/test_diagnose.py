@@ -20,7 +20,7 @@ from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.fit import at
 from twindisc_cli.loop.levels import Levels, apart_from_others, differing_between, followed
 from twindisc_cli.loop.notes import average_errs, few_stops, of_missed
-from twindisc_cli.loop.prediction_errors import contradicted_by, predicted_badly
+from twindisc_cli.loop.prediction_errors import contradicted_by, missed_by, predicted_badly
 from twindisc_cli.loop.problem import Problem, case_of
 from twindisc_cli.loop.terms import LawTerm
 from twindisc_cli.loop.thresholds import SEARCH
@@ -348,11 +348,14 @@ def test_another_history_that_is_predicted_worse_is_said() -> None:
 
 def test_what_misses_held_out_samples_by_far_is_possible_at_most() -> None:
     missed = {"traction": 6.3, "temperature": 1.7}
-    assert _strongest({*missed, "profile"}, missed) == {
+    assert _strongest({*missed, "profile"}, missed, set()) == {
         "traction": "possible",
         "temperature": "probable",
         "profile": "probable",
     }
+    many = _strongest({*missed, "profile"}, missed, {"temperature", "profile"})
+    assert many["temperature"] == "possible"
+    assert many["profile"] == "probable"
     far, near = of_missed(missed)
     assert "missed by 6.3 times its noise: nothing in it is more than possible" in far
     assert "missed by 1.7 times its noise: nothing in it is established" in near
@@ -724,6 +727,12 @@ def test_what_is_predicted_worse_elsewhere_with_its_level_known_is_contradicted(
         for error in (after, own)
     ]
     assert contradicted_by(PredictedErrors("other", *errors, {}, {})) == contradicted
+
+
+@pytest.mark.parametrize(("after", "own", "missed"), [(2.0, 1.6, {"traction"}), (2.0, 1.1, set()), (1.2, 1.2, set())])
+def test_what_is_missed_elsewhere_is_missed_with_its_level_known(after: float, own: float, missed: set[str]) -> None:
+    errors = [{"traction": ChannelError("1", 1.0, 0.0, 1.0, 1.0, 3.0, error)} for error in (after, own)]
+    assert missed_by(PredictedErrors("other", *errors, {}, {})) == missed
 
 
 @pytest.mark.parametrize(("own", "by_base", "contradicted"), [(1.6e-3, 1e-3, {"profile"}), (1.6e-3, 1.6e-3, set())])

@@ -45,6 +45,14 @@ def test_a_number_of_few_digits_is_neither_held_nor_frozen(
     assert not frozen(np.round(kelvin, digits)).any()
 
 
+@given(seed=st.integers(0, 99), changes=st.sampled_from([0.2, 0.35, 0.5]))
+def test_readings_that_last_as_chance_has_it_are_not_held(seed: int, changes: float) -> None:
+    """Two or three rows as a rule, but any number: a coarse number that flickers, whatever lies between two of them."""
+    random = np.random.default_rng(seed)
+    level = np.cumsum((random.uniform(size=400) < changes) * random.choice([-2.0, -1.0, 1.0, 2.0], 400))
+    assert not repeated(0.3 + 0.01 * level).any()
+
+
 def test_few_readings_say_nothing_of_the_recorder() -> None:
     values = held(readings(40), 5, 5 * FEWEST_READINGS)
     assert not repeated(values).any()

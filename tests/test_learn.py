@@ -78,6 +78,30 @@ def test_means_of_steps_show_a_law_over_time_where_the_order_of_steps_is_not_tha
     assert not of_curve & {"time", "cycles", "energy"}
 
 
+def test_friction_is_learnt_over_the_sliding_distance_where_loads_change() -> None:
+    """Steps far slid carry little and steps hardly slid much, so that neither time nor energy goes with the distance.
+
+    Under one load the energy does.
+    """
+    course = history((0.01, 0.09, 0.02, 0.1, 0.01, 0.08, 0.02, 0.09), 2)
+    time, own = spread(course, 10), course.creepage * course.revolutions
+    at = np.searchsorted(course.end_time, time)
+    into = 1.0 - (course.end_time[at] - time) / course.duration[at]
+    share = ((np.cumsum(own) - own)[at] + into * own[at]) / own.sum()
+    ratio = 0.6 * (1.0 - 0.04 * np.exp(-share / 0.4)) + SIGMA * np.random.default_rng(3).standard_normal(len(time))
+
+    def evidence(load: Floats) -> dict[str, float]:
+        test = replace(course, load_factor=load)
+        measured = Measured(traction=traction_samples(test, time, ratio, SIGMA))
+        every = pairs(fit(Problem([case_of(experiment(test, thermal=None, measured=measured))], ("traction",))))
+        return {pair.covariate: pair.log_evidence for pair in every if pair.quantity == "mu"}
+
+    ones = np.ones(len(own))
+    assert "sliding_distance" not in evidence(ones)
+    apart = evidence(np.where(course.creepage > 0.05, 0.2, ones))
+    assert max(apart, key=lambda name: apart[name]) == "sliding_distance"
+
+
 # ------------------------------------------------------------------------------------------------ another test
 
 

@@ -54,6 +54,17 @@ def test_points_cover_every_iteration_once(seed: int) -> None:
     assert np.all(points.creepage == UNEVEN.creepage[points.iteration])
 
 
+def test_a_time_that_is_rounded_over_the_end_of_its_step_stays_in_it() -> None:
+    """Its load, speed and creepage are those of the step that its row names; half an iteration off is another time."""
+    end = float(UNEVEN.end_time[1])
+    time = np.array([end - 0.004, end + 0.004, end - 0.004, end + 0.004, end + 50.0])
+    step = np.array([0, 0, 1, 1, 0])
+    samples = TractionSamples(time, step, UNEVEN.step_creepage[step], np.full(5, 0.5), np.full(5, np.nan))
+    at = sample_times(UNEVEN, samples)
+    assert UNEVEN.step[UNEVEN.iteration_at(at)].tolist() == [0, 0, 1, 1, 1]
+    assert at == pytest.approx([end - 0.004, end, end, end + 0.004, end + 50.0], abs=1e-5)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_every_sample_lies_at_its_point(seed: int) -> None:
     points, traction, temperature = points_of(seed)

@@ -8,15 +8,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rigs import Instruments, Plant, history, one_of
+from rigs import Instruments, Plant, experiment, history, one_of, spread, traction_samples
 
 from twindisc_cli.loop.averaging import MOST_SAMPLES, averaged
+from twindisc_cli.loop.channels import traction
 from twindisc_cli.loop.channels.temperature import noise
 from twindisc_cli.loop.diagnose import diagnose
 from twindisc_cli.loop.diagnosis import Diagnosis
 from twindisc_cli.loop.noise import Noise
 from twindisc_cli.measurement.rig_log import log_temperature
-from twindisc_cli.model.experiment import Experiment, Floats, TemperatureSamples
+from twindisc_cli.model.experiment import Experiment, Floats, Measured, TemperatureSamples
 from twindisc_cli.model.rounded import is_coarse, lasting, middles, scatter_before, step_of
 
 COURSE = history((0.012, 0.03, 0.018, 0.05, 0.024, 0.04, 0.014, 0.02), 6)
@@ -69,6 +70,21 @@ def test_noise_larger_than_the_step_is_not_coarse() -> None:
     rng = np.random.default_rng(0)
     for scatter in (0.5, 1.0, 3.0, 10.0):
         assert not is_coarse(np.round(300.0 + scatter * rng.standard_normal(2000)))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_spikes_do_not_hide_that_readings_are_rounded(seed: int) -> None:
+    """Steps of one reading leave no scatter to estimate, and spikes in them make what has to be assumed no better."""
+    random = np.random.default_rng(seed)
+    course = history((0.02, 0.05, 0.03, 0.08, 0.04, 0.06), 2)
+    time = spread(course, 6)
+    ratio = np.round(0.453 + 0.002 * random.standard_normal(len(time)), 2)
+    ratio[random.choice(len(time), 3, replace=False)] += 0.2
+    test = experiment(course, measured=Measured(traction=traction_samples(course, time, ratio)))
+    result = traction.noise(test)
+    assert result.rounded == pytest.approx(0.01)
+    assert result.std == pytest.approx(np.hypot(0.01 / np.sqrt(12.0), 0.002), rel=0.3)
+    assert np.sum(~result.kept) == 3
 
 
 @pytest.mark.parametrize("before", [0.02, 0.1, 0.2, 0.3])

@@ -165,7 +165,9 @@ def _refuse_equal_names(tests: Sequence[Test]) -> None:
     names = [test.experiment.name for test in tests]
     for place, name in enumerate(names):
         if name in names[:place]:
-            raise DefinitionError(Problem(f"two tests are called {name}; give each its own", str(tests[place].path)))
+            raise DefinitionError(
+                Problem(f"two tests are called {name}; give each a name of its own", str(tests[place].path))
+            )
 
 
 def origin_of(tests: Sequence[Test], options: Mapping[str, Any]) -> Origin:

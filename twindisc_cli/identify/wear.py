@@ -134,7 +134,10 @@ def _heights(model: ForwardModel, mu: Floats, k: Floats, integrated: IntegratedS
 def _worn(model: ForwardModel, mu: Floats) -> WornDisc:
     profile = model.experiment.measured.profile
     if profile is None:
-        raise MeasurementError("no profile was measured; name its file under [measured]")
+        only = (
+            "the only profile is that of the new disc" if model.experiment.measured.start else "no profile was measured"
+        )
+        raise MeasurementError(f"{only}: name one of the worn disc, or the mass lost, under [measured]")
     last = last_profile(profile)
     y, height = profile.y[last], profile.height[last]
     disc, stop = int(profile.disc[last][0]), int(profile.iteration[last][0])

@@ -98,7 +98,8 @@ def _profile(s: State, change: Floats) -> State:
     return s if s.surface is None else s.on_surface(s.surface.height + change)
 
 
-_FRICTION = ("creepage", "time", "energy", "temperature", "time_in_step", "time_since_pause", "greatest_creepage")
+_FRICTION = ("creepage", "time", "energy", "sliding_distance", "temperature", "time_in_step", "time_since_pause",
+             "greatest_creepage")  # fmt: skip
 _LOADED = ("load", "pressure", "rolling_speed")
 _DRIVEN = ("creepage", "time", "energy", "temperature", "power", "wear_index")
 QUANTITIES: Mapping[str, Quantity] = {
@@ -115,7 +116,7 @@ QUANTITIES: Mapping[str, Quantity] = {
     "torque_gain": Quantity("sensor", "traction", "factor", "the gain of the torque meter", ("time",), _torque_gain,
                             shapes=("step", "window")),
     "wear": Quantity("wear", "profile", "factor", "the wear coefficient",
-                     (*_DRIVEN, "time_since_pause", *_LOADED), _wear),
+                     (*_DRIVEN, "sliding_distance", "time_since_pause", *_LOADED), _wear),
     "wear_across": Quantity("surface", "profile", "factor", "the wear across the track", ("y_over_edge",),
                             _wear_across),
     "heat": Quantity("heat", "temperature", "factor", "the heat into the disc", (*_DRIVEN[:-1], "time_in_step"),

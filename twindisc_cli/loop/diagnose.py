@@ -43,7 +43,13 @@ from twindisc_cli.loop.judge import Judged, Kind
 from twindisc_cli.loop.learn import confounded
 from twindisc_cli.loop.levels import levels_of, with_what_differs
 from twindisc_cli.loop.notes import average_errs, crowded, difference, notes_of, of_missed
-from twindisc_cli.loop.prediction_errors import contradicted_by, predicted_badly, prediction_errors, tests_apart
+from twindisc_cli.loop.prediction_errors import (
+    contradicted_by,
+    missed_by,
+    predicted_badly,
+    prediction_errors,
+    tests_apart,
+)
 from twindisc_cli.loop.problem import case_of
 from twindisc_cli.loop.refusal import Refusal
 from twindisc_cli.loop.screen import Residual, is_beyond_assumed, is_unexplained, unexplained_residual
@@ -86,8 +92,9 @@ def diagnose(
     others = [with_its_noise(case, outcome.judged.before) for case in others]
     predictions = [prediction_errors(outcome, case) for case in others]
     contradicted = contradicted_by(predictions[-1]) if unseen else set()
-    doubtful = crowded(outcome.answer) | missed.keys()
-    strongest = _strongest({*doubtful, *(rest.channel for rest in left)}, missed)
+    many = crowded(outcome.answer)
+    doubtful = many | missed.keys() | (missed_by(predictions[-1]) if unseen else set())
+    strongest = _strongest({*doubtful, *(rest.channel for rest in left)}, missed, many)
     effects, laws = _found(outcome, weights, contradicted, strongest)
     elsewhere = [predict_test(case, outcome.judged.after) for case in others] if laws else []
     separating = [*outcome.judged.prediction("after"), *(e.prediction for e in elsewhere[-1:] if unseen)]
@@ -315,9 +322,13 @@ def _missed(judged: Judged) -> dict[str, float]:
     return {channel: error for channel, error in errors.items() if error > ACCEPTANCE.missed}
 
 
-def _strongest(doubtful: Set[str], missed: Mapping[str, float]) -> dict[str, Strength]:
-    """Strength that nothing in a doubtful channel exceeds; some are missed by so many times the noise."""
-    return {c: "possible" if missed.get(c, 0.0) > ACCEPTANCE.far_missed else "probable" for c in doubtful}
+def _strongest(doubtful: Set[str], missed: Mapping[str, float], many: Container[str]) -> dict[str, Strength]:
+    """Strength that nothing in a doubtful channel exceeds; some are missed by so many times the noise.
+
+    many: channels that many terms describe, of which being missed leaves none more than possible.
+    """
+    far = {c: ACCEPTANCE.missed if c in many else ACCEPTANCE.far_missed for c in doubtful}
+    return {c: "possible" if missed.get(c, 0.0) > least else "probable" for c, least in far.items()}
 
 
 def _tied(outcome: Outcome) -> bool:

@@ -600,6 +600,8 @@ def _edges(fitted: Fit, predictions: list[Prediction], covariate: str) -> Floats
         return np.linspace(-over.reach, over.reach, ACROSS_BINS + 1) if "profile" in fitted.problem.channels else None
     if covariate == "order" and not any(case.test.history.separate for case in fitted.problem.cases):
         return None  # time says as much
+    if covariate == "sliding_distance" and len(np.unique(_along(predictions, "load"))) == 1:
+        return None  # the energy goes with it
     if covariate == "pressure" and len(np.unique(_along(predictions, "load"))) == 1:
         return None  # it changes with the worn section alone, as the energy does
     untimed = covariate in UNTIMED or isinstance(over, Column)

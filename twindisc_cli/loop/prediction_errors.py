@@ -99,6 +99,11 @@ def contradicted_by(predicted: PredictedErrors) -> set[str]:
     return {c for c, e in predicted.errors.items() if _is_worse(e) and (c in by_level or _is_worse(own[c]))}
 
 
+def missed_by(predicted: PredictedErrors) -> set[str]:
+    """Channels that the answer misses with the level of the test known, too."""
+    return {channel for channel in predicted.errors if predicted.missed(channel) > ACCEPTANCE.missed}
+
+
 def _levels_apart(levels: Mapping[str, PredictedLevel]) -> set[str]:
     """Base parameters of which a test that was only predicted has a level apart from those of the tests fitted."""
     return {key for key, level in levels.items() if is_apart(level.off, level.scatter)}

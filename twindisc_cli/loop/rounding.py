@@ -34,13 +34,14 @@ def with_rounding(noise: Noise, readings: Floats, trend: Floats, step: Ints) -> 
 
     trend: the richest that they may follow (sample, column); step: of the history (sample,), at the change of which
     what is measured may change by less than a reading. A jump to the next reading is neither an outlier nor new.
-    Noise beside which the rounding is the lesser part stays as it is.
+    Noise that is known, and beside which the rounding is the lesser part, stays as it is.
     """
     if not is_coarse(readings):
         return noise
     size, before = step_of(readings), scatter_before(readings)
     rare = before < FEW * size
-    std = max(noise.std, float(np.hypot(size / np.sqrt(12.0), before)))
+    rounded = float(np.hypot(size / np.sqrt(12.0), before))
+    std = max(noise.std, rounded) if noise.estimated else rounded
     if size**2 / 12.0 < 0.5 * std**2:
         return noise
     share = lasting(size, 0.0 if rare else before) / std**2

@@ -154,7 +154,8 @@ class Acceptance:
                             answer is wrong, incomplete or extrapolated; where nothing is missing it is 1.23 at most.
                             The same for samples of a channel that were held out, on which it was not calibrated.
     far_missed              error over the noise above which held-out samples of a channel leave what is found in it
-                            possible at most [1]: of the answers of seeds 49 and 50 none has it.
+                            possible at most [1]: of the answers of seeds 49 and 50 none has it. Where many terms
+                            describe the channel, `missed` is enough.
     judged_blocks, fewest_judged
                             blocks of neighbours this is taken from, and samples below which nothing is judged.
     repeat_scatter          scatter of mu, K and the convection from a test to its repeat, in their logarithms: a test

@@ -51,7 +51,11 @@ def alone(content: Content, file: str, guess: Guess) -> Alone:
         columns[f"{name} [{unit.name}]" if unit and unit.name != "1" else name] = (unit or UNITS["1"]).of_si(
             table.columns[name]
         )
-    guessed = [f"{named.column} taken for {name}" for name, named in guess.columns.items() if named.column != name]
+    guessed = [
+        f"{named.column} taken for {name}{f', in {named.unit}' if named.unit else ''}"
+        for name, named in guess.columns.items()
+        if named.column != name
+    ]
     unused = (f"not read: {', '.join(guess.unused)}",) if guess.unused else ()
     notes = (*table.notes, *guessed, *unused)
     return Alone(columns, replace(table.count(), notes=tuple(dict.fromkeys(notes))))

@@ -28,12 +28,13 @@ _CLOCK = re.compile(
 
 @dataclass(frozen=True)
 class Column:
-    """A column a file may have, and other names by which rigs call it."""
+    """A column a file may have, and other names by which rigs call it; asked_by: the key of a definition that does."""
 
     name: str
     quantity: Quantity
     required: bool = True
     also: tuple[str, ...] = ()
+    asked_by: str = ""
 
     def __str__(self) -> str:
         """The header cell to write."""
@@ -44,7 +45,8 @@ class Column:
 def declared(name: str) -> Column:
     """The column of a covariate that is declared as `name [unit]`; that unit holds where the file says none."""
     quantity = covariate_of(name).quantity
-    return Column(quantity.label, replace(kind_of(quantity.unit), default=quantity.shown.solidus))
+    kind = replace(kind_of(quantity.unit), default=quantity.shown.solidus)
+    return Column(quantity.label, kind, asked_by="measured.covariates")
 
 
 @dataclass(frozen=True)

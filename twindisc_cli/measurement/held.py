@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from twindisc_cli.measurement.limit import FEWEST_EQUAL, LIMIT, OFTEN, at_limit, scatter
-from twindisc_cli.measurement.sheet import Bools, Floats
+from twindisc_cli.measurement.sheet import Bools, Floats, Ints
 from twindisc_cli.measurement.table import Table
 
 HELD = "of a reading held since the row before"
@@ -20,6 +20,9 @@ FEWEST_READINGS = 12
 """Readings below which equal neighbours say nothing of the recorder."""
 REGULAR = 0.9
 """Share of the readings that last a multiple of the usual number of rows, or one more or less."""
+FEW_ROWS = 4
+"""Usual number of rows below which any number is a multiple of it, or one more or less: they are as a clock has them
+that ticks evenly, of two numbers."""
 LAST_DIGITS = 1.5
 """Change from one reading to the next, in the smallest one, up to which it is the last digit that changes."""
 
@@ -36,9 +39,15 @@ def repeated(values: Floats) -> Bools:
     rows, change = np.diff(begin)[1:], np.abs(np.diff(values[begin]))
     if len(rows) < FEWEST_READINGS or np.median(rows) < 2:
         return np.zeros_like(again)
-    usual = np.round(np.median(rows))
-    is_regular = np.mean(np.abs(rows - usual * np.round(rows / usual)) <= 1.0) >= REGULAR
+    is_regular = _regular(rows, int(np.round(np.median(rows)))) >= REGULAR
     return again if is_regular and np.median(change) > LAST_DIGITS * change.min() else np.zeros_like(again)
+
+
+def _regular(rows: Ints, usual: int) -> float:
+    """Share of the readings that last about a multiple of the usual number of rows; few rows, or one more or less."""
+    if usual >= FEW_ROWS:
+        return float(np.mean(np.abs(rows - usual * np.round(rows / usual)) <= 1.0))
+    return float(max(np.mean((rows == least) | (rows == least + 1)) for least in (usual - 1, usual)))
 
 
 def frozen(values: Floats) -> Bools:

@@ -19,6 +19,8 @@ from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, Rec
 
 Mask = NDArray[np.bool_]
 
+ROUNDED = 0.5
+"""Of an iteration, by which the time of a sample may lie outside its step: clocks of two recorders, rounding."""
 FEWEST_PARTS = 4  # operating points of an iteration without samples
 MOST_PARTS = 768
 """Parts of the whole history that samples may cut: a sample is at most two of them from its points, so that the line
@@ -203,7 +205,8 @@ def knows_times(history: History, samples: TractionSamples) -> bool:
 def sample_times(history: History, samples: TractionSamples | None) -> Floats:
     """Time of every traction sample [s]; where none was recorded, the samples of a step are spread over it.
 
-    One that is the mean of its step is at the middle of it, where what changes evenly has its mean.
+    One that is the mean of its step is at the middle of it, where what changes evenly has its mean. A time that is
+    rounded over the beginning or the end of its step is there.
     """
     if samples is None:
         return np.empty(0)
@@ -214,7 +217,11 @@ def sample_times(history: History, samples: TractionSamples | None) -> Floats:
         inside = np.flatnonzero(history.step == step)
         begin, end = ends[inside[0]] - history.duration[inside[0]], ends[inside[-1]]
         times[here] = begin + (end - begin) * (np.arange(int(here.sum())) + last) / int(here.sum())
-    return times
+    first = history.step_begin
+    end = ends[np.append(first[1:], len(ends)) - 1][samples.step]
+    begin = (ends - history.duration)[first][samples.step] + 2.0 * history.slack
+    inside = np.clip(times, begin, end)
+    return np.where(np.abs(times - inside) <= ROUNDED * history.duration[first][samples.step], inside, times)
 
 
 def _own_creepage(history: History, samples: TractionSamples | None, times: Floats) -> Mask:
