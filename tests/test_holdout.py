@@ -242,6 +242,18 @@ def test_what_is_predicted_within_its_noise_is_no_rise() -> None:
     assert Missed.by(traction=(1.0, 1.17)).rises(held_out=True) == ["traction"]
 
 
+class MissedWeighings(Missed):
+    """Of three weighings held out."""
+
+    samples = 3
+
+
+def test_a_few_samples_held_out_speak_where_they_are_missed_by_far_more() -> None:
+    assert MissedWeighings.by(mass=(11.0, 18.0)).rises(held_out=True) == ["mass"]
+    assert MissedWeighings.by(mass=(1.0, 1.4)).rises(held_out=True) == []
+    assert MissedWeighings.by(mass=(2.0, 2.2)).rises(held_out=True) == []
+
+
 class FewMissed(Missed):
     """Of 14 weighings."""
 

@@ -119,6 +119,7 @@ def test_profiles_are_levelled_each_for_itself() -> None:
 # ------------------------------------------------------------------------------------------------ errors that rise
 
 NOISE: Floats = np.random.default_rng(1).standard_normal(240)
+FEW = ACCEPTANCE.fewest_judged - 1
 HALF: Floats = np.repeat([0.0, 1.0], 120)
 CASES: dict[str, tuple[Floats, Floats, bool]] = {
     "the same": (NOISE, NOISE, False),
@@ -127,7 +128,9 @@ CASES: dict[str, tuple[Floats, Floats, bool]] = {
     "larger everywhere by five per cent": (NOISE, 1.05 * NOISE, True),
     "smaller in one half, much larger in the other": (NOISE, NOISE * (0.9 + 0.9 * HALF), True),
     "other noise of the same size": (NOISE, np.roll(NOISE, 7), False),
-    "too few to judge": (NOISE[: ACCEPTANCE.fewest_judged - 1], 9.0 * NOISE[: ACCEPTANCE.fewest_judged - 1], False),
+    "few, nine times as large": (NOISE[:FEW], 9.0 * NOISE[:FEW], True),
+    "few, larger by fifteen per cent": (NOISE[:FEW], 1.15 * NOISE[:FEW], False),
+    "none": (NOISE[:0], NOISE[:0], False),
 }
 
 

@@ -150,7 +150,9 @@ class Judged:
 
     def _is_chance(self, channel: str, before: Floats, after: Floats, *, held_out: bool) -> bool:
         if held_out:
-            return rms(after) < ACCEPTANCE.predicted * self.held_out_noise(channel)
+            few = len(after) < ACCEPTANCE.fewest_judged
+            times = ACCEPTANCE.missed if few else ACCEPTANCE.predicted
+            return rms(after) < times * self.held_out_noise(channel)
         return -fall(before, after, self.noise(channel)) < ACCEPTANCE.growth_chi2
 
     @cached_property
@@ -191,11 +193,13 @@ def about_jumps(covariate: str, places: Floats, known: Floats, values: Floats) -
 def rises(before: Floats, after: Floats, *, far: bool = False) -> bool:
     """Whether misses (sample,) grew from before to after: by more than blocks of neighbours scatter, or by far.
 
-    far: only what grew by far counts.
+    far: only what grew by far counts, as where samples are few.
     """
-    if len(before) < ACCEPTANCE.fewest_judged:
+    if not len(before):
         return False
     growth = rms(after) / max(rms(before), 1e-300) - 1.0
+    if len(before) < ACCEPTANCE.fewest_judged:
+        return bool(growth > ACCEPTANCE.growth_at_most)
     parts = np.array_split(after**2 - before**2, min(ACCEPTANCE.judged_blocks, len(before) // 2))
     means = np.array([part.mean() for part in parts])
     chance = float(means.std(ddof=1)) / np.sqrt(len(means))

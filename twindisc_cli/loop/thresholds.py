@@ -157,7 +157,8 @@ class Acceptance:
                             possible at most [1]: of the answers of seeds 49 and 50 none has it. Where many terms
                             describe the channel, `missed` is enough.
     judged_blocks, fewest_judged
-                            blocks of neighbours this is taken from, and samples below which nothing is judged.
+                            blocks of neighbours this is taken from, and samples below which there are none: only what
+                            grows by far, and is missed, counts.
     repeat_scatter          scatter of mu, K and the convection from a test to its repeat, in their logarithms: a test
                             that is only predicted speaks of the shape, not of the level.
     level_apart             scatters by which the level of a test lies apart from those of the others.
