@@ -11,13 +11,14 @@ import pytest
 from rigs import Floats, Instruments, Plant, experiment, history, spread, traction_samples
 from scipy.integrate import quad
 
+from twindisc_cli.laws.law import Law
 from twindisc_cli.loop import candidates
 from twindisc_cli.loop.candidates import laws, proposals
 from twindisc_cli.loop.explanation import Explanation
 from twindisc_cli.loop.extend import with_one_more
 from twindisc_cli.loop.fit import Fit, fit, plain_fit, refit
 from twindisc_cli.loop.holdout import without
-from twindisc_cli.loop.learn import LENGTHS, LEVELS, Pair, confounded, pairs, with_elsewhere
+from twindisc_cli.loop.learn import LENGTHS, LEVELS, Pair, confounded, pairs, passed_together, with_elsewhere
 from twindisc_cli.loop.problem import Case, Problem, case_of
 from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.loop.validate import elsewhere
@@ -100,6 +101,24 @@ def test_friction_is_learnt_over_the_sliding_distance_where_loads_change() -> No
     assert "sliding_distance" not in evidence(ones)
     apart = evidence(np.where(course.creepage > 0.05, 0.2, ones))
     assert max(apart, key=lambda name: apart[name]) == "sliding_distance"
+
+
+@pytest.mark.parametrize(
+    ("law", "tests", "others"),
+    [
+        (Law("mu", "time", "step", {"size": 0.1, "at_s": 300.0}), 1, ["energy", "sliding_distance"]),
+        (
+            Law("wear", "energy", "window", {"size": 0.1, "begin_kJ": 1.0, "end_kJ": 2.0}),
+            1,
+            ["time", "sliding_distance"],
+        ),
+        (Law("mu", "time", "step", {"size": 0.1, "at_s": 300.0}), 2, []),
+        (Law("mu", "creepage", "step", {"size": 0.1, "at_percent": 3.0}), 1, []),
+        (Law("mu", "time", "linear", {"size": 0.1, "begin_s": 0.0, "end_s": 300.0}), 1, []),
+    ],
+)
+def test_a_jump_at_one_moment_may_be_one_over_all_that_grows(law: Law, tests: int, others: list[str]) -> None:
+    assert passed_together(law, tests) == others
 
 
 # ------------------------------------------------------------------------------------------------ another test

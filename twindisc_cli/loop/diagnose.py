@@ -40,7 +40,7 @@ from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.holdout import steps_withheld
 from twindisc_cli.loop.intervals import base_parameters
 from twindisc_cli.loop.judge import Judged, Kind
-from twindisc_cli.loop.learn import confounded
+from twindisc_cli.loop.learn import confounded, passed_together
 from twindisc_cli.loop.levels import levels_of, with_what_differs
 from twindisc_cli.loop.notes import average_errs, crowded, difference, notes_of, of_missed
 from twindisc_cli.loop.prediction_errors import (
@@ -249,11 +249,13 @@ def _of_this_history(
 ) -> tuple[list[FoundLaw], list[str]]:
     """The laws, as of this history alone those of the channels `among`, and those whose covariate runs as another does.
 
-    Of the latter notes say so. predictions: of the tests in which these would have to run apart.
+    Or that jump once, where another passes at the same moment. Of the latter notes say so. predictions: of the tests in
+    which these would have to run apart.
     """
     found, notes = [], []
     for law in laws:
-        names = confounded(predictions, law.law.quantity, law.law.covariate)
+        alike = confounded(predictions, law.law.quantity, law.law.covariate)
+        names = list(dict.fromkeys([*alike, *passed_together(law.law, len(predictions))]))
         alone = bool(names) or law.channel in among
         found.append(replace(law, law=replace(law.law, transfer="same_history")) if alone else law)
         if names:

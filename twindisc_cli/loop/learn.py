@@ -21,7 +21,7 @@ from scipy.special import logsumexp
 
 from twindisc_cli.effects._effect import FIRST_SEEN
 from twindisc_cli.laws.covariates import Column, covariate_of
-from twindisc_cli.laws.law import law_key
+from twindisc_cli.laws.law import Law, law_key
 from twindisc_cli.laws.quantities import MULTIPLIED, QUANTITIES
 from twindisc_cli.laws.shapes import SHAPES
 from twindisc_cli.laws.trial import Trial, bins, curve, formula
@@ -47,6 +47,8 @@ LEVELS = np.array([0.1, 0.3, 1.0, 3.0])
 LENGTHS = np.array([0.08, 0.15, 0.3, 0.6, 1.2])
 UNTIMED = ("creepage", "y_over_edge", "load", "pressure", "rolling_speed", "order")
 """Covariates that samples recorded without time can show."""
+GROWING = ("time", "energy", "sliding_distance")
+"""Covariates that only grow in a test: what jumps at one moment jumps at one place of each."""
 CHOSEN = {"step": 1, "window": 2}
 """Parameters of a formula that are chosen among the bins and not fitted."""
 PARTS = np.linspace(-1.0, 1.0, 9)
@@ -496,6 +498,13 @@ def confounded(predictions: list[Prediction], quantity: str, covariate: str) -> 
     """Those that are proportional, and not the same numbers, as time is where nothing paused."""
     names = proportional(predictions, quantity, covariate)
     return [n for n in names if not np.array_equal(_along(predictions, n), _along(predictions, covariate))]
+
+
+def passed_together(law: Law, tests: int) -> list[str]:
+    """Other covariates that only grow, of which a jump over one that does says as much where there is one test."""
+    if law.shape not in CHOSEN or law.covariate not in GROWING or tests > 1:
+        return []
+    return [name for name in GROWING if name in QUANTITIES[law.quantity].covariates and name != law.covariate]
 
 
 def covariates_of(problem: Problem, quantity: str) -> list[str]:
