@@ -426,6 +426,13 @@ def test_the_tidy_profile_says_after_which_iteration(tmp_path: Path, capsys: pyt
     )
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_load_that_is_zero_throughout_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "rig.csv").write_text(PLAIN.replace(",72\n", ",0\n"))
+    code, _, err = command("import", tmp_path / "rig.csv", "-o", tmp_path / "to", capsys=capsys)
+    assert (code, "rig.csv: normal load: is 0 in every row" in err) == (3, True), err
+
+
 def test_a_load_that_is_recorded_as_negative_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "rig.csv").write_text(PLAIN.replace(",72\n", ",-72\n"))
     code, _, err = command("import", tmp_path / "rig.csv", "-o", tmp_path / "to", capsys=capsys)

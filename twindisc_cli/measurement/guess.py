@@ -240,6 +240,8 @@ def typical(content: Content, file: str, result: Guess) -> tuple[float, float, f
         log = read_log(_thinned(content), file, rig=rig, torque_disc=2, naming=result.columns)
     except MeasurementError:  # said of the whole file, with its own lines
         log = read_log(content, file, rig=rig, torque_disc=2, naming=result.columns)
+    if log.has_load and not np.any(log.load):
+        raise MeasurementError(Problem("is 0 in every row: no step of a test is loaded", file, key="normal load"))
     carrying = np.abs(log.load) > _CARRYING * np.max(np.abs(log.load)) if log.has_load else np.ones(len(log.time), bool)
     return float(np.median(np.abs(log.load[carrying]))), float(np.median(np.abs(log.speed[carrying]))), _RADIUS
 

@@ -382,6 +382,8 @@ def _traces(table: Table, rows: Ints) -> list[Ints]:
         number = table.columns["trace"][rows]
         return [rows[number == n] for n in np.unique(number)]
     y = table.columns["y"][rows]
+    if len(y) < _FEWEST:
+        return [rows]
     rise = np.diff(y) * (np.sign(np.median(np.diff(y))) or 1.0)
     cuts = np.flatnonzero(rise < -0.5 * np.ptp(y)) + 1
     return np.split(rows, cuts)
