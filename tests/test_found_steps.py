@@ -123,6 +123,18 @@ def test_mu_and_zero_from_both_directions(tmp_path: Path) -> None:
     assert not left_in.torque_zero.taken_off
 
 
+def test_a_step_whose_torque_is_at_the_limit_of_its_instrument_is_in_the_history(tmp_path: Path) -> None:
+    rows = rows_of([(0.02, 80, LOAD, 1.0), (0.05, 70, 1.5 * LOAD, 1.0), (0.03, 90, LOAD, 1.0)])
+    rows[:, 3] = np.minimum(rows[:, 3], 1.4)
+    test = read(tmp_path, log_text(rows))
+    history, samples = test.experiment.history, test.experiment.measured.traction
+    np.testing.assert_allclose(history.step_creepage, [0.02, 0.05, 0.03], rtol=1e-6)
+    np.testing.assert_allclose([history.duration[history.step == k].sum() for k in range(3)], [80, 70, 90])
+    assert samples is not None
+    assert set(samples.step) == {0, 2}
+    assert "no row is left of step 2 (5 %): the torque there is not known" in test.rows[0].notes
+
+
 def test_a_step_at_another_load_is_found_on_a_given_history(tmp_path: Path) -> None:
     steps = f"steps = [{{ creepage_percent = 5.0 }}, {{ creepage_percent = 5.0, normal_load_N = {2 * LOAD} }}]\n"
     text = VALID[: VALID.index("steps = [")] + steps

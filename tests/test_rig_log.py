@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import h5py
@@ -17,6 +18,8 @@ from definitions import VALID, write
 from twindisc_cli.cli import main
 from twindisc_cli.definition import Test, load
 from twindisc_cli.errors import DefinitionError, MeasurementError
+from twindisc_cli.measurement.held import HELD
+from twindisc_cli.measurement.limit import LIMIT
 
 MU, LOAD, RADIUS, OFFSET = 0.5, 72.0, 0.03, 0.035
 STEPS = (0.02, 0.04, 0.06)
@@ -55,6 +58,15 @@ def log(
     return "\n".join([*lines, *(";".join(f"{value:.8g}" for value in row) for row in rows)])
 
 
+def changed(text: str, column: int, change: Callable[[int, float], object]) -> str:
+    """The log with other cells in a column, by their row and number."""
+    head, *rows = text.split("\n")
+    cells = [row.split(";") for row in rows]
+    for n, row in enumerate(cells):
+        row[column] = str(change(n, float(row[column])))
+    return "\n".join([head, *(";".join(row) for row in cells)])
+
+
 def read(folder: Path, text: str, setting: str = "") -> Test:
     (folder / "log.csv").write_text(text)
     return load(write(folder, f'{SLIDING}\n[measured]\nlog = "log.csv"\ntorque_disc = 2\n{setting}\n'))
@@ -86,6 +98,50 @@ def test_a_torque_that_the_recorder_holds_is_taken_once(tmp_path: Path) -> None:
     assert count.left_out["of a reading held since the row before"] == pytest.approx(420 * 4 / 5, abs=2)
     assert test.experiment.measured.traction is not None
     assert test.experiment.measured.traction.ratio.mean() == pytest.approx(MU, rel=0.005)
+
+
+@pytest.mark.parametrize(
+    ("header", "size"),
+    [("torque [N mm]", 1.0), ("traction force [N]", 1e-3 / RADIUS), ("traction ratio [1]", 1e-3 / RADIUS / LOAD)],
+)
+def test_a_signal_at_the_limit_of_its_instrument_is_no_friction(tmp_path: Path, header: str, size: float) -> None:
+    """Of a second step with a torque half as large again, of which all is beyond the range."""
+    text = changed(log(), 3, lambda n, torque: size * min(torque * (1.5 if 228 <= n < 396 else 1.0), 1400.0))
+    test = read(tmp_path, text.replace("torque [N mm]", header))
+    traction, (count,) = test.experiment.measured.traction, test.rows
+    assert traction is not None
+    assert count.left_out[LIMIT] == 168
+    assert count.used + sum(count.left_out.values()) == count.read
+    assert count.lines[0].endswith(f"168 {LIMIT}")
+    assert f"no row is left of step 2 (4 %): the {header.split(' [')[0]} there is not known" in count.notes
+    assert set(traction.step) == {0, 2}
+    assert traction.ratio.mean() == pytest.approx(MU, rel=0.005)
+    assert traction.time[traction.step == 2].min() > 336.0
+
+
+@pytest.mark.parametrize(("noise", "digit"), [(0.0, 1e-3), (0.004, 4.0), (0.004, 20.0)])
+def test_a_signal_without_noise_or_of_coarse_digits_is_at_no_limit(tmp_path: Path, noise: float, digit: float) -> None:
+    text = changed(log(noise=noise), 3, lambda _, torque: digit * round(torque / digit))
+    (count,) = read(tmp_path, text).rows
+    assert LIMIT not in count.left_out
+    assert count.used >= 400
+
+
+def test_what_a_dead_sensor_repeats_is_left_out(tmp_path: Path) -> None:
+    text = log()
+    stuck = text.split("\n")[151].split(";")[3]
+    (count,) = read(tmp_path, changed(text, 3, lambda n, torque: stuck if 150 <= n < 200 else torque)).rows
+    assert count.left_out[HELD] == 49
+    assert not any("rows running hold" in note for note in count.notes)
+
+
+@pytest.mark.parametrize("column", [3, 4])
+def test_a_number_that_stands_for_none_is_pointed_out(tmp_path: Path, column: int) -> None:
+    """Of four rows, too few to be those of a dead sensor."""
+    text = changed(log(), 4, lambda n, load: load * (1.0 + 1e-3 * np.sin(n)))
+    marked = changed(text, column, lambda n, value: {3: 900.0, 4: 70.0}[column] if 150 <= n < 154 else value)
+    (count,) = read(tmp_path, marked).rows
+    assert any("4 rows running hold exactly" in note for note in count.notes)
 
 
 def test_the_error_of_the_zero_is_the_scatter_of_its_rows(tmp_path: Path) -> None:

@@ -65,11 +65,15 @@ def frozen(values: Floats) -> Bools:
     return again & dead_rows if far and scatter(values[~dead_rows]) else np.zeros_like(again)
 
 
+def no_measurements(readings: Floats) -> tuple[Bools, Bools]:
+    """Rows (row,) that repeat a reading, and rows whose reading is at a limit."""
+    limit = at_limit(readings)
+    return repeated(readings) | (frozen(readings) & ~limit), limit
+
+
 def keep_readings(table: Table, name: str) -> Bools:
     """Leave out the rows that repeat a reading of this column, or whose reading is at a limit; those kept (row,)."""
-    readings = table.columns[name]
-    limit = at_limit(readings)
-    held = repeated(readings) | (frozen(readings) & ~limit)
+    held, limit = no_measurements(table.columns[name])
     table.keep(~held, HELD)
     table.keep(~limit[~held], LIMIT)
     return ~(held | limit)

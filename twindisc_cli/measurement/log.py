@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from twindisc_cli.measurement.channels import FEWEST, LARGEST_RATIO, RATIOS, SLIP, check_enough
 from twindisc_cli.measurement.content import Content
 from twindisc_cli.measurement.header import Column, Naming, declared
-from twindisc_cli.measurement.held import HELD, repeated
+from twindisc_cli.measurement.held import HELD, no_measurements
+from twindisc_cli.measurement.limit import LIMIT
 from twindisc_cli.measurement.sheet import Bools, Floats, Ints
 from twindisc_cli.measurement.table import Table, read_table
 from twindisc_cli.measurement.units import COUNT, FORCE, PERCENTAGE, RATIO, SPEED, TIME, TORQUE, rim_speed
@@ -28,6 +29,7 @@ Codes = NDArray[np.int8]
 REASONS = (
     "", "unloaded", "standing still", "turning the other way", "outlier",
     "running up", "running down", "at a change of step", "at the creepage of no step", "no signal under load", HELD,
+    LIMIT,
 )  # fmt: skip
 """Why a row says nothing of the traction; the first: it does."""
 CLOCK = (
@@ -100,8 +102,6 @@ def read_log(
     has_load = "normal load" in columns
     if not has_load:
         table.notes.append(f"no load in it, so that of the definition: {rig.normal_load:g} N")
-    for name in ("normal load", kind):
-        _note_stuck(table, name)
     log = Log(
         table=table,
         kind=kind,
@@ -192,10 +192,14 @@ def _count_on(table: Table, again: Ints) -> None:
     table.columns["time"] = time + np.cumsum(shift)
 
 
-def _note_stuck(table: Table, name: str) -> None:
-    """Say where a column that changes from row to row holds one number for many rows: a marker, or a dead channel."""
-    values = table.columns.get(name)
-    if values is None or len(values) < _FEWEST_STUCK:
+def note_stuck(log: Log, used: Bools) -> None:
+    """Say where load or signal, which change from row to row, hold one number for many of the rows that are used."""
+    for name, values in (("normal load", log.load), (log.kind, log.signal)):
+        _note_stuck(log.table, name, values[used])
+
+
+def _note_stuck(table: Table, name: str, values: Floats) -> None:
+    if len(values) < _FEWEST_STUCK:
         return
     same = values[1:] == values[:-1]
     if np.mean(same) > 1.0 - _CHANGING or not np.any(same):
@@ -205,7 +209,8 @@ def _note_stuck(table: Table, name: str) -> None:
     first, last = ends[np.argmax(ends[:, 1] - ends[:, 0])]
     count = int(last - first) + 1
     if count >= _FEWEST_STUCK:
-        written = f"{table.written(name)[first]:g}"
+        factor, offset = table.scales[name]
+        written = f"{(values[first] - offset) / factor:g}"
         message = (
             f"{count} rows running hold exactly {written} in {table.headers[name]}, which else changes from row to row"
         )
@@ -272,10 +277,12 @@ def dead_rows(log: Log, reason: Codes) -> None:
         reason[dead] = REASONS.index("no signal under load")
 
 
-def held_rows(log: Log, reason: Codes) -> None:
-    """Mark rows under load that repeat the signal of the row before, where the recorder holds it."""
+def repeats(log: Log, reason: Codes) -> None:
+    """Mark rows under load that repeat a signal, which is held or of a dead sensor, and those at a limit of it."""
     driven = np.flatnonzero(reason == 0)
-    reason[driven[repeated(log.signal[driven])]] = REASONS.index(HELD)
+    held, limit = no_measurements(log.signal[driven])
+    reason[driven[limit]] = REASONS.index(LIMIT)
+    reason[driven[held]] = REASONS.index(HELD)
 
 
 def outliers(log: Log, ratio: Floats, reason: Codes) -> None:

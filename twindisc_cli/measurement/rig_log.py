@@ -1,7 +1,8 @@
 """T/N samples from a rig's log, on a history that is given or that the log shows.
 
 The zero of the signal is found in the rows without load, else from slip both ways. The rows under load are averaged
-over a twentieth of an iteration. On a given history the averages are laid along the steps in order, by the cheapest
+over a twentieth of an iteration; those whose signal is no measurement say how the discs ran, and no more. On a given
+history the averages are laid along the steps in order, by the cheapest
 monotone path over what creepage, load and speed are off by. Those that straddle a change of step, and those that belong
 to no step (running up, idling), are left out, and counted by what they are. The clock of the log may start anywhere:
 times are counted from where each step is found. The sign of the traction is the sensor's; it is taken so that T/N has
@@ -30,9 +31,10 @@ from twindisc_cli.measurement.log import (
     Log,
     check_time,
     dead_rows,
-    held_rows,
     idle_rows,
+    note_stuck,
     outliers,
+    repeats,
 )
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
@@ -70,7 +72,10 @@ class RigLog:
 
 @dataclass(frozen=True)
 class _Averages:
-    """Means over stretches of time, each (average,); block: the one that each driven row is in (driven row,)."""
+    """Means over stretches of time, each (average,), of the rows whose signal is used, else of those that run.
+
+    ratio is NaN where no signal is used; block: the stretch that each running row is in (running row,).
+    """
 
     time: Floats
     creepage: Floats
@@ -80,6 +85,11 @@ class _Averages:
     label: Ints
     block: Ints
     others: Mapping[str, Floats]
+
+    @property
+    def read(self) -> Bools:
+        """Stretches in which the signal is used."""
+        return np.isfinite(self.ratio)
 
 
 def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: ZeroSetting = None) -> RigLog:
@@ -96,39 +106,42 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
         table.note("no section without load is in it: no torque_zero can be found in this log", log.kind)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = (log.signal - _offset(log.time, result, torque_zero)) / log.per_ratio(log.load)
+    runs = reason == 0
     dead_rows(log, reason)
     outliers(log, ratio, reason)
-    held_rows(log, reason)
-    driven = reason == 0
-    mean = _averages(log, driven, ratio, _length(log.time[driven], history))
-    sense = float(np.sign(np.median(mean.ratio * np.sign(mean.creepage))) or 1.0)
+    repeats(log, reason)
+    used = reason == 0
+    note_stuck(log, used)
+    mean = _averages(log, runs, np.where(used, ratio, np.nan), _length(log.time[runs], history))
+    sense = float(np.sign(np.nanmedian(mean.ratio * np.sign(mean.creepage))) or 1.0)
     unit = sense * float(log.per_ratio(rig.normal_load))
     placed = _placed(log, rig, history, mean)
     table.check()
-    kept, time, step = placed.kept, placed.time, placed.step
+    kept, time, step = placed.settled & mean.read, placed.time, placed.step
     steps = _OfSteps(mean.time[kept], step[kept], placed.history)
     zero, ratio = _zero(result, torque_zero, unit, steps), sense * mean.ratio
     if result is None and not isinstance(torque_zero, float):
         zero = _zero_of_both_ways(ratio[kept], torque_zero, unit, steps)
         ratio = ratio - zero.value if zero is not None and zero.taken_off else ratio
-    reason[driven] = _left(step, kept)[mean.block]
+    reason[used] = _left(step, placed.settled)[mean.block[used[runs]]]
     unknown = np.full(int(kept.sum()), np.nan)
     samples = TractionSamples(time[kept], step[kept], mean.creepage[kept], ratio[kept], uncertainty=unknown)
     columns = {name: RecordedColumn(time[kept], step[kept], values[kept]) for name, values in mean.others.items()}
     table.left_out |= {REASONS[code]: int(np.sum(reason == code)) for code in np.unique(reason) if code}
     table.notes += (*_notes(log, zero, result, mean.time, placed.history), *_too_slippery(log, ratio))
-    begin = float(mean.time[kept][0] - time[kept][0]) if np.any(kept) else 0.0
+    _check_samples(log, steps)
+    begin = float(mean.time[kept][0] - time[kept][0])
     return RigLog(samples, placed.history, begin, zero, table.count(int(np.sum(reason == 0))), columns)
 
 
 @dataclass(frozen=True)
 class _Placed:
-    """Averages on a history, each (average,): step, time [s] on its clock, and whether the average is of a step."""
+    """Averages on a history, each (average,): step, time [s] on its clock, and whether all of it is of the step."""
 
     history: History
     step: Ints
     time: Floats
-    kept: Bools
+    settled: Bools
 
 
 def _placed(log: Log, rig: Rig, history: History | None, mean: _Averages) -> _Placed:
@@ -138,10 +151,10 @@ def _placed(log: Log, rig: Rig, history: History | None, mean: _Averages) -> _Pl
         log.table.notes.append(f"the history found in it:\n{history_text(result.history, rig)}")
         return _Placed(result.history, result.step, mean.time - result.begin, result.step >= 0)
     step = _align(mean, history, rig)
-    kept = _settled(mean.creepage, step, history)
+    settled = _settled(mean.creepage, step, history)
     _check_rig(log, rig, history, mean, step)
-    _check_steps(log, mean.time, step, kept, history)
-    return _Placed(history, step, _history_time(mean.time, step, history), kept)
+    _check_steps(log, mean.time, step, settled, history)
+    return _Placed(history, step, _history_time(mean.time, step, history), settled)
 
 
 def log_temperature(
@@ -176,7 +189,7 @@ def log_temperature(
 
 def _too_slippery(log: Log, ratio: Floats) -> tuple[str, ...]:
     """A T/N that no dry contact has."""
-    typical = float(np.median(np.abs(ratio))) if len(ratio) else 0.0
+    typical = float(np.nanmedian(np.abs(ratio)))
     if log.kind == "traction ratio" or typical >= SMALLEST_RATIO:
         return ()
     return (f"T/N is {typical:.2g}, less than any dry contact has: check the units of {log.kind} and load",)
@@ -239,22 +252,23 @@ def _length(time: Floats, history: History | None) -> float:
     return max(spacing, float(np.ptp(time)) / MOST_AVERAGES)
 
 
-def _averages(log: Log, driven: Bools, ratio: Floats, length: float) -> _Averages:
-    """Means of the driven rows over stretches of time of a length [s]."""
-    time = log.time[driven]
-    block = _blocks(time, length)
+def _averages(log: Log, runs: Bools, ratio: Floats, length: float) -> _Averages:
+    """Means of the rows that run over stretches of time of a length [s]; ratio: NaN where the signal is not used."""
+    block, used = _blocks(log.time[runs], length), np.isfinite(ratio[runs])
+    taken = used | (np.bincount(block, weights=used) == 0.0)[block]
+    rows, own = np.flatnonzero(runs)[taken], block[taken]
     label = np.zeros(int(block[-1]) + 1, dtype=np.int64)
     if log.label is not None:
-        label[block] = log.label[driven]
+        label[own] = log.label[rows]
     return _Averages(
-        time=_means(time, block),
-        creepage=_means(log.creepage[driven], block),
-        speed=_means(log.speed[driven], block),
-        load=_means(log.load[driven], block),
-        ratio=_means(ratio[driven], block),
+        time=_means(log.time[rows], own),
+        creepage=_means(log.creepage[rows], own),
+        speed=_means(log.speed[rows], own),
+        load=_means(log.load[rows], own),
+        ratio=_means(ratio[rows], own),
         label=label,
         block=block,
-        others={name: _means(values[driven], block) for name, values in log.others.items()},
+        others={name: _means(values[rows], own) for name, values in log.others.items()},
     )
 
 
@@ -269,14 +283,14 @@ def _means(values: Floats, block: Ints) -> Floats:
     return np.asarray(np.bincount(block, weights=values) / np.bincount(block))
 
 
-def _left(step: Ints, kept: Bools) -> Codes:
+def _left(step: Ints, settled: Bools) -> Codes:
     """Why each average was left out, as an index of REASONS; 0 where it was not."""
-    order, used = np.arange(len(kept)), np.flatnonzero(kept)
-    first, last = (used[0], used[-1]) if len(used) else (len(kept), len(kept))
+    order, used = np.arange(len(settled)), np.flatnonzero(settled)
+    first, last = (used[0], used[-1]) if len(used) else (len(settled), len(settled))
     change = np.flatnonzero(np.diff(step))
     changing = np.isin(order, [*change, *(change + 1)]) | (step < 0)
     up, down = REASONS.index("running up"), REASONS.index("running down")
-    reasons = np.select([kept, order < first, order > last, changing], [0, up, down, _CHANGING], _OTHER)
+    reasons = np.select([settled, order < first, order > last, changing], [0, up, down, _CHANGING], _OTHER)
     return reasons.astype(np.int8)
 
 
@@ -390,16 +404,27 @@ def _settled(creepage: Floats, step: Ints, history: History) -> Bools:
     return np.asarray(settled)
 
 
-def _check_steps(log: Log, time: Floats, step: Ints, kept: Bools, history: History) -> None:
+def _check_steps(log: Log, time: Floats, step: Ints, settled: Bools, history: History) -> None:
     """Every step is there and as long as the history says."""
     for index in np.flatnonzero(history.step_driven):
         creepage, planned = history.step_creepage[index], float(history.duration[history.step == index].sum())
-        mine = time[kept & (step == index)]
+        mine = time[settled & (step == index)]
         if len(mine) == 0:
             log.table.note(f"no stretch of the log runs at the {creepage * 100:g} % of step {index + 1}", "speed 1")
         elif np.ptp(mine) > _LONGEST * planned:
             note = f"step {index + 1} lasts {np.ptp(mine):.4g} s here, {planned:.4g} s in the history"
             log.table.note(note, "time")
+
+
+def _check_samples(log: Log, steps: _OfSteps) -> None:
+    """Name the steps of which no row is left; one must be."""
+    history, missing = steps.history, np.setdiff1d(np.flatnonzero(steps.history.step_driven), steps.step)
+    names = ", ".join(f"step {k + 1} ({history.step_creepage[k] * 100:.4g} %)" for k in missing)
+    if not len(steps.step):
+        log.table.note(f"no reading of it is left in {names}", log.kind)
+        log.table.check()
+    if len(missing):
+        log.table.notes.append(f"no row is left of {names}: the {log.kind} there is not known")
 
 
 def _history_time(time: Floats, step: Ints, history: History) -> Floats:
