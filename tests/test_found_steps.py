@@ -123,6 +123,44 @@ def test_mu_and_zero_from_both_directions(tmp_path: Path) -> None:
     assert not left_in.torque_zero.taken_off
 
 
+@pytest.mark.parametrize(("cell", "setting"), [("", ""), ("NaN", ""), ("1.25", 'skip = "1.25"')])
+def test_rows_without_a_torque_that_run_under_load_are_no_pause(tmp_path: Path, cell: str, setting: str) -> None:
+    """At a change of step, where neither is known to end; the rest without load at 150 s, in which it lacks too, is."""
+    driven: Driven = [(0.02, 80, LOAD, 1.0), (0.05, 70, LOAD, 1.0), (0.05, 40, 0.0, 1.0), (0.03, 90, LOAD, 1.0)]
+    head, *rows = log_text(rows_of(driven)).split("\n")
+    cells = [row.split(",") for row in rows]
+    for row in (*range(65, 95), *range(160, 180)):
+        cells[row][3] = cell
+    (tmp_path / "log.csv").write_text("\n".join([head, *map(",".join, cells)]))
+    source = f'\n[measured]\nlog = {{ file = "log.csv"{setting and ", "}{setting} }}\n'
+    test = load(write(tmp_path, MEASURED + source))
+    history, samples, (count,) = test.experiment.history, test.experiment.measured.traction, test.rows
+    lengths = [history.duration[history.step == k].sum() for k in range(4)]
+    np.testing.assert_allclose(lengths, [80, 70, 40, 90])
+    np.testing.assert_array_equal(history.step_driven, [True, True, False, True])
+    assert count.left_out["no number"] == 50
+    assert count.left_out["unloaded"] == 20
+    assert count.used + sum(count.left_out.values()) == count.read == 280
+    assert samples is not None
+    assert np.isfinite(samples.ratio).all()
+    assert not np.any((samples.time > 65.0) & (samples.time < 95.0))
+
+
+def test_rows_without_a_torque_that_stand_out_of_order_are_left_out(tmp_path: Path) -> None:
+    head, *rows = log_text(rows_of(DRIVEN[1:3])).split("\n")
+    (count,) = read(tmp_path, "\n".join([head, *rows[:50], rows[49].split(",")[0] + ",3030,2970,,72", *rows[50:]])).rows
+    assert count.left_out["no number"] == 1
+    assert count.used == 210
+
+
+def test_a_log_without_a_torque_under_load_is_refused(tmp_path: Path) -> None:
+    rows = [[*map(str, row)] for row in rows_of([(0.02, 80, 0.0, 1.0), (0.02, 40, LOAD, 1.0)])]
+    head = log_text(rows_of(DRIVEN[1:2])).split("\n")[0]
+    text = "\n".join([head, *(",".join([*row[:3], "" if float(row[4]) else row[3], row[4]]) for row in rows)])
+    with pytest.raises(MeasurementError, match=r"torque \[N m\]: no reading of it is left under load"):
+        read(tmp_path, text)
+
+
 def test_a_step_whose_torque_is_at_the_limit_of_its_instrument_is_in_the_history(tmp_path: Path) -> None:
     rows = rows_of([(0.02, 80, LOAD, 1.0), (0.05, 70, 1.5 * LOAD, 1.0), (0.03, 90, LOAD, 1.0)])
     rows[:, 3] = np.minimum(rows[:, 3], 1.4)

@@ -28,12 +28,17 @@ _CLOCK = re.compile(
 
 @dataclass(frozen=True)
 class Column:
-    """A column a file may have, and other names by which rigs call it; asked_by: the key of a definition that does."""
+    """A column a file may have, and other names by which rigs call it.
+
+    gaps: a row of a log is kept where no number stands in this column, as NaN. asked_by: the key of a definition that
+    asks for it.
+    """
 
     name: str
     quantity: Quantity
     required: bool = True
     also: tuple[str, ...] = ()
+    gaps: bool = False
     asked_by: str = ""
 
     def __str__(self) -> str:

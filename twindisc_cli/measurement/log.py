@@ -10,7 +10,7 @@ T/N itself may be recorded, too. A load that is not recorded is the definition's
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,13 +21,13 @@ from twindisc_cli.measurement.header import Column, Naming, declared
 from twindisc_cli.measurement.held import HELD, no_measurements
 from twindisc_cli.measurement.limit import LIMIT
 from twindisc_cli.measurement.sheet import Bools, Floats, Ints
-from twindisc_cli.measurement.table import Table, read_table
+from twindisc_cli.measurement.table import NO_NUMBER, Table, read_table
 from twindisc_cli.measurement.units import COUNT, FORCE, PERCENTAGE, RATIO, SPEED, TIME, TORQUE, rim_speed
 from twindisc_cli.model.experiment import Rig
 
 Codes = NDArray[np.int8]
 REASONS = (
-    "", "unloaded", "standing still", "turning the other way", "outlier",
+    "", NO_NUMBER, "unloaded", "standing still", "turning the other way", "outlier",
     "running up", "running down", "at a change of step", "at the creepage of no step", "no signal under load", HELD,
     LIMIT,
 )  # fmt: skip
@@ -56,9 +56,10 @@ _UNIT = {"torque": (1e3, " mN m"), "traction force": (1.0, " N"), "traction rati
 class Log:
     """The rows of a log that are numbers, each (row,): time [s], creepage [1], speed [m/s], load [N], signal.
 
-    speed is NaN and load the definition's where they were not recorded. kind: "torque" [N m], "traction force" [N] or
-    "traction ratio" [1]; arm [m] of a torque. label: the step that the file names, None where it names none.
-    others: declared columns, by how they are declared.
+    speed is NaN and load the definition's where they were not recorded; signal and others are NaN in rows without a
+    number of them, which say how the discs ran. kind: "torque" [N m], "traction force" [N] or "traction ratio" [1]; arm
+    [m] of a torque. label: the step that the file names, None where it names none. others: declared columns, by how
+    they are declared.
     """
 
     table: Table
@@ -72,6 +73,11 @@ class Log:
     label: Ints | None
     has_load: bool
     others: Mapping[str, Floats] = field(default_factory=dict)
+
+    @property
+    def read(self) -> Bools:
+        """Rows (row,) with a number of the signal and of every declared column."""
+        return np.asarray(np.isfinite([self.signal, *self.others.values()]).all(axis=0))
 
     def per_ratio(self, load: Floats | float) -> Floats:
         """The signal of T/N = 1 at a load [N]."""
@@ -89,9 +95,11 @@ def read_log(
     covariates: Sequence[str] = (),
 ) -> Log:  # fmt: skip
     """The rows of a log; MeasurementError says which columns or rows are wrong."""
-    first, *others = ((*way, *map(declared, covariates)) for way in _ways(rig))
+    declared_columns = [replace(declared(name), gaps=True) for name in covariates]
+    first, *others = ((*way, *declared_columns) for way in _ways(rig))
     table = read_table(data, file, first, naming, gaps=True, instead=others)
     check_enough(table, FEWEST["traction"])
+    _leave_out_disordered(table)
     check_time(table)
     table.check()
     columns = table.columns
@@ -131,9 +139,9 @@ def _ways(rig: Rig) -> list[Sequence[Column]]:
     load = Column("normal load", FORCE, also=("load", "normal force", "fn"))
     optional = Column("normal load", FORCE, required=False, also=load.also)
     signals = (
-        (Column("torque", TORQUE), load),
-        (Column("traction ratio", RATIO, also=RATIOS), optional),
-        (Column("traction force", FORCE, also=("friction force", "tangential force", "ft")), optional),
+        (Column("torque", TORQUE, gaps=True), load),
+        (Column("traction ratio", RATIO, also=RATIOS, gaps=True), optional),
+        (Column("traction force", FORCE, also=("friction force", "tangential force", "ft"), gaps=True), optional),
     )
     held = (Column("sliding speed", SPEED, also=("sliding velocity",)),)
     return [(*CLOCK, *motion, *signal) for signal in signals for motion in (speeds, slip, held)]
@@ -148,6 +156,13 @@ def _arm(table: Table, rig: Rig, torque_disc: int | None) -> float:
         table.note("say with torque_disc = 1 or 2 which disc the torque was measured on: their radii differ", "torque")
     table.check()
     return min(radii) if torque_disc is None else radii[torque_disc - 1]
+
+
+def _leave_out_disordered(table: Table) -> None:
+    """Rows without a number of the signal are no rows of the log's clock where their time does not rise."""
+    blank = ~np.isfinite(list(table.columns.values())).all(axis=0)
+    stays = np.diff(table.columns["time"]) <= 0.0
+    table.keep(~(blank & (np.append(False, stays) | np.append(stays, False))), NO_NUMBER)
 
 
 def check_time(table: Table) -> None:

@@ -38,7 +38,7 @@ from twindisc_cli.measurement.log import (
 )
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
-from twindisc_cli.measurement.table import read_table
+from twindisc_cli.measurement.table import NO_NUMBER, read_table
 from twindisc_cli.measurement.torque_zero import Zero, find_zero, zero_of_both_ways
 from twindisc_cli.measurement.units import TEMPERATURE
 from twindisc_cli.model.experiment import History, RecordedColumn, Rig, TemperatureSamples, TorqueZero, TractionSamples
@@ -101,17 +101,14 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
     table = log.table
     lightest = rig.normal_load * (float(history.load_factor[history.driven].min()) if history else 1.0)
     reason = idle_rows(log, rig, lightest)
-    result = find_zero(log.time, log.signal, log.load, lightest) if log.has_load else None
+    read = log.read
+    result = find_zero(log.time[read], log.signal[read], log.load[read], lightest) if log.has_load else None
     if torque_zero == "unloaded" and result is None:
         table.note("no section without load is in it: no torque_zero can be found in this log", log.kind)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = (log.signal - _offset(log.time, result, torque_zero)) / log.per_ratio(log.load)
     runs = reason == 0
-    dead_rows(log, reason)
-    outliers(log, ratio, reason)
-    repeats(log, reason)
-    used = reason == 0
-    note_stuck(log, used)
+    used = _used(log, ratio, reason)
     mean = _averages(log, runs, np.where(used, ratio, np.nan), _length(log.time[runs], history))
     sense = float(np.sign(np.nanmedian(mean.ratio * np.sign(mean.creepage))) or 1.0)
     unit = sense * float(log.per_ratio(rig.normal_load))
@@ -127,11 +124,26 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
     unknown = np.full(int(kept.sum()), np.nan)
     samples = TractionSamples(time[kept], step[kept], mean.creepage[kept], ratio[kept], uncertainty=unknown)
     columns = {name: RecordedColumn(time[kept], step[kept], values[kept]) for name, values in mean.others.items()}
-    table.left_out |= {REASONS[code]: int(np.sum(reason == code)) for code in np.unique(reason) if code}
+    left = {REASONS[code]: int(np.sum(reason == code)) for code in np.unique(reason) if code}
+    table.left_out |= {why: count + table.left_out.get(why, 0) for why, count in left.items()}
     table.notes += (*_notes(log, zero, result, mean.time, placed.history), *_too_slippery(log, ratio))
     _check_samples(log, steps)
     begin = float(mean.time[kept][0] - time[kept][0])
     return RigLog(samples, placed.history, begin, zero, table.count(int(np.sum(reason == 0))), columns)
+
+
+def _used(log: Log, ratio: Floats, reason: Codes) -> Bools:
+    """Rows (row,) that run and whose signal is a measurement; of the others is marked why not, and one must be left."""
+    reason[~log.read] = REASONS.index(NO_NUMBER)
+    dead_rows(log, reason)
+    outliers(log, ratio, reason)
+    repeats(log, reason)
+    used: Bools = reason == 0
+    note_stuck(log, used)
+    if not np.any(used):
+        log.table.note("no reading of it is left under load", log.kind)
+        log.table.check()
+    return used
 
 
 @dataclass(frozen=True)

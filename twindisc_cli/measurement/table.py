@@ -109,7 +109,8 @@ def read_table(
 ) -> Table:  # fmt: skip
     """Read the wanted columns; others are ignored unless they look like a misspelt one.
 
-    naming: what the definition says of columns; gaps: rows without a number are left out and counted, not refused.
+    naming: what the definition says of columns; gaps: rows without a number are left out and counted, not refused, and
+    kept where only columns are without one that may be.
     instead: other sets of columns, of which the first that is there is read.
     """
     content = data if isinstance(data, Content) else Content(data)
@@ -294,15 +295,18 @@ def _fill(table: Table, rows: Rows, places: Mapping[str, Place], sheet: Sheet, *
     comma = " (a decimal comma? put ; between the columns)" if long else ""
     reported = ragged & ~unclosed & ~apart
     table.flag(reported, "", lambda row: f"{rows.counts[row]} cells where the header has {width}{comma}")
+    needed = [not place.column.gaps for place in places.values()]
+    kept = empty & ~bad[:, needed].any(axis=1)
     for place, name in enumerate(places):
         message = lambda row, place=place: _not_a_number(rows.text[row, place])  # noqa: E731
         table.flag(bad[:, place] & ~(ragged | apart | empty), name, message)
         table.columns[name] = rows.numbers[:, place]
-    counts = {SUMMARY: tail.sum(), NO_NUMBER: empty.sum(), HEAD: head.sum(), AGAIN: len(rows.heads), CUT: rows.cut}
+    lost = empty & ~kept
+    counts = {SUMMARY: tail.sum(), NO_NUMBER: lost.sum(), HEAD: head.sum(), AGAIN: len(rows.heads), CUT: rows.cut}
     table.left_out |= {reason: int(count) for reason, count in counts.items() if count}
     if rows.heads:
         table.block = np.searchsorted(rows.heads, rows.lines).astype(np.int64)
-    _keep(table, ~(ragged | bad.any(axis=1) | tail))
+    _keep(table, ~(ragged | bad.any(axis=1) | tail) | kept)
 
 
 def _read_stamps(table: Table, rows: Rows, places: Mapping[str, Place]) -> None:
