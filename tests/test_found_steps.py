@@ -146,6 +146,15 @@ def test_rows_without_a_torque_that_run_under_load_are_no_pause(tmp_path: Path, 
     assert not np.any((samples.time > 65.0) & (samples.time < 95.0))
 
 
+def test_a_load_signal_that_drops_out_is_no_pause(tmp_path: Path) -> None:
+    """Over the change of creepage between two steps."""
+    rows = rows_of([(0.02, 30, 0.0, 1.0), (0.02, 80, LOAD, 1.0), (0.05, 70, LOAD, 1.0)])
+    rows[95:130, 4] = 0.0
+    history = read(tmp_path, log_text(rows)).experiment.history
+    np.testing.assert_allclose([history.duration[history.step == k].sum() for k in range(2)], [80, 70])
+    np.testing.assert_array_equal(history.step_driven, [True, True])
+
+
 def test_rows_without_a_torque_that_stand_out_of_order_are_left_out(tmp_path: Path) -> None:
     head, *rows = log_text(rows_of(DRIVEN[1:3])).split("\n")
     (count,) = read(tmp_path, "\n".join([head, *rows[:50], rows[49].split(",")[0] + ",3030,2970,,72", *rows[50:]])).rows

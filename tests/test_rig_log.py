@@ -144,6 +144,30 @@ def test_a_number_that_stands_for_none_is_pointed_out(tmp_path: Path, column: in
     assert any("4 rows running hold exactly" in note for note in count.notes)
 
 
+@pytest.mark.parametrize(("idle", "setting"), [((60, 60), ""), ((0, 0), ""), ((0, 0), "torque_zero = 0.035")])
+def test_a_load_signal_that_drops_out_makes_neither_a_zero_nor_friction(
+    tmp_path: Path, idle: tuple[int, int], setting: str
+) -> None:
+    test = read(tmp_path, changed(log(idle=idle), 4, lambda n, load: 0.3 if 150 <= n < 180 else load), setting)
+    measured, (count,) = test.experiment.measured, test.rows
+    assert measured.traction is not None
+    assert count.left_out["without a signal of the load"] == 30
+    assert count.left_out.get("unloaded", 0) == sum(idle)
+    said = (
+        "no load from 150 to 179 s, but a torque of 1.1[12] N m: the signal of the load is taken to have dropped out, "
+        r"and the rows neither for the zero nor for friction \(torque_zero overrules\)"
+    )
+    assert any(re.fullmatch(said, note) for note in count.notes)
+    assert not np.any((measured.traction.time > 150.0 - idle[0]) & (measured.traction.time < 180.0 - idle[0]))
+    if idle == (0, 0) and not setting:
+        assert measured.torque_zero is None
+        assert any("the zero of the torque is not known" in note for note in count.notes)
+        return
+    assert measured.torque_zero is not None
+    assert measured.torque_zero.value * measured.torque_zero.unit == pytest.approx(OFFSET, abs=2e-3)
+    assert measured.traction.ratio.mean() == pytest.approx(MU, rel=0.005)
+
+
 def test_the_error_of_the_zero_is_the_scatter_of_its_rows(tmp_path: Path) -> None:
     # the median of n Gaussian rows scatters by sqrt(pi / 2n) of their noise; two ends halve the variance
     errors = [read(tmp_path, log(offset=o)).experiment.measured.torque_zero for o in (0.0, 0.01)]

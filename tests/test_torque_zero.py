@@ -15,7 +15,7 @@ from test_weighings import BLOCK
 
 from twindisc_cli.commands import identify_mu
 from twindisc_cli.definition import load
-from twindisc_cli.measurement.torque_zero import Zero, find_zero
+from twindisc_cli.measurement.torque_zero import Zero, find_zero, without_load_signal
 
 NOISE, SECTION = 0.02, 12
 COURSES = {
@@ -25,12 +25,15 @@ COURSES = {
 }
 
 
-def zero_of(course: Callable[[Floats], Floats], seed: int, sections: int = 5) -> Zero:
-    """Blocks of 1000 s under load with rows without it before, between and after."""
+def recorded(course: Callable[[Floats], Floats], seed: int, sections: int = 5) -> tuple[Floats, Floats, Floats]:
+    """Time, torque and load of blocks of 1000 s under load with rows without it before, between and after."""
     rng, time = np.random.default_rng(seed), np.arange(0.0, max(1000.0 * (sections - 1) + 120.0, 500.0), 10.0)
     load = np.where(time % 1000.0 < 10.0 * SECTION, 0.0, 100.0)
-    torque = course(time) + NOISE * rng.standard_normal(len(time)) + 0.4 * load
-    zero = find_zero(time, torque, load, 100.0)
+    return time, course(time) + NOISE * rng.standard_normal(len(time)) + 0.4 * load, load
+
+
+def zero_of(course: Callable[[Floats], Floats], seed: int, sections: int = 5) -> Zero:
+    zero = find_zero(*recorded(course, seed, sections), 100.0)
     assert zero is not None
     return zero
 
@@ -63,6 +66,32 @@ def test_from_the_first_section_alone_and_the_last_of_two() -> None:
     two = zero_of(COURSES["drift"], 1, sections=2)
     assert two.kind == "drift"
     assert two.between == pytest.approx(abs(two.drift) / 6.0)
+
+
+@pytest.mark.parametrize("kind", COURSES)
+@pytest.mark.parametrize("sections", [1, 2, 5])
+def test_a_section_in_which_the_torque_stays_is_one_without_a_signal_of_the_load(kind: str, sections: int) -> None:
+    """Either way, beside sections without load or as the only one; a zero that is off is none."""
+    for way in (1.0, -1.0):
+        _, torque, load = recorded(COURSES[kind], 1, sections)
+        torque = torque * way
+        assert not without_load_signal(torque, load, 100.0).any()
+        lost = np.zeros(len(load), dtype=bool)
+        lost[30:38] = True
+        without = np.where(lost, 0.5, load)
+        np.testing.assert_array_equal(without_load_signal(torque, without, 100.0), lost)
+        alone = np.where(load == 0.0, 100.0, without)
+        under_load = np.where(load == 0.0, torque + way * 40.0, torque)
+        np.testing.assert_array_equal(without_load_signal(under_load, alone, 100.0), lost)
+
+
+def test_sections_that_agree_are_a_zero_whatever_the_torque_under_load() -> None:
+    """A friction of a third of the zero."""
+    time, torque, load = recorded(lambda t: 120.0 + 0.0 * t, 1)
+    assert not without_load_signal(torque, load, 100.0).any()
+    zero = find_zero(time, torque, load, 100.0)
+    assert zero is not None
+    assert zero.torque == pytest.approx(np.full(5, 120.0), abs=0.02)
 
 
 def test_the_error_of_the_zero_is_in_every_interval_of_mu(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -29,7 +29,7 @@ Codes = NDArray[np.int8]
 REASONS = (
     "", NO_NUMBER, "unloaded", "standing still", "turning the other way", "outlier",
     "running up", "running down", "at a change of step", "at the creepage of no step", "no signal under load", HELD,
-    LIMIT,
+    LIMIT, "without a signal of the load",
 )  # fmt: skip
 """Why a row says nothing of the traction; the first: it does."""
 CLOCK = (

@@ -12,7 +12,7 @@ the sign of the creepage.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -27,6 +27,7 @@ from twindisc_cli.measurement.log import (
     CLOCK,
     REASONS,
     SMALLEST_RATIO,
+    UNLOADED,
     Codes,
     Log,
     check_time,
@@ -39,7 +40,7 @@ from twindisc_cli.measurement.log import (
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
 from twindisc_cli.measurement.table import NO_NUMBER, read_table
-from twindisc_cli.measurement.torque_zero import Zero, find_zero, zero_of_both_ways
+from twindisc_cli.measurement.torque_zero import Zero, find_zero, without_load_signal, zero_of_both_ways
 from twindisc_cli.measurement.units import TEMPERATURE
 from twindisc_cli.model.experiment import History, RecordedColumn, Rig, TemperatureSamples, TorqueZero, TractionSamples
 from twindisc_cli.model.rounded import is_coarse, middles
@@ -53,6 +54,7 @@ _SHORTEST = 0.5  # of the planned time: a shorter log is of another test
 _WRONG_LOAD = 0.2  # of the planned load: another load, not its control
 _WRONG_SPEED = 0.1  # of the planned speed: another speed, not its control
 _CHANGING, _OTHER = REASONS.index("at a change of step"), REASONS.index("at the creepage of no step")
+_NO_LOAD = REASONS.index("without a signal of the load")
 
 
 @dataclass(frozen=True)
@@ -100,6 +102,7 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
     """
     table = log.table
     lightest = rig.normal_load * (float(history.load_factor[history.driven].min()) if history else 1.0)
+    log, lost = _with_load(log, lightest, torque_zero)
     reason = idle_rows(log, rig, lightest)
     read = log.read
     result = find_zero(log.time[read], log.signal[read], log.load[read], lightest) if log.has_load else None
@@ -108,6 +111,7 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = (log.signal - _offset(log.time, result, torque_zero)) / log.per_ratio(log.load)
     runs = reason == 0
+    reason[runs & lost] = _NO_LOAD
     used = _used(log, ratio, reason)
     mean = _averages(log, runs, np.where(used, ratio, np.nan), _length(log.time[runs], history))
     sense = float(np.sign(np.nanmedian(mean.ratio * np.sign(mean.creepage))) or 1.0)
@@ -124,12 +128,41 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
     unknown = np.full(int(kept.sum()), np.nan)
     samples = TractionSamples(time[kept], step[kept], mean.creepage[kept], ratio[kept], uncertainty=unknown)
     columns = {name: RecordedColumn(time[kept], step[kept], values[kept]) for name, values in mean.others.items()}
-    left = {REASONS[code]: int(np.sum(reason == code)) for code in np.unique(reason) if code}
-    table.left_out |= {why: count + table.left_out.get(why, 0) for why, count in left.items()}
     table.notes += (*_notes(log, zero, result, mean.time, placed.history), *_too_slippery(log, ratio))
     _check_samples(log, steps)
     begin = float(mean.time[kept][0] - time[kept][0])
-    return RigLog(samples, placed.history, begin, zero, table.count(int(np.sum(reason == 0))), columns)
+    return RigLog(samples, placed.history, begin, zero, _accounted(log, reason), columns)
+
+
+def _accounted(log: Log, reason: Codes) -> RowCount:
+    """What became of the rows, those that the file left out among them."""
+    left = {REASONS[code]: int(np.sum(reason == code)) for code in np.unique(reason) if code}
+    log.table.left_out |= {why: count + log.table.left_out.get(why, 0) for why, count in left.items()}
+    return log.table.count(int(np.sum(reason == 0)))
+
+
+def _with_load(log: Log, lightest: float, setting: ZeroSetting) -> tuple[Log, Bools]:
+    """The log with the load nearest in time where its signal dropped out, which is said; and where (row,).
+
+    T/N that was recorded is not looked at: it has no meaning without a load.
+    """
+    carries, lost = log.load > UNLOADED * lightest, np.zeros(len(log.time), dtype=bool)
+    if log.has_load and log.kind != "traction ratio" and np.any(carries):
+        stated, read = setting if isinstance(setting, float) else 0.0, np.isfinite(log.signal)
+        lost[read] = without_load_signal(log.signal[read] - stated, log.load[read], lightest)
+    edges = np.flatnonzero(np.diff(lost, prepend=False, append=False))
+    for first, end in edges.reshape(-1, 2):
+        size = float(np.median(log.signal[first:end]))
+        factor, unit = log.unit_of(size)
+        log.table.notes.append(
+            f"no load from {log.time[first]:.5g} to {log.time[end - 1]:.5g} s, but a {log.kind} of "
+            f"{size * factor:.3g}{unit}: the signal of the load is taken to have dropped out, and the rows neither for "
+            "the zero nor for friction (torque_zero overrules)"
+        )
+    if np.any(lost):
+        nearest = np.round(np.interp(log.time, log.time[carries], np.arange(carries.sum()))).astype(np.int64)
+        log = replace(log, load=np.where(lost, log.load[carries][nearest], log.load))
+    return log, lost
 
 
 def _used(log: Log, ratio: Floats, reason: Codes) -> Bools:

@@ -9,6 +9,10 @@
 of which the first is taken that the sections bear (chi-squared at 1 %); a step must lie nearer to them than a line. The
 error of a section is that of a median by the means of its stretches, which see noise that is correlated in time. In
 between, what a drift may be bent is added, and 1 / sqrt(12) of a step, whose time is not known.
+
+Where the torque stays as the load goes, the discs are pressed together still, and the signal of the load dropped out:
+
+    |z_i - z_0| > 0.3 median |T - z_0|        z_0: of several sections the median nearest to 0, of one 0; T under load
 """
 
 from __future__ import annotations
@@ -23,6 +27,9 @@ from twindisc_cli.measurement.sheet import Bools, Floats
 
 UNLOADED = 0.02
 """Share of the nominal load below which a row carries none: the torque of a load being put on is no zero."""
+STAYS = 0.3
+"""Share of the torque under load by which a section without load may differ from the others: what is off in a zero is
+a small part of that torque, what is more is friction."""
 FEWEST = 5  # rows: a level and its scatter
 _STRETCHES = 20  # means whose scatter shows what a level is worth
 _SAME_CREEPAGE = 1.05  # creepages within 5 % are the same both ways
@@ -65,6 +72,24 @@ class Zero:
     def drift(self) -> float:
         """Last less first section [N m]; NaN where only one was recorded."""
         return float(self.median[-1] - self.median[0]) if len(self.time) > 1 else np.nan
+
+
+def without_load_signal(torque: Floats, load: Floats, nominal: float) -> Bools:
+    """Rows (row,) of the sections without load whose torque is that of a load, from torque and load of each (row,)."""
+    idle, result = np.abs(load) <= UNLOADED * nominal, np.zeros(len(load), dtype=bool)
+    sections = _sections(idle)
+    if not sections or np.all(idle):
+        return result
+    median = np.array([np.median(torque[rows]) for rows in sections])
+
+    def stays(zero: float) -> Bools:
+        return np.asarray(np.abs(median - zero) > STAYS * np.median(np.abs(torque[~idle] - zero)))
+
+    loaded = stays(float(median[np.argmin(np.abs(median))]))
+    loaded = loaded | stays(0.0) if np.sum(~loaded) == 1 else loaded
+    for rows, is_loaded in zip(sections, loaded, strict=True):
+        result[rows] = is_loaded
+    return result
 
 
 def find_zero(time: Floats, torque: Floats, load: Floats, nominal: float) -> Zero | None:
