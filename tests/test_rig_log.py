@@ -144,6 +144,17 @@ def test_a_number_that_stands_for_none_is_pointed_out(tmp_path: Path, column: in
     assert any("4 rows running hold exactly" in note for note in count.notes)
 
 
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_sign_that_is_turned_is_said(tmp_path: Path, sense: float) -> None:
+    said = "torque opposed to the creepage: taken with the other sign (columns.torque = { sign = -1 } says so)"
+    (count,) = read(tmp_path, log(sense=sense)).rows
+    assert (said in count.notes) == (sense < 0.0)
+    stated = read(tmp_path, log(sense=sense), f"columns.torque = {{ sign = {sense:.0f} }}")
+    assert said not in stated.rows[0].notes
+    assert stated.experiment.measured.traction is not None
+    assert stated.experiment.measured.traction.ratio.mean() == pytest.approx(MU, rel=0.005)
+
+
 @pytest.mark.parametrize(("idle", "setting"), [((60, 60), ""), ((0, 0), ""), ((0, 0), "torque_zero = 0.035")])
 def test_a_load_signal_that_drops_out_makes_neither_a_zero_nor_friction(
     tmp_path: Path, idle: tuple[int, int], setting: str

@@ -128,7 +128,8 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
     unknown = np.full(int(kept.sum()), np.nan)
     samples = TractionSamples(time[kept], step[kept], mean.creepage[kept], ratio[kept], uncertainty=unknown)
     columns = {name: RecordedColumn(time[kept], step[kept], values[kept]) for name, values in mean.others.items()}
-    table.notes += (*_notes(log, zero, result, mean.time, placed.history), *_too_slippery(log, ratio))
+    table.notes += (*_notes(log, zero, result, mean.time, placed.history), *_turned(log, sense))
+    table.notes += _too_slippery(log, ratio)
     _check_samples(log, steps)
     begin = float(mean.time[kept][0] - time[kept][0])
     return RigLog(samples, placed.history, begin, zero, _accounted(log, reason), columns)
@@ -238,6 +239,14 @@ def _too_slippery(log: Log, ratio: Floats) -> tuple[str, ...]:
     if log.kind == "traction ratio" or typical >= SMALLEST_RATIO:
         return ()
     return (f"T/N is {typical:.2g}, less than any dry contact has: check the units of {log.kind} and load",)
+
+
+def _turned(log: Log, sense: float) -> tuple[str, ...]:
+    """A sign that is the sensor's."""
+    if sense > 0.0:
+        return ()
+    key = f"columns.{log.kind.replace(' ', '_')} = {{ sign = -1 }}"
+    return (f"{log.kind} opposed to the creepage: taken with the other sign ({key} says so)",)
 
 
 def _offset(time: Floats, zero: Zero | None, setting: ZeroSetting) -> Floats | float:
