@@ -191,6 +191,16 @@ def test_a_step_at_another_load_is_found_on_a_given_history(tmp_path: Path) -> N
     assert np.bincount(samples.step) == pytest.approx([19, 19], abs=2)
     with pytest.raises(MeasurementError, match="the load in step 2 is 144 N, the definition says 288 N"):
         read(tmp_path, rows, head=text.replace("144", "288"))
+    says = r"normal load \[N\]: no stretch of the log runs at the 5 % and 500 N of step 1: at 5 % the load is 108 N"
+    with pytest.raises(MeasurementError, match=says):
+        read(
+            tmp_path,
+            rows,
+            head=text.replace("{ creepage_percent = 5.0 }", "{ creepage_percent = 5.0, normal_load_N = 500.0 }"),
+        )
+    slower = text.replace("{ creepage_percent = 5.0 }", "{ creepage_percent = 5.0, mean_speed_rpm = 300.0 }")
+    with pytest.raises(MeasurementError, match=r"at the 5 % and 0\.9425 m/s of step 1: at 5 % the mean speed is 9\.42"):
+        read(tmp_path, rows, head=slower)
 
 
 @given(
@@ -331,6 +341,8 @@ def test_torque_that_no_contact_has_is_a_mistake_of_the_unit(tmp_path: Path) -> 
     text = log_text(rows_of(DRIVEN[1:3])).replace("torque [N m]", "torque [kN m]")
     with pytest.raises(MeasurementError, match=r"T/N of .* cannot be, and so in 210 of 210 rows; check the units"):
         read(tmp_path, text)
+    with pytest.raises(MeasurementError, match=r"rows; check the units, torque_disc and torque_zero$"):
+        read(tmp_path, log_text(rows_of(DRIVEN[1:3])), "torque_zero = 20.0")
     rows = rows_of(DRIVEN[1:3])
     rows[50, 3] = 400.0
     (count,) = read(tmp_path, log_text(rows)).rows

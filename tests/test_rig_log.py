@@ -146,7 +146,7 @@ def test_a_number_that_stands_for_none_is_pointed_out(tmp_path: Path, column: in
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_a_sign_that_is_turned_is_said(tmp_path: Path, sense: float) -> None:
-    said = "torque opposed to the creepage: taken with the other sign (columns.torque = { sign = -1 } says so)"
+    said = "torque opposed to the creepage: taken with the other sign (that of columns.torque states it)"
     (count,) = read(tmp_path, log(sense=sense)).rows
     assert (said in count.notes) == (sense < 0.0)
     stated = read(tmp_path, log(sense=sense), f"columns.torque = {{ sign = {sense:.0f} }}")

@@ -300,14 +300,15 @@ def repeats(log: Log, reason: Codes) -> None:
     reason[driven[held]] = REASONS.index(HELD)
 
 
-def outliers(log: Log, ratio: Floats, reason: Codes) -> None:
-    """Mark rows whose T/N (row,) no contact can have; many of them are a mistake of the file."""
+def outliers(log: Log, ratio: Floats, reason: Codes, *, zero_is_stated: bool) -> None:
+    """Mark rows whose T/N (row,) no contact can have; many are a mistake of the file, or of a key of the definition."""
     with np.errstate(invalid="ignore"):
         wild = (reason == 0) & ~(np.abs(ratio) <= LARGEST_RATIO)
     if wild.sum() > _MOST_OUTLIERS * np.sum(reason == 0):
         row = int(np.flatnonzero(wild)[0])
         message = f"T/N of {ratio[row]:.3g} cannot be, and so in {int(wild.sum())} of {len(ratio)} rows"
-        log.table.note(f"{message}; check the units and torque_disc", log.kind, int(log.table.lines[row]))
+        suspects = "the units, torque_disc and torque_zero" if zero_is_stated else "the units and torque_disc"
+        log.table.note(f"{message}; check {suspects}", log.kind, int(log.table.lines[row]))
         log.table.check()
     reason[wild | _spikes(ratio, reason)] = REASONS.index("outlier")
 

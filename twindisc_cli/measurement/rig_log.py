@@ -112,7 +112,7 @@ def log_samples(log: Log, *, rig: Rig, history: History | None, torque_zero: Zer
         ratio = (log.signal - _offset(log.time, result, torque_zero)) / log.per_ratio(log.load)
     runs = reason == 0
     reason[runs & lost] = _NO_LOAD
-    used = _used(log, ratio, reason)
+    used = _used(log, ratio, reason, torque_zero)
     mean = _averages(log, runs, np.where(used, ratio, np.nan), _length(log.time[runs], history))
     sense = float(np.sign(np.nanmedian(mean.ratio * np.sign(mean.creepage))) or 1.0)
     unit = sense * float(log.per_ratio(rig.normal_load))
@@ -166,11 +166,11 @@ def _with_load(log: Log, lightest: float, setting: ZeroSetting) -> tuple[Log, Bo
     return log, lost
 
 
-def _used(log: Log, ratio: Floats, reason: Codes) -> Bools:
+def _used(log: Log, ratio: Floats, reason: Codes, setting: ZeroSetting) -> Bools:
     """Rows (row,) that run and whose signal is a measurement; of the others is marked why not, and one must be left."""
     reason[~log.read] = REASONS.index(NO_NUMBER)
     dead_rows(log, reason)
-    outliers(log, ratio, reason)
+    outliers(log, ratio, reason, zero_is_stated=isinstance(setting, float))
     repeats(log, reason)
     used: Bools = reason == 0
     note_stuck(log, used)
@@ -199,7 +199,7 @@ def _placed(log: Log, rig: Rig, history: History | None, mean: _Averages) -> _Pl
     step = _align(mean, history, rig)
     settled = _settled(mean.creepage, step, history)
     _check_rig(log, rig, history, mean, step)
-    _check_steps(log, mean.time, step, settled, history)
+    _check_steps(log, rig, mean, step, settled, history)
     return _Placed(history, step, _history_time(mean.time, step, history), settled)
 
 
@@ -245,8 +245,8 @@ def _turned(log: Log, sense: float) -> tuple[str, ...]:
     """A sign that is the sensor's."""
     if sense > 0.0:
         return ()
-    key = f"columns.{log.kind.replace(' ', '_')} = {{ sign = -1 }}"
-    return (f"{log.kind} opposed to the creepage: taken with the other sign ({key} says so)",)
+    key = f"columns.{log.kind.replace(' ', '_')}"
+    return (f"{log.kind} opposed to the creepage: taken with the other sign (that of {key} states it)",)
 
 
 def _offset(time: Floats, zero: Zero | None, setting: ZeroSetting) -> Floats | float:
@@ -458,16 +458,41 @@ def _settled(creepage: Floats, step: Ints, history: History) -> Bools:
     return np.asarray(settled)
 
 
-def _check_steps(log: Log, time: Floats, step: Ints, settled: Bools, history: History) -> None:
+def _check_steps(log: Log, rig: Rig, mean: _Averages, step: Ints, settled: Bools, history: History) -> None:
     """Every step is there and as long as the history says."""
     for index in np.flatnonzero(history.step_driven):
-        creepage, planned = history.step_creepage[index], float(history.duration[history.step == index].sum())
-        mine = time[settled & (step == index)]
+        planned = float(history.duration[history.step == index].sum())
+        mine = mean.time[settled & (step == index)]
         if len(mine) == 0:
-            log.table.note(f"no stretch of the log runs at the {creepage * 100:g} % of step {index + 1}", "speed 1")
+            _note_missing(log, rig, mean, int(index), history)
         elif np.ptp(mine) > _LONGEST * planned:
             note = f"step {index + 1} lasts {np.ptp(mine):.4g} s here, {planned:.4g} s in the history"
             log.table.note(note, "time")
+
+
+def _note_missing(log: Log, rig: Rig, mean: _Averages, index: int, history: History) -> None:
+    """Say of a step that it is not there, and of load and speed where these are others at its creepage."""
+    creepage, first = history.step_creepage[index], history.step_begin[index]
+    level = f"{creepage * 100:g} %"
+    near = np.abs(mean.creepage - creepage) <= tolerance(history)[index]
+    of_step = (
+        ("normal load", "load", "N", mean.load, rig.normal_load * history.load_factor[first], _WRONG_LOAD),
+        (
+            "speed 1",
+            "mean speed",
+            "m/s",
+            np.abs(mean.speed),
+            rig.rolling_speed * history.speed_factor[first],
+            _WRONG_SPEED,
+        ),
+    )
+    for name, quantity, unit, values, wanted, share in of_step:
+        if np.any(near) and np.all(np.abs(values[near] / wanted - 1.0) > share):
+            there = f"at {level} the {quantity} is {np.median(values[near]):.4g} {unit}"
+            what = f"no stretch of the log runs at the {level} and {wanted:.4g} {unit} of step {index + 1}: {there}"
+            log.table.note(what, name)
+            return
+    log.table.note(f"no stretch of the log runs at the {level} of step {index + 1}", "speed 1")
 
 
 def _check_samples(log: Log, steps: _OfSteps) -> None:
