@@ -47,6 +47,20 @@ def test_readings_within_the_range_are_kept(seed: int, digits: int, size: float,
     assert not at_limit(np.concatenate([np.zeros(20), readings])).any()
 
 
+@given(seed=st.integers(0, 199), count=st.sampled_from([300, 3000, 30000]), sign=st.sampled_from([1, -1]))
+def test_a_long_record_of_four_digits_has_the_limit_that_a_short_one_has(seed: int, count: int, sign: int) -> None:
+    """Every number of it is there many times."""
+    true = sign * np.round(scattered(count, seed), 3)
+    assert not at_limit(true).any()
+    np.testing.assert_array_equal(at_limit(sign * np.minimum(sign * true, 0.36)), sign * true > 0.36)
+
+
+@given(seed=st.integers(0, 199), quiet=st.sampled_from([0.02, -0.02, 0.001]), count=st.sampled_from([60, 300, 3000]))
+def test_a_torque_of_rolling_that_hardly_changes_is_at_no_limit(seed: int, quiet: float, count: int) -> None:
+    sliding = np.round(1.0 + 0.05 * np.random.default_rng(seed).standard_normal(count), 2)
+    assert not at_limit(np.concatenate([np.full(count, quiet), sliding])).any()
+
+
 def test_a_room_that_is_read_before_the_disc_warms_is_kept() -> None:
     warming = 293.15 + 30.0 * (1.0 - np.exp(-np.linspace(0.0, 3.0, 100)))
     assert not at_limit(np.round(np.concatenate([np.full(30, 293.15), warming]), 2)).any()

@@ -18,8 +18,9 @@ FEWEST_EQUAL, FEWEST_OTHERS = 5, 10
 """Equal readings that show a limit, and others that show how these scatter."""
 OFTEN = 4
 """How often a limit is read, over the most frequent of the other readings."""
-DISTINCT = 0.5
-"""Share of the others that differ from each other, of readings of fine resolution."""
+DISTINCT, STRETCH = 0.5, 20
+"""Share of the others that differ from each other, of readings of fine resolution, and among how many in a row: a long
+record repeats each of its numbers, however fine they are."""
 TURNING = 0.25
 """Share of the others, at least, behind which a rise turns into a fall or the reverse: of white noise two thirds."""
 BETWEEN = 2
@@ -27,24 +28,30 @@ BETWEEN = 2
 
 
 def at_limit(readings: Floats) -> Bools:
-    """Readings (row,) that equal the largest or the smallest, where this is a limit and not 0, and those between."""
+    """Readings (row,) that equal the largest or the smallest, where this is a limit, and those between."""
     result = np.zeros(len(readings), dtype=bool)
     for extreme in (readings.max(initial=-np.inf), readings.min(initial=np.inf)):
         equal = readings == extreme
-        if extreme != 0.0 and np.sum(equal) >= FEWEST_EQUAL and _scatter(readings[~equal], int(np.sum(equal))):
+        if np.sum(equal) >= FEWEST_EQUAL and _is_limit(float(extreme), readings[~equal], int(np.sum(equal))):
             result |= equal | binary_closing(equal, iterations=BETWEEN)
     return result
 
 
-def _scatter(others: Floats, equal: int) -> bool:
-    """Whether the readings that are not the extreme scatter so that it would not be read that often."""
-    return scatter(others) and equal >= OFTEN * int(np.unique(others, return_counts=True)[1].max())
+def _is_limit(extreme: float, others: Floats, equal: int) -> bool:
+    """Whether an extreme is farther from 0 than most others, and these scatter so that it would not be read that often.
+
+    Discs that roll without traction, and a rig at rest, give a small number again and again.
+    """
+    beyond = len(others) > 0 and abs(extreme) > np.median(np.abs(others))
+    return beyond and scatter(others) and equal >= OFTEN * int(np.unique(others, return_counts=True)[1].max())
 
 
 def scatter(readings: Floats) -> bool:
     """Whether readings (row,) are of fine resolution and scatter, and are enough to show it."""
     if len(readings) < FEWEST_OTHERS:
         return False
-    change, distinct = np.diff(readings), len(np.unique(readings))
+    change, length = np.diff(readings), min(len(readings), STRETCH)
+    stretches = np.sort(readings[: len(readings) // length * length].reshape(-1, length), axis=1)
+    distinct = 1.0 + np.mean(np.sum(np.diff(stretches, axis=1) > 0.0, axis=1))
     turning = np.sum(change[1:] * change[:-1] < 0.0) / len(readings)
-    return bool(distinct >= DISTINCT * len(readings) and turning >= TURNING)
+    return bool(distinct >= DISTINCT * length and turning >= TURNING)
