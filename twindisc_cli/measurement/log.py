@@ -108,7 +108,9 @@ def read_log(
     creepage, speed = _motion(columns)
     _check_slip(table, creepage)
     has_load = "normal load" in columns
-    if not has_load:
+    if has_load:
+        note_stuck(table, "normal load", columns["normal load"][columns["normal load"] != 0.0])
+    else:
         table.notes.append(f"no load in it, so that of the definition: {rig.normal_load:g} N")
     log = Log(
         table=table,
@@ -207,13 +209,8 @@ def _count_on(table: Table, again: Ints) -> None:
     table.columns["time"] = time + np.cumsum(shift)
 
 
-def note_stuck(log: Log, used: Bools) -> None:
-    """Say where load or signal, which change from row to row, hold one number for many of the rows that are used."""
-    for name, values in (("normal load", log.load), (log.kind, log.signal)):
-        _note_stuck(log.table, name, values[used])
-
-
-def _note_stuck(table: Table, name: str, values: Floats) -> None:
+def note_stuck(table: Table, name: str, values: Floats) -> None:
+    """Say where a column that changes from row to row holds one number for many rows: a marker, or a dead channel."""
     if len(values) < _FEWEST_STUCK:
         return
     same = values[1:] == values[:-1]

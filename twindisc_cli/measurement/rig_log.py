@@ -173,7 +173,7 @@ def _used(log: Log, ratio: Floats, reason: Codes, setting: ZeroSetting) -> Bools
     outliers(log, ratio, reason, zero_is_stated=isinstance(setting, float))
     repeats(log, reason)
     used: Bools = reason == 0
-    note_stuck(log, used)
+    note_stuck(log.table, log.kind, log.signal[used])
     if not np.any(used):
         log.table.note("no reading of it is left under load", log.kind)
         log.table.check()
