@@ -475,22 +475,15 @@ def _note_missing(log: Log, rig: Rig, mean: _Averages, index: int, history: Hist
     creepage, first = history.step_creepage[index], history.step_begin[index]
     level = f"{creepage * 100:g} %"
     near = np.abs(mean.creepage - creepage) <= tolerance(history)[index]
-    of_step = (
-        ("normal load", "load", "N", mean.load, rig.normal_load * history.load_factor[first], _WRONG_LOAD),
-        (
-            "speed 1",
-            "mean speed",
-            "m/s",
-            np.abs(mean.speed),
-            rig.rolling_speed * history.speed_factor[first],
-            _WRONG_SPEED,
-        ),
-    )
-    for name, quantity, unit, values, wanted, share in of_step:
-        if np.any(near) and np.all(np.abs(values[near] / wanted - 1.0) > share):
-            there = f"at {level} the {quantity} is {np.median(values[near]):.4g} {unit}"
+    load, speed = rig.normal_load * history.load_factor[first], rig.rolling_speed * history.speed_factor[first]
+    for name, column, unit, values, wanted, share in (
+        ("load", "normal load", "N", mean.load[near], load, _WRONG_LOAD),
+        ("mean speed", "speed 1", "m/s", np.abs(mean.speed[near]), speed, _WRONG_SPEED),
+    ):
+        if np.any(near) and np.all(np.abs(values / wanted - 1.0) > share):
+            there = f"at {level} the {name} is {np.median(values):.4g} {unit}"
             what = f"no stretch of the log runs at the {level} and {wanted:.4g} {unit} of step {index + 1}: {there}"
-            log.table.note(what, name)
+            log.table.note(what, column)
             return
     log.table.note(f"no stretch of the log runs at the {level} of step {index + 1}", "speed 1")
 
