@@ -144,6 +144,17 @@ def test_a_number_that_stands_for_none_is_pointed_out(tmp_path: Path, column: in
     assert any("4 rows running hold exactly" in note for note in count.notes)
 
 
+@pytest.mark.parametrize("named", [False, True])
+def test_a_temperature_in_a_log_that_is_not_read_is_said(tmp_path: Path, named: bool) -> None:
+    header, *rows = log().split("\n")
+    text = "\n".join([f"{header};temperature [degC]", *(f"{row};{20 + n / 90:.2f}" for n, row in enumerate(rows))])
+    test = read(tmp_path, text, 'temperature = "log.csv"' if named else "")
+    (count, *_) = test.rows
+    said = 'its temperature is not read: temperature = "log.csv" under [measured] reads it'
+    assert (said in count.notes) != named
+    assert (test.experiment.measured.temperature is not None) == named
+
+
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_a_sign_that_is_turned_is_said(tmp_path: Path, sense: float) -> None:
     said = "torque opposed to the creepage: taken with the other sign (that of columns.torque states it)"

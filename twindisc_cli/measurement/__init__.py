@@ -211,6 +211,9 @@ def _traction(reading: _Reading, history: History | None) -> _Traction:
             read_log(*reading.content(log), rig=rig, torque_disc=disc, naming=naming, covariates=sources.covariates)
             for log in sources.log
         ]
+        if not sources.temperature and any(name.startswith("temperature") for name in logs[0].table.unread):
+            key = f'temperature = "{sources.log[0].file}"'
+            logs[0].table.notes.append(f"its temperature is not read: {key} under [measured] reads it")
         recorded, shifts = joined(logs)
         log = log_samples(recorded, rig=rig, history=history, torque_zero=sources.torque_zero)
         reading.counted(log.rows, *sources.log)

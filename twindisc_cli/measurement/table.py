@@ -48,7 +48,7 @@ class Table:
     """The rows that could be read: SI columns by name, factor and offset to SI, the line of each row.
 
     block: which of the blocks each row is in where the header stands again, None where it does not. origin: the time
-    stamp [s] from which times are counted, NaN where they are no stamps.
+    stamp [s] from which times are counted, NaN where they are no stamps. unread: names of columns that nobody wanted.
     """
 
     file: str
@@ -61,6 +61,7 @@ class Table:
     problems: list[Problem] = field(default_factory=list)
     left_out: dict[str, int] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    unread: Sequence[str] = ()
 
     def written(self, name: str) -> Floats:
         """A column as it is written in the file."""
@@ -127,6 +128,7 @@ def read_table(
     table.notes += _ignored_in_vain(sheet.header, ignored)
     wanted = _way(header, ways, naming)
     result = match(header, wanted, naming)
+    table.unread = result.others
     table.notes += [
         f"{header[place.index].strip()} taken for {name} (columns.{name.replace(' ', '_')} overrules)"
         for name, place in result.places.items()
