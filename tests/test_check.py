@@ -350,6 +350,14 @@ def test_a_track_that_was_not_recorded_whole_is_asked_about(
     assert [line[: len(says)] for line in said] == ([says] if says else [])
 
 
+@pytest.mark.parametrize(("loss", "ok"), [(0.4, True), (400.0, False)])
+def test_a_mass_in_the_wrong_unit_wears_faster_than_metals_do(tmp_path: Path, loss: float, ok: bool) -> None:
+    text = VALID.replace("hardness_HV = 700", "hardness_HV = 700\ndensity_kg_m3 = 7800.0")
+    outcome = found(tmp_path, text, traction=TRACTION, mass=f"iteration,disc,mass loss [mg]\n5,2,{loss}\n")
+    fast = [finding for finding in outcome.values() if finding.rule == "wears too fast"]
+    assert [finding.ok for finding in fast] == ([] if ok else [False])
+
+
 def test_a_negative_traction_and_a_soft_disc(tmp_path: Path) -> None:
     traction = TRACTION.replace(",0.", ",-0.")
     text = VALID + "[material.disc1]\nhardness_HV = 70\n"

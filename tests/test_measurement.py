@@ -31,6 +31,15 @@ def messages(folder: Path, text: str = VALID, **data: str) -> list[str]:
     return [str(p).removeprefix(f"{folder}/") for p in error.value.problems]
 
 
+@pytest.mark.parametrize(("second", "said"), [(1.0, False), (1.02, False), (1.1, True)])
+def test_a_creepage_that_is_not_the_historys_is_said_and_used(tmp_path: Path, second: float, said: bool) -> None:
+    rows = f"step,creepage [%],traction ratio [1]\n1,0.5,0.49\n2,{second},0.55\n3,2,0.58\n"
+    test = load(write(tmp_path, traction=rows))
+    assert test.experiment.measured.traction.creepage[1] == pytest.approx(second / 100.0)
+    what = f"creepages are not those of the history: {second:.3g} % in step 2 (1 %); T/N is read at what was recorded"
+    assert (what in test.rows[0].notes) == said
+
+
 # The table: separators, decimal marks, units
 
 

@@ -20,6 +20,7 @@ from twindisc_cli.consistency.wear import (
     mass_and_profile,
     stated_depth,
     volume_and_energy,
+    wears_too_fast,
     weighings,
 )
 from twindisc_cli.model.experiment import Experiment
@@ -30,6 +31,7 @@ RULES: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
     lone_height,
     stated_depth,
     volume_and_energy,
+    wears_too_fast,
     weighings,
     mass_and_profile,
     heat_and_temperature,
@@ -46,6 +48,7 @@ RULES: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
 OF_DATA: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
     hole_in_the_track,
     lone_height,
+    wears_too_fast,
     weighings,
     mass_and_profile,
     heat_and_temperature,

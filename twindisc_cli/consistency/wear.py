@@ -6,6 +6,7 @@ hole in the track   a depth is known where heights were recorded
 lone height         the deepest height of a track has neighbours that are nearly as deep
 weighings           a disc gains no mass: losses count from the beginning of the test
 mass and profile    m = rho W, of the same disc at the same stop
+wears too fast      W H / E is 0.1 at the most
 volume and energy   K = W H / E with the dissipated energy E = sum (T/N) N V creepage duration by then (Eq. 13)
 """
 
@@ -33,6 +34,9 @@ FEWEST_HEIGHTS = 12  # of a profile, of which two are neighbours at its deepest 
 MASS_MARGIN = 1.2  # of a mass: the profile is of one place around the disc
 GAIN_MARGIN = 0.05  # of the mass lost, by which a disc may gain where no uncertainty was stated: oil, debris
 GAIN_ERRORS = 5.0  # standard errors by which it may where one was: less than one weighing in a million by chance
+LARGEST_K = 0.1
+"""W H / E: k = W H / (N s) is 7e-3 for mild steel on itself, the fastest (J. F. Archard and W. Hirst, Proc. R. Soc. A 236
+(1956) 397-410), over a T/N of 0.07."""
 ENERGY_MARGIN = 1.5  # of W H / E: a volume and an energy enter, each with its own error
 
 
@@ -226,6 +230,22 @@ def volume_and_energy(facts: Facts) -> Iterator[Finding]:
     yield from _joined(facts, "the reported wear coefficient K", reported, every)
     yield from _joined(facts, "the declared wear coefficient K", options.wear_coefficient, two if own else every)
     yield from _joined(facts, "the declared wear coefficient K of disc 1", options.disc1_wear_coefficient, one)
+
+
+def wears_too_fast(facts: Facts) -> Iterator[Finding]:
+    """No dry metal wears faster than Archard and Hirst found of like on like, far beyond the smallest friction."""
+    for worn in _worn_volumes(facts):
+        if facts.energy_by(worn.stop) > 0.0 and (k := _allowed(facts, worn)) > LARGEST_K:
+            yield Finding(
+                rule="wears too fast",
+                subject=f"W H / E of the {worn.source}",
+                value=k,
+                low=0.0,
+                high=LARGEST_K,
+                unit="1",
+                why="severe wear of metals",
+                hint="are mass or heights, hardness and revolutions in their units?",
+            )
 
 
 def _joined(facts: Facts, subject: str, value: float, volumes: list[Worn]) -> Iterator[Finding]:

@@ -20,6 +20,9 @@ from twindisc_cli.model.points import sample_times
 
 CREEPAGE_TOLERANCE = (0.25, 2e-4)
 """How far a creepage may lie from its step's: relative, of a step without creepage to the smallest; plus absolute."""
+SAME_CREEPAGE = (0.05, 2e-4)
+"""How far the mean creepage of a step may lie from the history's without a word: relative, plus absolute."""
+_LISTED = 3  # steps that are named
 LARGEST_RATIO = 3.0  # no dry contact transmits thrice its load: the units are wrong
 SLIP = ("slide-roll ratio", "slide roll ratio", "srr", "slip", "slip ratio")
 RATIOS = ("traction coefficient", "friction coefficient", "mu", "cof", "t/n", "t over n")
@@ -223,6 +226,22 @@ def _check_creepage(table: Table, history: History, step: Ints) -> None:
         return f"{text}, step {other + 1} has {steps[other] * 100:g} %" if near and other != step[row] else text + hint
 
     table.flag(np.abs(creepage - expected) > allowed[step], "creepage", what)
+    if {"step", "time"} & set(table.columns):
+        _note_other_creepages(table, history, step)
+
+
+def _note_other_creepages(table: Table, history: History, step: Ints) -> None:
+    """Say where the creepage of a step is another than the history has, which is taken for what was set."""
+    relative, absolute = SAME_CREEPAGE
+    mean = np.bincount(step, table.columns["creepage"]) / np.maximum(np.bincount(step), 1)
+    planned = history.step_creepage[: len(mean)]
+    other = (np.bincount(step) > 0) & (np.abs(mean - planned) > relative * np.abs(planned) + absolute)
+    if np.any(other):
+        listed = ", ".join(
+            f"{mean[k] * 100:.3g} % in step {k + 1} ({planned[k] * 100:g} %)" for k in np.flatnonzero(other)[:_LISTED]
+        )
+        more = f" and {np.sum(other) - _LISTED} more" if np.sum(other) > _LISTED else ""
+        table.notes.append(f"creepages are not those of the history: {listed}{more}; T/N is read at what was recorded")
 
 
 def _matched(values: Floats, history: History) -> tuple[bool, int]:
