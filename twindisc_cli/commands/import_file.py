@@ -280,8 +280,9 @@ def _rig(draft: _Draft, file: Path, looks: Mapping[Path, Guess], given: Mapping[
     else:
         draft.key("rig", "rolling_speed_m_s", _rounded(speed, 1.0), "" if np.isfinite(speed) else untold)
     ball = result.kind == "log" and not result.has_turning and not {"speed 1", "torque"} & set(result.columns)
+    rests = "; T/N of the torque rests on it, in the table, too" if "torque" in result.columns else ""
     for name, shape, why in zip(("disc1", "disc2"), *_discs(1e3 * radius, looks, given, is_ball=ball), strict=True):
-        draft.key("rig", name, f"{{ {shape} }}", why)
+        draft.key("rig", name, f"{{ {shape} }}", f"{why}{rests}")
     draft.rest("rig", "normal_load_N", "rolling_speed_m_s", "mean_speed_rpm", "disc1", "disc2")
 
 
