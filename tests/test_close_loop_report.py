@@ -132,7 +132,7 @@ LESS = Refusal("explains less")
 
 
 def tried(channel: str, label: str, gain: float, *, of: str = "", **more: Any) -> CandidateResult:
-    values = {"probability": 0.01, "at_bound": (), "refused": None, "chosen": label == of, **more}
+    values = {"probability": 0.01, "remains": 0.1, "at_bound": (), "refused": None, "chosen": label == of, **more}
     quantity, over, covariate = label.partition(" over ")
     term = LawTerm(quantity, covariate) if over else EffectTerm(label)
     return CandidateResult(channel, of, term, gain, 0.4 * gain, **values)
@@ -851,7 +851,11 @@ def test_json_holds_the_keys_of_the_contract(test: Test) -> None:
     explained = told_json["explanations"]["traction"]
     assert [e["label"] for e in explained][:3] == ["falling_friction", "film_breakdown", "sensor_drift"]
     assert [e["chosen"] for e in explained] == [True, False, False, False, False]
-    assert (explained[3]["refused"], explained[3]["gain"]) == ("yaw_mrad at a bound", 700.0)
+    assert (explained[3]["refused"], explained[3]["gain"], explained[3]["remains"]) == (
+        "yaw_mrad at a bound",
+        700.0,
+        0.1,
+    )
     assert told_json["error"]["profile"]["unit"] == "um"
     assert set(told_json["error"]["traction"]) == {
         "unit", "noise", "before", "before_step_mu", "after", "held_out_before", "held_out_after",

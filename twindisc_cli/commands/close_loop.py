@@ -320,6 +320,7 @@ def _explanations(diagnosis: Diagnosis, channel: str) -> list[dict[str, Any]]:
             "gain": float(tried.gain),
             "evidence": float(tried.evidence),
             **_probability(sentences.probability(diagnosis, tried)),
+            "remains": tried.remains,
             "at_bound": list(tried.at_bound),
             "refused": tried.why_not,
             "chosen": tried.chosen,

@@ -35,8 +35,8 @@ MASS_MARGIN = 1.2  # of a mass: the profile is of one place around the disc
 GAIN_MARGIN = 0.05  # of the mass lost, by which a disc may gain where no uncertainty was stated: oil, debris
 GAIN_ERRORS = 5.0  # standard errors by which it may where one was: less than one weighing in a million by chance
 LARGEST_K = 0.1
-"""W H / E: k = W H / (N s) is 7e-3 for mild steel on itself, the fastest (J. F. Archard and W. Hirst, Proc. R. Soc. A 236
-(1956) 397-410), over a T/N of 0.07."""
+"""W H / E: k = W H / (N s) is 7e-3 for mild steel on itself, the fastest (J. F. Archard and W. Hirst, Proc. R. Soc. A
+236 (1956) 397-410), over a T/N of 0.07."""
 ENERGY_MARGIN = 1.5  # of W H / E: a volume and an energy enter, each with its own error
 
 

@@ -53,9 +53,9 @@ class Compared:
         residual = short.fit.residual
         return residual - member.fit.residual if len(residual) == len(member.fit.residual) else 0.0 * residual
 
-    def remains(self, channel: str) -> float:
-        """Share of a channel's misfit beyond the noise that the answer leaves, 0 to 1."""
-        before, after = (e.fit.power(channel) for e in (self.base, self.answer))
+    def remains(self, channel: str, member: Explanation | None = None) -> float:
+        """Share of a channel's misfit beyond the noise that the answer leaves, or another explanation, 0 to 1."""
+        before, after = (e.fit.power(channel) for e in (self.base, member or self.answer))
         count = self.answer.fit.problem.count(channel)
         spread = count + 2.0 * np.sqrt(2.0 * count)
         return float(np.clip((after - spread) / max(before - count, 1.0), 0.0, 1.0))

@@ -481,13 +481,15 @@ def _place(
     chosen = member.labels == outcome.answer.labels
     effect = next(member.effect(other) for other in member.terms if member.term(other) == term)
     share = weight.chances.get(term, 0.0) if np.isfinite(outcome.shares).all() else np.nan
+    channel = outcome.problem.shown_in(effect)
     return CandidateResult(
-        channel=outcome.problem.shown_in(effect),
+        channel=channel,
         replaces=name,
         term=term,
         gain=short.fit.chi2 - member.fit.chi2,
         evidence=member.evidence - outcome.answer.evidence,
         probability=share,
+        remains=outcome.compared.remains(channel, member),
         at_bound=member.fit.at_bound,
         refused=None if chosen else _why_not(outcome, member, term, weight),
         chosen=chosen and bool(name),

@@ -137,7 +137,8 @@ class CandidateResult:
     """One term that was tried in the place of another: what it is, and what it says beside the other terms.
 
     replaces: the name of the term in whose place it stands; gain: fall of chi2 over no term in this place; evidence
-    relative to the answer's; probability as in the answer; refused: why it is not the answer, None for the answer
+    relative to the answer's; probability as in the answer; remains: share of its channel's misfit that is left beside
+    it; refused: why it is not the answer, None for the answer
     itself and for what cannot be separated from it.
     """
 
@@ -147,6 +148,7 @@ class CandidateResult:
     gain: float
     evidence: float
     probability: float
+    remains: float
     at_bound: tuple[str, ...]
     refused: Refusal | None
     chosen: bool
