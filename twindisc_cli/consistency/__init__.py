@@ -1,7 +1,7 @@
 """Do the definition, the data and the numbers stated elsewhere agree with each other?
 
-General rules, for any test; each compares a value with the range that geometry or a balance allows. `wear`, `heat`,
-`contact` and `sensors` hold them.
+General rules, for any test; each compares a value with the range that geometry or a balance allows. `wear`,
+`profile`, `heat`, `contact` and `sensors` hold them.
 """
 
 from __future__ import annotations
@@ -12,11 +12,10 @@ from twindisc_cli.consistency.contact import elastic_limit, pressure, shakes_dow
 from twindisc_cli.consistency.facts import Facts
 from twindisc_cli.consistency.finding import Finding
 from twindisc_cli.consistency.heat import heat_and_temperature, start_temperature
+from twindisc_cli.consistency.profile import hole_in_the_track, lone_height
 from twindisc_cli.consistency.sensors import dead_sensor
 from twindisc_cli.consistency.wear import (
     chord_and_depth,
-    hole_in_the_track,
-    lone_height,
     mass_and_profile,
     stated_depth,
     volume_and_energy,

@@ -2,8 +2,6 @@
 
 chord and depth     a facet of width w on a relative curvature k is w^2 k / 8 deep; the elastic patch adds at most
                     its own width 2b, so a depth d allows w between sqrt(8 d / k) and sqrt(8 d / k + 4 b^2)
-hole in the track   a depth is known where heights were recorded
-lone height         the deepest height of a track has neighbours that are nearly as deep
 weighings           a disc gains no mass: losses count from the beginning of the test
 mass and profile    m = rho W, of the same disc at the same stop
 wears too fast      W H / E is 0.1 at the most
@@ -26,11 +24,6 @@ from twindisc_cli.physics.archard import allowed_coefficient
 
 WEIGHED = {1: "weighed mass of disc 1", 2: "weighed mass of disc 2"}
 GEOMETRY_MARGIN = 1.15  # of a width or depth: where the worn zone ends is a matter of reading
-IN_THE_TRACK = 0.3  # of the depth: deeper is no flank
-WIDE_HOLE = 5.0  # times what is usual between neighbours of a profile
-LARGEST_HOLE = 0.1  # of the width: over it a parabola falls by a hundredth of the depth about its deepest point
-LONE = 2.0  # times the deepest height but one
-FEWEST_HEIGHTS = 12  # of a profile, of which two are neighbours at its deepest point
 MASS_MARGIN = 1.2  # of a mass: the profile is of one place around the disc
 GAIN_MARGIN = 0.05  # of the mass lost, by which a disc may gain where no uncertainty was stated: oil, debris
 GAIN_ERRORS = 5.0  # standard errors by which it may where one was: less than one weighing in a million by chance
@@ -115,53 +108,6 @@ def stated_depth(facts: Facts) -> Iterator[Finding]:
             high=measured * GEOMETRY_MARGIN,
             unit="µm",
             why=f"the {facts.test.measured.provenance} profile",
-        )
-
-
-def hole_in_the_track(facts: Facts) -> Iterator[Finding]:
-    """Between neighbours deep in the track no more is left out than a small part of its width."""
-    profile = facts.test.measured.profile
-    if profile is None or not facts.track:
-        return
-    last = last_profile(profile)
-    y, deep = profile.y[last], -profile.height[last] > IN_THE_TRACK * facts.track.depth
-    apart = np.diff(y) * (deep[1:] & deep[:-1])
-    widest = int(np.argmax(apart))
-    if apart[widest] > WIDE_HOLE * np.median(np.diff(y)):
-        yield Finding(
-            rule="hole in the track",
-            subject="what is left out of the track",
-            value=float(apart[widest] / facts.track.width),
-            low=0.0,
-            high=LARGEST_HOLE,
-            unit="of its width",
-            why="a depth between heights that were recorded",
-            sentence=f"no height was recorded over {number(apart[widest] * 1e3)} mm deep in the track",
-            hint="how deep it is there is not known, nor the K of its depth",
-        )
-
-
-def lone_height(facts: Facts) -> Iterator[Finding]:
-    """No single height is far below all others."""
-    profile = facts.test.measured.profile
-    if profile is None:
-        return
-    last = last_profile(profile)
-    depth = -profile.height[last]
-    if len(depth) < FEWEST_HEIGHTS:
-        return
-    next_to_it, deepest = 1e6 * np.partition(depth, -2)[-2:]
-    if next_to_it > 0.0 and deepest > LONE * next_to_it:
-        yield Finding(
-            rule="lone height",
-            subject="the deepest height of the track",
-            value=float(deepest),
-            low=0.0,
-            high=float(LONE * next_to_it),
-            unit="µm",
-            why="the deepest but one",
-            sentence=f"one height is {number(deepest)} µm deep, and no other deeper than {number(next_to_it)} µm",
-            hint="is it a scratch, dirt or an error of the instrument? then take it out of the file",
         )
 
 
