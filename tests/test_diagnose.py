@@ -765,7 +765,8 @@ def test_an_effect_over_time_is_not_established_where_the_energy_runs_with_it(co
     effect = FoundEffect("running_in_friction", "traction", {}, (), 0.95, "established", 0.0)
     found, notes = not_over_others([effect], problem.predict(problem.start()[None]))
     assert [of.strength for of in found] == [strength]
-    assert any("dissipated energy runs with time" in note for note in notes) == (strength == "probable")
+    said = "dissipated energy and sliding distance run with time on this history"
+    assert any(said in note for note in notes) == (strength == "probable")
 
 
 def test_a_search_that_is_too_long_ends_with_what_was_found(monkeypatch: pytest.MonkeyPatch) -> None:

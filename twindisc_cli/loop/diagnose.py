@@ -266,7 +266,8 @@ def _of_this_history(
 def _may_count(term: str, others: Sequence[str], over: str) -> str:
     """That a term may depend on other covariates, which run with its own on this history."""
     labels = " and ".join(covariate_of(name).label for name in others)
-    return f"{term}: {labels} runs with {over} on this history, and may be what counts"
+    run = "run" if len(others) > 1 else "runs"
+    return f"{term}: {labels} {run} with {over} on this history, and may be what counts"
 
 
 def not_over_others(
