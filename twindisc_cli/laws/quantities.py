@@ -104,7 +104,7 @@ _LOADED = ("load", "pressure", "rolling_speed")
 _DRIVEN = ("creepage", "time", "energy", "temperature", "power", "wear_index")
 QUANTITIES: Mapping[str, Quantity] = {
     "mu": Quantity("friction", "traction", "factor", "the coefficient of friction",
-                   (*_FRICTION, *_LOADED, "order", "direction"), _mu),
+                   (*_FRICTION, "power", *_LOADED, "order", "direction"), _mu),
     "slope": Quantity("traction", "traction", "factor", "the initial slope of the traction",
                       ("creepage", "time", "energy", "temperature", "greatest_creepage", "load"), _slope,
                       probes=(0.01, -0.5, -0.8)),

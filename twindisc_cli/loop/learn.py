@@ -47,6 +47,9 @@ LEVELS = np.array([0.1, 0.3, 1.0, 3.0])
 LENGTHS = np.array([0.08, 0.15, 0.3, 0.6, 1.2])
 UNTIMED = ("creepage", "y_over_edge", "load", "pressure", "rolling_speed", "order")
 """Covariates that samples recorded without time can show."""
+WHERE_LOADS_DIFFER: Mapping[str, Sequence[str]] = {"sliding_distance": ("mu", "wear"), "power": ("mu",)}
+"""Covariates over which some quantities are learnt only where loads differ: under one, the energy goes with the sliding
+distance and the power with the creepage."""
 GROWING = ("time", "energy", "sliding_distance")
 """Covariates that only grow in a test: what jumps at one moment jumps at one place of each."""
 CHOSEN = {"step": 1, "window": 2}
@@ -512,8 +515,16 @@ def covariates_of(problem: Problem, quantity: str) -> list[str]:
     own = QUANTITIES[quantity].covariates
     if own == ("y_over_edge",) or QUANTITIES[quantity].shapes:
         return [*own]
+    if len({load for case in problem.cases for load in _loads(case)}) == 1:
+        own = tuple(name for name in own if quantity not in WHERE_LOADS_DIFFER.get(name, ()))
     first, *others = [case.test.measured.columns for case in problem.cases]
     return [*own, *(name for name in first if all(name in columns for columns in others))]
+
+
+def _loads(case: Case) -> Floats:
+    """The loads [N] under which the discs turn in a test (load,)."""
+    history = case.test.history
+    return np.unique(np.round(case.test.rig.normal_load * history.load_factor[history.driven], 9))
 
 
 def _bin_rows(problem: Problem, theta: Floats, quantity: str, covariate: str, edges: Floats, level: float) -> Floats:
@@ -609,8 +620,6 @@ def _edges(fitted: Fit, predictions: list[Prediction], covariate: str) -> Floats
         return np.linspace(-over.reach, over.reach, ACROSS_BINS + 1) if "profile" in fitted.problem.channels else None
     if covariate == "order" and not any(case.test.history.separate for case in fitted.problem.cases):
         return None  # time says as much
-    if covariate == "sliding_distance" and len(np.unique(_along(predictions, "load"))) == 1:
-        return None  # the energy goes with it
     if covariate == "pressure" and len(np.unique(_along(predictions, "load"))) == 1:
         return None  # it changes with the worn section alone, as the energy does
     untimed = covariate in UNTIMED or isinstance(over, Column)
