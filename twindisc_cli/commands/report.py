@@ -10,7 +10,7 @@ from twindisc_cli.commands._output import Output
 from twindisc_cli.definition import Test, load
 from twindisc_cli.errors import DefinitionError, Problem, TwindiscError
 from twindisc_cli.reading import LARGEST_DEFINITION, read_regular
-from twindisc_cli.report.gathered import Part, damaged, key_numbers, parts_of, render
+from twindisc_cli.report.gathered import Part, damaged, key_numbers, parts_of, render, results_in
 from twindisc_cli.results.files import write_all
 from twindisc_cli.results.recorded import Recorded, recorded
 
@@ -21,7 +21,8 @@ def run(test: Path, output: Output) -> int:
     from twindisc_cli.figures.style import house_style
 
     folder = test if test.is_dir() else output.folder / _name(test)
-    parts = parts_of(folder, None if test.is_dir() else _as_it_is(test))
+    results = results_in(folder)
+    parts = parts_of(folder, results, None if test.is_dir() else _as_it_is(test))
     name, description, provenance = _about(folder, parts[0])
     with house_style(output.style):
         files = {
@@ -30,7 +31,7 @@ def run(test: Path, output: Output) -> int:
         }
     write_all(files)
     answer = {"test": name, "commands": [part.command for part in parts], "files": [str(path) for path in files]}
-    warnings = [*(f"{part.command}: {part.warning}" for part in parts if part.warning), *damaged(folder)]
+    warnings = [*(f"{part.command}: {part.warning}" for part in parts if part.warning), *damaged(results)]
     summary = [f"{name}: {', '.join(part.command for part in parts)}", *warnings]
     tell(summary, answer, list(files), output, "written")
     return 0

@@ -15,7 +15,7 @@ import numpy as np
 from twindisc_cli.consistency.facts import Facts
 from twindisc_cli.consistency.finding import LIMIT_MARGIN, Finding, number
 from twindisc_cli.identify.steps import against_creepage
-from twindisc_cli.model.experiment import Floats, Rig
+from twindisc_cli.model.experiment import Floats, Rig, TractionSamples
 from twindisc_cli.model.traction_law import slip_of_pressure
 from twindisc_cli.physics import kalker, shakedown
 
@@ -45,13 +45,12 @@ def elastic_limit(facts: Facts) -> Iterator[Finding]:
             worn = wears
             continue
         creepage = float(np.mean(samples.creepage[mine]))
-        ratio = samples.ratio[mine] * np.sign(creepage)
-        error = float(np.std(ratio)) / np.sqrt(len(ratio))
+        mean, error = _mean(samples.ratio[mine] * np.sign(creepage))
         limit = abs(float(np.mean(by_creepage[mine]))) + float(np.mean(by_pressure[mine]))
         finding = Finding(
             rule="elastic limit",
             subject=f"T/N of step {step + 1}",
-            value=float(np.mean(ratio)),
+            value=mean,
             low=0.0,
             high=limit * LIMIT_MARGIN + 2.0 * error,
             unit="1",
@@ -61,6 +60,11 @@ def elastic_limit(facts: Facts) -> Iterator[Finding]:
         if limit < 1.0 and (finding.ok or not worn):
             yield finding
         worn |= wears and finding.value < STICKS * limit
+
+
+def _mean(ratio: Floats) -> tuple[float, float]:
+    """Mean of T/N (sample,) and its standard error."""
+    return float(np.mean(ratio)), float(np.std(ratio)) / np.sqrt(len(ratio))
 
 
 def _linear_theory(facts: Facts) -> tuple[Floats, Floats]:
@@ -93,12 +97,14 @@ def traction_sign(facts: Facts) -> Iterator[Finding]:
         sentence=f"{number(100.0 * share)} % of the samples have T/N opposed to the creepage",
         hint="the faster disc drives the other: does one of the two count the other way round?",
     )
-    for step in np.flatnonzero(facts.test.history.step_creepage) if share <= MOSTLY else ():
-        mine = samples.step == step
-        if not np.any(mine):
-            continue
-        ratio = samples.ratio[mine] * np.sign(facts.test.history.step_creepage[step])
-        mean, error = float(np.mean(ratio)), float(np.std(ratio)) / np.sqrt(len(ratio))
+    if share <= MOSTLY:
+        yield from _steps_against_creepage(samples, facts.test.history.step_creepage)
+
+
+def _steps_against_creepage(samples: TractionSamples, creepage: Floats) -> Iterator[Finding]:
+    """The steps in which it has not, by their creepage (step,)."""
+    for step in np.intersect1d(np.flatnonzero(creepage), samples.step):
+        mean, error = _mean(samples.ratio[samples.step == step] * np.sign(creepage[step]))
         if mean < -2.0 * error:
             yield Finding(
                 rule="sign",

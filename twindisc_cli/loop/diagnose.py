@@ -254,8 +254,8 @@ def _of_this_history(
     """
     found, notes = [], []
     for law in laws:
-        alike = confounded(predictions, law.law.quantity, law.law.covariate)
-        names = list(dict.fromkeys([*alike, *passed_together(law.law, len(predictions))]))
+        running = confounded(predictions, law.law.quantity, law.law.covariate)
+        names = list(dict.fromkeys([*running, *passed_together(law.law, len(predictions))]))
         alone = bool(names) or law.channel in among
         found.append(replace(law, law=replace(law.law, transfer="same_history")) if alone else law)
         if names:

@@ -232,15 +232,13 @@ def _check_creepage(table: Table, history: History, step: Ints) -> None:
 
 def _note_other_creepages(table: Table, history: History, step: Ints) -> None:
     """Say where the creepage of a step is another than the history has, which is taken for what was set."""
-    relative, absolute = SAME_CREEPAGE
-    mean = np.bincount(step, table.columns["creepage"]) / np.maximum(np.bincount(step), 1)
+    (relative, absolute), count = SAME_CREEPAGE, np.bincount(step)
+    mean = np.bincount(step, table.columns["creepage"]) / np.maximum(count, 1)
     planned = history.step_creepage[: len(mean)]
-    other = (np.bincount(step) > 0) & (np.abs(mean - planned) > relative * np.abs(planned) + absolute)
-    if np.any(other):
-        listed = ", ".join(
-            f"{mean[k] * 100:.3g} % in step {k + 1} ({planned[k] * 100:g} %)" for k in np.flatnonzero(other)[:_LISTED]
-        )
-        more = f" and {np.sum(other) - _LISTED} more" if np.sum(other) > _LISTED else ""
+    other = np.flatnonzero((count > 0) & (np.abs(mean - planned) > relative * np.abs(planned) + absolute))
+    if len(other):
+        listed = ", ".join(f"{mean[k] * 100:.3g} % in step {k + 1} ({planned[k] * 100:g} %)" for k in other[:_LISTED])
+        more = f" and {len(other) - _LISTED} more" if len(other) > _LISTED else ""
         table.notes.append(f"creepages are not those of the history: {listed}{more}; T/N is read at what was recorded")
 
 

@@ -40,7 +40,7 @@ from twindisc_cli.measurement.log import (
 from twindisc_cli.measurement.rows import RowCount
 from twindisc_cli.measurement.sheet import Floats, Ints
 from twindisc_cli.measurement.table import NO_NUMBER, read_table
-from twindisc_cli.measurement.torque_zero import Zero, find_zero, without_load_signal, zero_of_both_ways
+from twindisc_cli.measurement.torque_zero import Zero, find_zero, stretches, without_load_signal, zero_of_both_ways
 from twindisc_cli.measurement.units import TEMPERATURE
 from twindisc_cli.model.experiment import History, RecordedColumn, Rig, TemperatureSamples, TorqueZero, TractionSamples
 from twindisc_cli.model.rounded import is_coarse, middles
@@ -151,12 +151,11 @@ def _with_load(log: Log, lightest: float, setting: ZeroSetting) -> tuple[Log, Bo
     if log.has_load and log.kind != "traction ratio" and np.any(carries):
         stated, read = setting if isinstance(setting, float) else 0.0, np.isfinite(log.signal)
         lost[read] = without_load_signal(log.signal[read] - stated, log.load[read], lightest)
-    edges = np.flatnonzero(np.diff(lost, prepend=False, append=False))
-    for first, end in edges.reshape(-1, 2):
-        size = float(np.median(log.signal[first:end]))
+    for rows in stretches(lost):
+        size = float(np.median(log.signal[rows]))
         factor, unit = log.unit_of(size)
         log.table.notes.append(
-            f"no load from {log.time[first]:.5g} to {log.time[end - 1]:.5g} s, but a {log.kind} of "
+            f"no load from {log.time[rows][0]:.5g} to {log.time[rows][-1]:.5g} s, but a {log.kind} of "
             f"{size * factor:.3g}{unit}: the signal of the load is taken to have dropped out, and the rows neither for "
             "the zero nor for friction (torque_zero overrules)"
         )

@@ -263,10 +263,10 @@ def _check_header(
     for other in result.others:
         guess = nearest(other, absent - set(declared))
         if guess and guess[0] == other[0]:  # temp is no step
-            asked = by_name[guess].asked_by
-            meant = f"no column {guess}, which {asked} names; did you mean {other}?"
-            what = (meant, "") if asked else (f"unknown column, did you mean {by_name[guess]}?", other)
-            table.note(*what, sheet.line)
+            if asked := by_name[guess].asked_by:
+                table.note(f"no column {guess}, which {asked} names; did you mean {other}?", line=sheet.line)
+            else:
+                table.note(f"unknown column, did you mean {by_name[guess]}?", other, sheet.line)
             absent.discard(guess)
     there = f"the header has {', '.join(c.strip() for c in header)}"
     for column in wanted:

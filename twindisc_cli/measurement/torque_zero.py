@@ -108,8 +108,13 @@ def find_zero(time: Floats, torque: Floats, load: Floats, nominal: float) -> Zer
 
 def _sections(idle: Bools) -> list[slice]:
     """The stretches of rows without load that are long enough."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], idle, [False]]).astype(np.int8)))
-    return [slice(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= FEWEST]
+    return [rows for rows in stretches(idle) if rows.stop - rows.start >= FEWEST]
+
+
+def stretches(mask: Bools) -> list[slice]:
+    """Where a mask (row,) holds in rows that follow each other."""
+    edges = np.flatnonzero(np.diff(mask, prepend=False, append=False))
+    return [slice(int(begin), int(end)) for begin, end in edges.reshape(-1, 2)]
 
 
 def _curve(at: Floats, median: Floats, error: Floats) -> tuple[Floats, Floats, Floats, Floats, str]:

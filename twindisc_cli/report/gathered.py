@@ -47,16 +47,21 @@ class Part:
         return b64encode(self.figure).decode("ascii")
 
 
-def parts_of(folder: Path, test: Test | None = None) -> list[Part]:
-    """The results of all commands that lie in the folder of a test and are whole.
+def results_in(folder: Path) -> dict[str, Recorded | str]:
+    """The results of all commands that lie in the folder of a test, by command, or why they do not count."""
+    paths = {command: folder / f"{command}.h5" for command in TITLES}
+    return {command: recorded(path) for command, path in paths.items() if path.exists()}
+
+
+def parts_of(folder: Path, results: Mapping[str, Recorded | str], test: Test | None = None) -> list[Part]:
+    """The results that lie in the folder of a test and are whole.
 
     Each says so where it was made from something else than the test as it is now, or, where that is None, than the
     first of them.
     """
     parts = []
     known, whose = (_made_from(dump(test.resolved), test.inputs), "the test as it is now") if test else (None, "")
-    for command, title in TITLES.items():
-        result = recorded(folder / f"{command}.h5")
+    for command, result in results.items():
         if isinstance(result, Recorded):
             picture = folder / f"{command}.png"
             figure = picture.read_bytes() if picture in result.stored.files else b""
@@ -66,18 +71,17 @@ def parts_of(folder: Path, test: Test | None = None) -> list[Part]:
             if own != known:
                 warning = f"warning: made from another definition or other data than {whose}: run {command} again"
             summary = (*([warning] if warning else []), *result.stored.summary)
-            parts.append(Part(command, title, warning, summary, result.stored.json, figure))
+            parts.append(Part(command, TITLES[command], warning, summary, result.stored.json, figure))
     if not parts:
         what = f"holds no result of a command; run one first, for example twindisc check. Known: {', '.join(TITLES)}"
         raise DefinitionError(Problem(what, folder))
     return parts
 
 
-def damaged(folder: Path) -> list[str]:
-    """Why results that lie in the folder of a test do not count, with what mends it."""
-    found = {command: recorded(folder / f"{command}.h5") for command in TITLES if (folder / f"{command}.h5").exists()}
+def damaged(results: Mapping[str, Recorded | str]) -> list[str]:
+    """Why results do not count, with what mends it."""
     return [
-        f"{name}: left out, its result {why}: run {name} again" for name, why in found.items() if isinstance(why, str)
+        f"{name}: left out, its result {why}: run {name} again" for name, why in results.items() if isinstance(why, str)
     ]
 
 
