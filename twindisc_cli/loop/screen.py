@@ -5,15 +5,17 @@
     r    white residual after the fit, P_g projection on the generic functions of a group that the fitted
          parameters cannot absorb (Frisch-Waugh), k_g their number
 
-Only projections of noise are drawn, so thousands of draws cost milliseconds. The smallest of all p-values is compared
-with the smallest of each draw, which pays for the size of the search (P. H. Westfall, S. S. Young, 1993). How much a
-group says is its evidence with a normal prior of the best size: (q - k) / 2 - (k / 2) log(q / k).
+The smallest of all p-values is compared with the smallest of each draw, which pays for the size of the search
+(P. H. Westfall, S. S. Young, 1993). Noise is drawn sample by sample: the directions of a projection are those of a
+decomposition, which a processor's rounding may turn. How much a group says is its evidence with a normal prior of the
+best size: (q - k) / 2 - (k / 2) log(q / k).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.special import chdtrc
@@ -89,16 +91,13 @@ class Residual:
         return list(best.values())
 
 
-def unexplained_residual(
-    fitted: Fit, channel: str, generator: np.random.Generator | None = None, *, own: bool = False
-) -> Residual:
+def unexplained_residual(fitted: Fit, channel: str, *, own: bool = False) -> Residual:
     """Test the generic functions of a channel on the residual of a fit; own: of the samples of that channel alone.
 
     A level of T/N that mu absorbs leaves the temperature that goes with mu: what the temperature is missed by asks for
     such a level, too, though the traction is not missed.
     """
     problem = fitted.problem
-    generator = generator or np.random.default_rng(SEED)
     span = _reached(fitted)
     bases: list[tuple[Group, _Basis]] = []
     for number, (case, prediction) in enumerate(zip(problem.cases, problem.predict(fitted.theta[None]), strict=True)):
@@ -110,13 +109,13 @@ def unexplained_residual(
                     bases.append((group, basis))
     if not bases:
         return Residual(channel, [], 1.0, 0.0)
-    everything = np.linalg.qr(np.concatenate([basis.span for _, basis in bases], axis=1))[0]
-    draws = generator.standard_normal((DRAWS, everything.shape[1]))
+    drawn_along = _noise(len(fitted.residual)) @ np.concatenate([basis.span for _, basis in bases], axis=1)
+    ends = np.cumsum([basis.span.shape[1] for _, basis in bases])[:-1]
     total = fitted.power(channel)
     scores, smallest = [], np.ones(DRAWS)
-    for group, basis in bases:
+    for (group, basis), draws in zip(bases, np.split(drawn_along, ends, axis=1), strict=True):
         for tested in (_together, _spans) if group.spans else (_together,):
-            score, drawn = tested(group, basis, fitted.residual, draws @ (everything.T @ basis.span), total)
+            score, drawn = tested(group, basis, fitted.residual, draws, total)
             smallest = np.minimum(smallest, drawn)
             scores.append(score)
     scores.sort(key=lambda s: -s.evidence)
@@ -160,6 +159,12 @@ def _reached(fitted: Fit) -> Floats:
     lower, upper = fitted.problem.bounds
     left, size, _ = np.linalg.svd((fitted.jacobian * (upper - lower))[:, ~fitted.pressed], full_matrices=False)
     return np.asarray(left[:, size > 1.0])
+
+
+@lru_cache(maxsize=2)
+def _noise(count: int) -> Floats:
+    """Draws of white noise (draw, sample), the same in every call."""
+    return np.random.default_rng(SEED).standard_normal((DRAWS, count))
 
 
 @dataclass(frozen=True)
