@@ -396,9 +396,10 @@ def _band(fitted: Fit, name: str, trial: Trial, law: Law) -> LawCurve:
     low, high = law.valid or (0.0, 1.0)
     at = np.linspace(low, high, PLACES)
     own = [i for i, p in enumerate(fitted.problem.parameters) if p.term == name]
-    generator = np.random.default_rng(0)
     lower, upper = fitted.problem.bounds
-    drawn = generator.multivariate_normal(fitted.theta[own], widened(fitted)[np.ix_(own, own)], DRAWS, method="eigh")
+    size, direction = np.linalg.eigh(widened(fitted)[np.ix_(own, own)])
+    root = direction * np.sqrt(np.maximum(size, 0.0)) @ direction.T  # of no direction of its own, which rounding turns
+    drawn = fitted.theta[own] + np.random.default_rng(0).standard_normal((DRAWS, len(own))) @ root
     drawn = np.clip(drawn, lower[own], upper[own])
     parameters = [fitted.problem.parameters[i] for i in own]
     one = 1.0 if law.of.kind == "factor" else 0.0
