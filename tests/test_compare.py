@@ -140,6 +140,15 @@ def test_a_report_gathers_all_commands_on_one_page_and_two_for_print(results: Pa
     assert (results / "soft/report.pdf").read_bytes() == pdf
 
 
+def test_a_report_keeps_the_columns_of_a_table(results: Path) -> None:
+    """identify-mu says a line of a step in columns: a browser would run them together."""
+    assert left(["report", str(results / "soft"), "-q"]) == 0
+    page = (results / "soft/report.html").read_text(encoding="utf-8")
+    table = page[page.index("<pre>step  creepage") : page.index("</pre>")]
+    assert all("  " in line.strip() for line in table.splitlines())
+    assert "<li>step" not in page
+
+
 def test_a_report_says_what_was_made_from_another_definition(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

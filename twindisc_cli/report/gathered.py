@@ -5,6 +5,7 @@ from __future__ import annotations
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +46,11 @@ class Part:
     def encoded(self) -> str:
         """The figure as text for an HTML page."""
         return b64encode(self.figure).decode("ascii")
+
+    @property
+    def blocks(self) -> list[tuple[bool, list[str]]]:
+        """The sentences in runs: whether a run is a table, whose columns stand two spaces apart, and its lines."""
+        return [(is_table, list(lines)) for is_table, lines in groupby(self.summary, lambda line: "  " in line.strip())]
 
 
 def results_in(folder: Path) -> dict[str, Recorded | str]:
