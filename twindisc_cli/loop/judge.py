@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
+from twindisc_cli.identify.repeats import repeat_scatter
 from twindisc_cli.laws.covariates import covariate_of
 from twindisc_cli.laws.law import law_key
 from twindisc_cli.laws.trial import Trial
@@ -23,9 +24,15 @@ from twindisc_cli.loop.terms import EffectTerm, term_of
 from twindisc_cli.loop.thresholds import ACCEPTANCE
 from twindisc_cli.loop.tolerances import creepage_tolerance
 from twindisc_cli.loop.validate import rms
-from twindisc_cli.model.experiment import Floats
+from twindisc_cli.model.base import column
+from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.prediction import Prediction
 
+OFF_IN_STEPS: Mapping[str, Callable[[Experiment], Floats]] = {
+    "creepage_factor": lambda test: creepage_tolerance(test) * bool(test.measured.creepage_noise),
+    "mu": lambda test: np.array([repeat_scatter(test)]),
+}
+"""What may be off in each step by a draw of its own, over its value (iteration,), by the key of the base parameter."""
 Kind = Literal["before", "after", "unseen_before", "unseen_after"]
 
 
@@ -96,27 +103,40 @@ class Judged:
         return float(np.sqrt(np.mean(np.square(stds))))
 
     def held_out_noise(self, channel: str) -> float:
-        """The same with what the creepages of a log may be off in steps held out, which no fit has seen."""
-        return float(np.hypot(self.noise(channel), self._off_creepages if channel == "traction" else 0.0))
+        """The same with what steps held out may be off by, which no fit has seen: the creepages of a log, and mu of
+        separate tests."""
+        return float(np.hypot(self.noise(channel), self._off_in_steps.get(channel, 0.0)))
 
     @cached_property
-    def _off_creepages(self) -> float:
-        """Root mean square change of T/N of the samples held out where every creepage is off by two standard errors.
+    def _off_in_steps(self) -> dict[str, float]:
+        """Root mean square change of the samples held out where inputs of each step are off by two standard errors.
 
-        By two: a step is off by one draw.
+        By two: a step is off by one draw. By channel, in SI units.
         """
-        off = np.concatenate([np.zeros(0), *(self._off_creepage(number) for number in range(len(self.masks)))])
-        return rms(off) if off.size else 0.0
+        squares = dict[str, float]()
+        for key, off_in in OFF_IN_STEPS.items():
+            changes = dict[str, list[Floats]]()
+            for number, case in enumerate(self.before.problem.cases):
+                if np.any(off := off_in(case.test)):
+                    for channel, change in self._changes(number, key, 1.0 + 2.0 * off).items():
+                        changes.setdefault(channel, []).append(change)
+            for channel, parts in changes.items():
+                if (change := np.concatenate(parts)).size:
+                    squares[channel] = squares.get(channel, 0.0) + rms(change) ** 2
+        return {channel: float(np.sqrt(square)) for channel, square in squares.items()}
 
-    def _off_creepage(self, number: int) -> Floats:
-        """The change of one test (sample held out,); of none without a log."""
-        problem, case = self.before.problem, self.before.problem.cases[number]
-        if "traction" not in case.noise or not case.test.measured.creepage_noise:
-            return np.zeros(0)
-        factors = 1.0 + 2.0 * creepage_tolerance(case.test)[None]
-        off = problem.moved(self.unseen_before.theta[None], number=number, base={"creepage_factor": factors})[number]
-        change = off.traction[0] - self.prediction("unseen_before")[number].traction[0]
-        return np.asarray(change[self.masks[number]["traction"] & case.noise["traction"].kept])
+    def _changes(self, number: int, key: str, factor: Floats) -> dict[str, Floats]:
+        """Changes of the samples of one test held out (sample,) with an input times a factor (iteration,), by
+        channel."""
+        problem, case, theta = self.before.problem, self.before.problem.cases[number], self.unseen_before.theta[None]
+        moved = {key: column(problem.base_of(number, theta).get(key, np.ones(1)), 1) * factor}
+        off = problem.moved(theta, number=number, base=moved)[number]
+        result = dict[str, Floats]()
+        for channel, noise in case.noise.items():
+            read = channels()[channel].predicted
+            change = read(case.model, off)[0] - read(case.model, self.prediction("unseen_before")[number])[0]
+            result[channel] = change[self.masks[number][channel] & noise.kept]
+        return result
 
     def _open(self, number: int, channel: str) -> Mask:
         """Samples of a test held out where a law jumps between two that are fitted: in which, no sample shows.

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from twindisc_cli.effects import catalogue
+from twindisc_cli.identify.repeats import repeat_scatter
 from twindisc_cli.laws.law import warnings
 from twindisc_cli.loop import free_zero
 from twindisc_cli.loop.alternatives import Weighed, shared_laws, shorter
@@ -196,6 +197,11 @@ def _notes_on(case: Case) -> Iterator[str]:
         yield (
             "FASTSIM is an approximation on two cylinders: its difference from the exact law counts as an error of the "
             'model, in every interval and in what is looked for; traction = "exact" under [model] is without it'
+        )
+    if scatter := repeat_scatter(test):
+        yield (
+            f"separate tests at one setting scatter by {100.0 * scatter:.2g} % in friction: each may be that far off, "
+            "and what changes between the tests has to stand out of it"
         )
     showing = {effect.channel for effect in catalogue().values()}
     missing = [c for c in channels() if c in showing and c not in measured_channels(test)]

@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.effects import catalogue
+from twindisc_cli.identify.repeats import repeat_scatter
 from twindisc_cli.identify.steps import creepage_error
 from twindisc_cli.loop.nuisances import Nuisances
 from twindisc_cli.loop.problem import Problem
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import ACCEPTANCE, TOLERANCES
-from twindisc_cli.model.experiment import Experiment, Floats, Rig
+from twindisc_cli.model.base import column
+from twindisc_cli.model.experiment import Experiment, Floats, Ints, Rig
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.prediction import Prediction
 
@@ -46,6 +48,7 @@ def with_nuisances(problem: Problem, theta: Floats, slopes: Floats) -> Problem:
         _off_track(nearby, theta, predictions),
         *_off_creepage(nearby, theta),
         *_off_levels(nearby, theta, plain),
+        *_off_repeats(nearby, theta),
         *_off_rig(nearby, theta, plain),
         strict=True,
     )
@@ -149,6 +152,24 @@ def _off_levels(problem: Problem, theta: Floats, plain: Floats) -> list[_Off]:
         for key, row in rows.items()
         for number, test in enumerate(problem.tests)
     ]
+
+
+def _off_repeats(problem: Problem, theta: Floats) -> list[_Off]:
+    """White predictions with mu of one separate test after the other off as it scatters in repeats."""
+    off = list[_Off]()
+    for number, case in enumerate(problem.cases):
+        if scatter := repeat_scatter(case.test):
+            mu, tests = repeats_off(case.test, problem.base_of(number, theta[None])["mu"], scatter)
+            rows = problem.white(problem.moved(np.tile(theta, (len(mu), 1)), number=number, base={"mu": mu}))
+            off += zip([f"mu of separate test {test + 1} of {case.test.name}" for test in tests], rows, strict=True)
+    return off
+
+
+def repeats_off(test: Experiment, mu: Floats, scatter: float) -> tuple[Floats, Ints]:
+    """mu (set, iteration) with one separate test off in each set, and these tests (set,), from mu (1,) or
+    (1, iteration)."""
+    tests = np.unique(test.history.step)
+    return column(mu, 1) * (1.0 + scatter * (tests[:, None] == test.history.step)), tests
 
 
 def _off_rig(problem: Problem, theta: Floats, plain: Floats) -> list[_Off]:
