@@ -13,7 +13,7 @@ from rigs import SPEED, Floats, experiment, history, one_of, spread, traction_sa
 from twindisc_cli.identify.repeats import repeat_scatter
 from twindisc_cli.loop.diagnose import diagnose
 from twindisc_cli.loop.diagnosis import Diagnosis
-from twindisc_cli.model.experiment import Experiment, Measured
+from twindisc_cli.model.experiment import Experiment, Measured, TractionSamples
 
 LOOMS = np.array(
     [[98.0, 97.0, 99.0, 96.0], [91.0, 90.0, 93.0, 92.0], [96.0, 95.0, 97.0, 95.0], [95.0, 96.0, 99.0, 98.0]]
@@ -39,6 +39,15 @@ def repeats(seed: int, *, falling: bool = False, drift: float = 0.0, scatter: fl
     mu = 0.45 * (0.6 + 0.4 * np.exp(-4.0 * SPEED * creepage)) if falling else np.full(16, 0.45)
     mu = mu * (1.0 + scatter * rng.standard_normal(16)) * (1.0 + drift * np.arange(16))
     return of_means(mu[:, None] + NOISE * rng.standard_normal((16, 20)), creepage=creepage)
+
+
+def table_of(test: Experiment) -> Experiment:
+    """The same as a table of means: one T/N for each of sixteen tests, without times."""
+    samples, unknown = test.measured.traction, np.full(16, np.nan)
+    assert samples is not None
+    means = samples.ratio.reshape(16, -1).mean(axis=1)
+    rows = TractionSamples(unknown, np.arange(16), test.history.step_creepage, means, unknown)
+    return replace(test, measured=Measured(traction=rows))
 
 
 def answer(test: Experiment) -> Diagnosis:
@@ -87,3 +96,16 @@ def test_falling_friction_stands_out_of_the_scatter(seed: int) -> None:
 def test_a_drift_over_the_order_stands_out_of_the_scatter(seed: int) -> None:
     found = answer(repeats(seed, drift=0.02))
     assert [(law.law.quantity, law.law.covariate) for law in found.laws] == [("mu", "order")]
+
+
+@pytest.mark.parametrize("seed", one_of(range(6)))
+def test_a_drift_stands_out_of_a_table_of_means(seed: int) -> None:
+    """Repeats scatter about the drift that all settings share, and not by what it makes of them."""
+    found = answer(table_of(repeats(seed, drift=0.02)))
+    assert [(law.law.quantity, law.law.covariate) for law in found.laws] == [("mu", "order")]
+
+
+@pytest.mark.parametrize("seed", one_of(range(6)))
+def test_falling_friction_stands_out_of_a_table_of_means(seed: int) -> None:
+    found = answer(table_of(repeats(seed, falling=True)))
+    assert [effect.name for effect in found.effects] == ["falling_friction"]

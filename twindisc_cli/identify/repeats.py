@@ -24,7 +24,6 @@ CLEAR = 3.0
 """Standard errors of a mean from zero, without which its logarithm says nothing."""
 DRIFT = 2
 """Degree of the drift, or less where tests are few."""
-SETTINGS = ("creepage", "load_factor", "speed_factor", "yaw")
 
 
 def repeat_scatter(test: Experiment) -> float:
@@ -54,9 +53,8 @@ def repeat_scatter(test: Experiment) -> float:
 
 def _reached(history: History, tests: Ints, degree: int) -> Floats:
     """Orthonormal directions (test, direction) of a mean of each setting and a drift over the order."""
-    settings = np.stack([getattr(history, name)[history.step_begin[tests]] for name in SETTINGS])
-    each = np.unique(settings, axis=1)
-    means = np.all(settings[:, :, None] == each[:, None, :], axis=0).astype(float)
+    setting = history.step_conditions[tests]
+    means = np.asarray(setting[:, None] == np.unique(setting), dtype=float)
     drift = np.polynomial.legendre.legvander(2.0 * tests / max(len(history.step_creepage) - 1, 1) - 1.0, degree)
     left, size, _ = np.linalg.svd(np.concatenate([means, drift], axis=1), full_matrices=False)
     return np.asarray(left[:, size > 1e-9])

@@ -23,11 +23,10 @@ from scipy.special import logsumexp
 from twindisc_cli.loop.noise import Mask, Noise, Past, Slow, Whitening, neighbour_correlation
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.ties import first_of_most
-from twindisc_cli.loop.trends import relaxations
+from twindisc_cli.loop.trends import FEWEST_FREE, relaxations
 from twindisc_cli.model.experiment import Floats, Ints
 
 CORRELATIONS = np.concatenate([[0.0], np.linspace(0.05, 0.9, 18), [0.93, 0.96]])
-FEWEST_FREE = 8  # samples beyond the trends, without which a variance is not estimated
 ASSUMED_SHARE = 0.01  # of the typical size, where samples are too few or without scatter
 STILL = 1e-4  # of the typical size: a record with less scatter is computed, not measured
 NEAR = 2.0  # nats of likelihood that a longer memory may be behind the best

@@ -11,6 +11,10 @@ from twindisc_cli.model.experiment import Floats, Ints
 
 KNOTS = 13
 """Of what comes back in every step after the change of creepage."""
+DRIFT = 2
+"""Degree of a drift over the record."""
+FEWEST_FREE = 8
+"""Samples beyond the trends, without which a variance is not estimated."""
 
 
 def polynomials(at: Floats, group: Ints, degree: int, samples_each: int) -> Floats:
@@ -42,6 +46,17 @@ def _in_groups(at: Floats, group: Ints, block: Callable[[Floats], Floats]) -> Fl
         columns.append(np.zeros((len(at), own.shape[1])))
         columns[-1][here] = own
     return np.concatenate(columns, axis=1)
+
+
+def with_drift(trends: Sequence[Floats], at: Floats) -> list[Floats]:
+    """Trends (sample, column), richest last, and the richest with a drift over the record that all groups share.
+
+    Repeats of one condition that follow such a drift scatter about it.
+    """
+    unit = 2.0 * (at - at.min()) / max(float(np.ptp(at)), 1e-300) - 1.0
+    drifts = [np.polynomial.legendre.legvander(unit, degree)[:, 1:] for degree in range(1, DRIFT + 1)]
+    more = [np.concatenate([trends[-1], drift], axis=1) for drift in drifts]
+    return [*trends, *(trend for trend in more if len(at) - trend.shape[1] >= FEWEST_FREE)]
 
 
 def with_recurring(trends: Sequence[Floats], at: Floats, group: Ints) -> list[Floats]:

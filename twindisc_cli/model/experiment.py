@@ -298,6 +298,13 @@ class History:
         return np.asarray(np.unique(self.step, return_index=True)[1], dtype=np.int64)
 
     @property
+    def step_conditions(self) -> Ints:
+        """Number of the creepage, load, speed and yaw that each step has: repeats have the same, (step,)."""
+        conditions = self.creepage, self.load_factor, self.speed_factor, self.yaw
+        rows = np.stack(conditions, axis=1)[self.step_begin]
+        return np.asarray(np.unique(rows, axis=0, return_inverse=True)[1].ravel(), dtype=np.int64)
+
+    @property
     def step_creepage(self) -> Floats:
         """Creepage of each step [1], (step,)."""
         return self.creepage[self.step_begin]

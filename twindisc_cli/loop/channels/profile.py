@@ -11,8 +11,8 @@ from twindisc_cli.loop.channels._channel import Channel, Generic, Mask, known, w
 from twindisc_cli.loop.channels._held_out import held_out_bands
 from twindisc_cli.loop.generic import RIPPLES, levels, waves
 from twindisc_cli.loop.noise import Noise
-from twindisc_cli.loop.noise_estimate import FEWEST_FREE, estimate, in_a_run, scatter
-from twindisc_cli.loop.trends import polynomials
+from twindisc_cli.loop.noise_estimate import estimate, in_a_run, scatter
+from twindisc_cli.loop.trends import FEWEST_FREE, polynomials
 from twindisc_cli.model.experiment import Experiment, Floats, Ints, ProfileSamples
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.prediction import Prediction

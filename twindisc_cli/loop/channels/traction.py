@@ -15,8 +15,8 @@ from twindisc_cli.loop.generic import SMOOTH, WAVES, in_step, levels, smooth, wa
 from twindisc_cli.loop.noise import Noise, given
 from twindisc_cli.loop.noise_estimate import GROWS, detrended, estimate, growth, likelier, louder
 from twindisc_cli.loop.rounding import with_rounding
-from twindisc_cli.loop.trends import polynomials, with_recurring
-from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, TractionSamples
+from twindisc_cli.loop.trends import polynomials, with_drift, with_recurring
+from twindisc_cli.model.experiment import Experiment, Floats, Ints, TractionSamples
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.points import knows_times, sample_times
 from twindisc_cli.model.prediction import Prediction
@@ -83,10 +83,9 @@ def noise(test: Experiment) -> Noise:
         trends = [polynomials(np.log(np.maximum(np.abs(samples.creepage), 1e-9)), way, 8, 10)]
     else:
         # a curve without time: equal conditions in different steps are repeats
-        group = samples.step if timed else _conditions(test.history)[samples.step]
+        group = samples.step if timed else test.history.step_conditions[samples.step]
         trends = [polynomials(times, group, degree, 6) for degree in range(4)]
-        if timed:
-            trends = with_recurring(trends, times, samples.step)
+        trends = with_recurring(trends, times, samples.step) if timed else with_drift(trends, times)
     size = float(np.sqrt(np.mean(samples.ratio**2)))
     series = samples.step if test.history.separate else np.zeros_like(samples.step)
     wanders = timed and len(np.unique(samples.step)) >= STEPS_THAT_WANDER
@@ -103,13 +102,6 @@ def noise(test: Experiment) -> Noise:
             grown = estimated(samples.ratio / sizes, [trend / sizes[:, None] for trend in trends]).grown(sizes)
             best = grown if grown.estimated and likelier(grown, best, left, by) else best
     return with_rounding(result, samples.ratio, trends[-1], samples.step) if timed and best is result else best
-
-
-def _conditions(history: History) -> Ints:
-    """Number of the creepage, load, speed and yaw that each step has (step,)."""
-    conditions = history.creepage, history.load_factor, history.speed_factor, history.yaw
-    rows = np.stack(conditions, axis=1)[history.step_begin]
-    return np.asarray(np.unique(rows, axis=0, return_inverse=True)[1].ravel(), dtype=np.int64)
 
 
 def _generic(model: ForwardModel, prediction: Prediction) -> Iterator[Generic]:
