@@ -116,8 +116,8 @@ class Judged:
         squares = dict[str, float]()
         for key, off_in in OFF_IN_STEPS.items():
             changes = dict[str, list[Floats]]()
-            for number, case in enumerate(self.before.problem.cases):
-                if np.any(off := off_in(case.test)):
+            for number in range(len(self.masks)):
+                if np.any(off := off_in(self.before.problem.cases[number].test)):
                     for channel, change in self._changes(number, key, 1.0 + 2.0 * off).items():
                         changes.setdefault(channel, []).append(change)
             for channel, parts in changes.items():
