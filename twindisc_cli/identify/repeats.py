@@ -1,22 +1,29 @@
 """Separate tests at one setting: how far their friction scatters from one to the next.
 
-    ln |T/N|_i = m_k + drift_i + u_i + e_i,      u_i ~ N(0, tau^2) between tests,      e_i ~ N(0, s_i^2) within test i
+    ln |T/N|_i = m_k + sum_c b_c x_ci + drift_i + u_i + e_i,      u_i ~ N(0, tau^2) between, e_i ~ N(0, s_i^2) within
 
     tau^2 = [ |P y|^2 - tr(P diag(s^2)) ] / tr P          (moments; not below 0)
 
     y      logarithm of the mean of a test, s_i its standard error
     m_k    of each setting k: creepage, load, speed and yaw
+    x_c    mean of each declared column, which the friction may follow
     drift  a polynomial over the order of the tests: what changes steadily from test to test is not scatter
-    P      projection on what neither of the two can follow
+    P      projection on what none of these can follow
 
-Source: W. Viechtbauer, J. Educ. Behav. Stat. 30 (2005) 261-293 (moments of random effects).
+A test that lies apart from the others by more than chance allows is no scatter.
+Sources: W. Viechtbauer, J. Educ. Behav. Stat. 30 (2005) 261-293 (moments of random effects); R. D. Cook, S. Weisberg,
+Residuals and Influence in Regression (1982), section 2.2 (outliers, by Student's t of the deleted residual).
 """
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 
-from twindisc_cli.model.experiment import Experiment, Floats, History, Ints
+import numpy as np
+from scipy.special import stdtr
+
+from twindisc_cli.model.experiment import Experiment, Floats, Ints
 
 FEWEST = 3
 """Repeats beyond settings and drift, without which a scatter is not estimated."""
@@ -24,37 +31,80 @@ CLEAR = 3.0
 """Standard errors of a mean from zero, without which its logarithm says nothing."""
 DRIFT = 2
 """Degree of the drift, or less where tests are few."""
+APART = 0.01
+"""Probability, for all tests together, by which one as far off as the farthest is there by chance."""
+MOST_APART = 0.2
+"""Share of the tests that may lie apart."""
 
 
-def repeat_scatter(test: Experiment) -> float:
-    """Standard deviation of the friction between separate tests at one setting, over its mean [1].
+@dataclass(frozen=True)
+class Repeats:
+    """How friction scatters between separate tests at one setting: the standard deviation over the mean [1].
 
-    0 where no repeats show it, and where tests have a single sample each, whose noise holds it.
+    NaN where no repeats show it. apart: tests, numbered from 0, that lie apart from the others, with how far over the
+    mean [1].
     """
+
+    scatter: float
+    apart: Mapping[int, float] = field(default_factory=dict)
+
+
+def repeats_of(test: Experiment) -> Repeats:
+    """The scatter between separate tests; 0 where tests are not separate, or have a single sample each."""
     history, samples = test.history, test.measured.traction
     if not history.separate or samples is None:
-        return 0.0
+        return Repeats(0.0)
     count = np.bincount(samples.step, minlength=len(history.step_creepage))
     several = np.flatnonzero(count > 1)
+    if not several.size:
+        return Repeats(0.0)
     own = [samples.ratio[samples.step == step] for step in several]
     mean = np.array([np.mean(ratio) for ratio in own])
     error = np.array([np.std(ratio, ddof=1) / np.sqrt(len(ratio)) for ratio in own])
     clear = np.abs(mean) > CLEAR * error
     tests, y, s = several[clear], np.log(np.abs(mean[clear])), (error / np.abs(mean))[clear]
-    for degree in range(DRIFT, -1, -1):
-        reached = _reached(history, tests, degree)
-        free = len(tests) - reached.shape[1]
+    for design in _designs(test, tests):
+        kept = np.ones(len(tests), dtype=bool)
+        while (apart := _apart(design[kept], y[kept])) is not None and np.sum(~kept) < MOST_APART * len(kept) - 1:
+            kept[np.flatnonzero(kept)[apart]] = False
+        left, leverage, free = _left(design[kept], y[kept])
         if free >= FEWEST:
-            left = y - reached @ (reached.T @ y)
-            within = np.sum(s**2 * (1.0 - np.sum(reached**2, axis=1)))
-            return float(np.sqrt(max(left @ left - within, 0.0) / free))
-    return 0.0
+            scatter = np.sqrt(max(left @ left - np.sum(s[kept] ** 2 * (1.0 - leverage)), 0.0) / free)
+            off = np.expm1(y - design @ np.linalg.lstsq(design[kept], y[kept])[0])
+            return Repeats(float(scatter), {int(tests[i]): float(off[i]) for i in np.flatnonzero(~kept)})
+    return Repeats(np.nan)
 
 
-def _reached(history: History, tests: Ints, degree: int) -> Floats:
-    """Orthonormal directions (test, direction) of a mean of each setting and a drift over the order."""
+def _designs(test: Experiment, tests: Ints) -> Iterator[Floats]:
+    """What repeats may follow (test, column), the richest first: settings, declared columns and a drift."""
+    history, samples = test.history, test.measured.traction
+    assert samples is not None
     setting = history.step_conditions[tests]
     means = np.asarray(setting[:, None] == np.unique(setting), dtype=float)
-    drift = np.polynomial.legendre.legvander(2.0 * tests / max(len(history.step_creepage) - 1, 1) - 1.0, degree)
-    left, size, _ = np.linalg.svd(np.concatenate([means, drift], axis=1), full_matrices=False)
-    return np.asarray(left[:, size > 1e-9])
+    columns: list[list[float]] = [
+        [float(np.mean(column.values[column.step == step])) for step in tests]
+        for column in test.measured.columns.values()
+        if np.isin(tests, column.step).all()
+    ]
+    followed = np.concatenate([means, np.reshape(columns, (len(columns), len(tests))).T], axis=1)
+    place = 2.0 * tests / max(float(history.step[-1]), 1.0) - 1.0
+    for degree in range(DRIFT, -1, -1):
+        yield np.concatenate([followed, np.polynomial.legendre.legvander(place, degree)], axis=1)
+    yield means
+
+
+def _left(design: Floats, y: Floats) -> tuple[Floats, Floats, int]:
+    """What a design leaves of y, the leverage of each test, and the degrees of freedom."""
+    left, size, _ = np.linalg.svd(design / np.maximum(np.linalg.norm(design, axis=0), 1e-300), full_matrices=False)
+    reached = left[:, size > 1e-9]
+    return y - reached @ (reached.T @ y), np.sum(reached**2, axis=1), len(y) - reached.shape[1]
+
+
+def _apart(design: Floats, y: Floats) -> int | None:
+    """The test that the others let be as far off by chance only with probability APART, or none."""
+    left, leverage, free = _left(design, y)
+    spare = np.maximum(1.0 - leverage, 1e-9)
+    without = np.maximum((left @ left - left**2 / spare) / max(free - 1, 1), 1e-300)
+    p = 2.0 * stdtr(max(free - 1, 1), -np.abs(left) / np.sqrt(without * spare))
+    p = np.where(spare > 0.05, p, 1.0)
+    return int(np.argmin(p)) if free > FEWEST and np.min(p) * len(y) < APART else None

@@ -9,7 +9,6 @@ from typing import Literal
 
 import numpy as np
 
-from twindisc_cli.identify.repeats import repeat_scatter
 from twindisc_cli.laws.covariates import covariate_of
 from twindisc_cli.laws.law import law_key
 from twindisc_cli.laws.trial import Trial
@@ -22,7 +21,7 @@ from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case
 from twindisc_cli.loop.terms import EffectTerm, term_of
 from twindisc_cli.loop.thresholds import ACCEPTANCE
-from twindisc_cli.loop.tolerances import creepage_tolerance
+from twindisc_cli.loop.tolerances import creepage_tolerance, repeat_scatter
 from twindisc_cli.loop.validate import rms
 from twindisc_cli.model.base import column
 from twindisc_cli.model.experiment import Experiment, Floats
@@ -30,7 +29,7 @@ from twindisc_cli.model.prediction import Prediction
 
 OFF_IN_STEPS: Mapping[str, Callable[[Experiment], Floats]] = {
     "creepage_factor": lambda test: creepage_tolerance(test) * bool(test.measured.creepage_noise),
-    "mu": lambda test: np.array([repeat_scatter(test)]),
+    "mu": repeat_scatter,
 }
 """What may be off in each step by a draw of its own, over its value (iteration,), by the key of the base parameter."""
 Kind = Literal["before", "after", "unseen_before", "unseen_after"]

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from twindisc_cli.effects import catalogue
-from twindisc_cli.identify.repeats import repeat_scatter
+from twindisc_cli.identify.repeats import repeats_of
 from twindisc_cli.laws.law import warnings
 from twindisc_cli.loop import free_zero
 from twindisc_cli.loop.alternatives import Weighed, shared_laws, shorter
@@ -27,6 +27,7 @@ from twindisc_cli.loop.term_intervals import unfixed
 from twindisc_cli.loop.terms import LawTerm, joined
 from twindisc_cli.loop.thresholds import ACCEPTANCE, SEARCH
 from twindisc_cli.loop.validate import PredictedTest
+from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.quantities import for_reading
 
 
@@ -198,11 +199,7 @@ def _notes_on(case: Case) -> Iterator[str]:
             "FASTSIM is an approximation on two cylinders: its difference from the exact law counts as an error of the "
             'model, in every interval and in what is looked for; traction = "exact" under [model] is without it'
         )
-    if scatter := repeat_scatter(test):
-        yield (
-            f"separate tests at one setting scatter by {100.0 * scatter:.2g} % in friction: each may be that far off, "
-            "and what changes between the tests has to stand out of it"
-        )
+    yield from _notes_on_repeats(test)
     showing = {effect.channel for effect in catalogue().values()}
     missing = [c for c in channels() if c in showing and c not in measured_channels(test)]
     if missing:
@@ -218,6 +215,24 @@ def _notes_on(case: Case) -> Iterator[str]:
         yield (
             "the convection is neither given nor identified, so that the temperature is not known; "
             "effects and laws of the temperature are left out"
+        )
+
+
+def _notes_on_repeats(test: Experiment) -> Iterator[str]:
+    """How far separate tests scatter, and which of them lie apart."""
+    shown = repeats_of(test)
+    if np.isnan(shown.scatter) or shown.scatter > 0.0:
+        by = f"{100.0 * shown.scatter:.2g} %"
+        if np.isnan(shown.scatter):
+            by = f"{100.0 * ACCEPTANCE.repeat_scatter:.2g} %, as is assumed where no repeats show it,"
+        yield (
+            f"separate tests at one setting scatter by {by} in friction: each may be that far off, and what changes "
+            "between the tests has to stand out of it"
+        )
+    for number, off in shown.apart.items():
+        yield (
+            f"separate test {number + 1} lies {100.0 * off:+.2g} % from what the others let expect: something happened "
+            "in it that did not in the others, and what it says alone is not counted"
         )
 
 

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twindisc_cli.effects import catalogue
-from twindisc_cli.identify.repeats import repeat_scatter
+from twindisc_cli.identify.repeats import repeats_of
 from twindisc_cli.identify.steps import creepage_error
 from twindisc_cli.loop.nuisances import Nuisances
 from twindisc_cli.loop.problem import Problem
 from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import ACCEPTANCE, TOLERANCES
 from twindisc_cli.model.base import column
-from twindisc_cli.model.experiment import Experiment, Floats, Ints, Rig
+from twindisc_cli.model.experiment import Experiment, Floats, Rig
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.prediction import Prediction
 
@@ -158,18 +158,26 @@ def _off_repeats(problem: Problem, theta: Floats) -> list[_Off]:
     """White predictions with mu of one separate test after the other off as it scatters in repeats."""
     off = list[_Off]()
     for number, case in enumerate(problem.cases):
-        if scatter := repeat_scatter(case.test):
-            mu, tests = repeats_off(case.test, problem.base_of(number, theta[None])["mu"], scatter)
+        sizes = repeat_scatter(case.test)
+        if np.any(sizes):
+            tests = np.unique(case.test.history.step)
+            mu = column(problem.base_of(number, theta[None])["mu"], 1)
+            mu = mu * (1.0 + sizes * (tests[:, None] == case.test.history.step))
             rows = problem.white(problem.moved(np.tile(theta, (len(mu), 1)), number=number, base={"mu": mu}))
             off += zip([f"mu of separate test {test + 1} of {case.test.name}" for test in tests], rows, strict=True)
     return off
 
 
-def repeats_off(test: Experiment, mu: Floats, scatter: float) -> tuple[Floats, Ints]:
-    """mu (set, iteration) with one separate test off in each set, and these tests (set,), from mu (1,) or
-    (1, iteration)."""
-    tests = np.unique(test.history.step)
-    return column(mu, 1) * (1.0 + scatter * (tests[:, None] == test.history.step)), tests
+def repeat_scatter(test: Experiment) -> Floats:
+    """Relative error of mu from one separate test to the next (iteration,) [1]: as repeats show it, else as is usual.
+
+    Of a test that lies apart from the others, as far as it does: what happened in it alone is no finding.
+    """
+    shown, step = repeats_of(test), test.history.step
+    sizes = np.full(len(step), ACCEPTANCE.repeat_scatter if np.isnan(shown.scatter) else shown.scatter)
+    for number, by in shown.apart.items():
+        sizes[step == number] = by
+    return sizes
 
 
 def _off_rig(problem: Problem, theta: Floats, plain: Floats) -> list[_Off]:
