@@ -102,6 +102,16 @@ def test_the_error_of_k_is_that_of_the_scale(tmp_path: Path) -> None:
     assert 0.5 < np.sqrt(np.mean(np.square(misses))) < 1.4
 
 
+def test_weighings_that_one_k_does_not_describe_are_reported(tmp_path: Path) -> None:
+    def lines(*times: float) -> str:
+        rows = ((n, t * loss(n), 0.02 * loss(5)) for n, t in zip((2, 4, 5), times, strict=True))
+        return "\n".join(fit_k.run(test(tmp_path, mass=weighings(*rows, more=",uncertainty [mg]"))).summary)
+
+    steady, jumps = lines(1.0, 1.0, 1.0), lines(0.3, 1.0, 1.8)
+    assert "one K misses the 3 weighings by" in steady and "warning" not in steady
+    assert "warning: one K does not describe these weighings" in jumps and "p < 0.001 by chi-squared" in jumps
+
+
 def test_both_discs_are_weighed(tmp_path: Path) -> None:
     # all that wore off is shared 30 to 70; no effect has to say so
     rows = [(n, share * loss(n), disc) for disc, share in ((1, 0.3), (2, 0.7)) for n in (2, 5)]

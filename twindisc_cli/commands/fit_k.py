@@ -27,7 +27,7 @@ from twindisc_cli.identify.steps import energy_of_steps
 from twindisc_cli.identify.wear import WearFit, identify_wear
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.model.forward import ForwardModel
-from twindisc_cli.report.words import listed, regimes_text, with_error
+from twindisc_cli.report.words import listed, p_value, regimes_text, with_error
 from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 
 if TYPE_CHECKING:
@@ -161,6 +161,12 @@ def _mass_json(mass: MassFit) -> dict[str, Any]:
     return {
         "K": mass.wear_coefficient,
         "K_std": or_null(mass.std),
+        "weighings_missed": {
+            "rms_over_uncertainty": or_null(mass.in_errors),
+            "p_value": or_null(mass.p_value),
+            "rms_over_largest": or_null(mass.in_total),
+            "one_K_describes_them": mass.is_one_k,
+        },
         "K_of_discs": {str(disc): k for disc, (k, _) in mass.of_disc.items()},
         "K_of_discs_low": {str(disc): or_null(max(k - NINETY * s, 0.0)) for disc, (k, s) in mass.of_disc.items()},
         "K_of_discs_high": {str(disc): or_null(k + NINETY * s) for disc, (k, s) in mass.of_disc.items()},
@@ -179,11 +185,31 @@ def _mass_json(mass: MassFit) -> dict[str, Any]:
 def _mass_lines(mass: MassFit | None) -> tuple[str, ...]:
     if mass is None:
         return ()
-    lines = [f"by weight {mass.volume[-1] * 1e9:.3g} mm³ were worn off"]
+    lines = [f"by weight {mass.volume[-1] * 1e9:.3g} mm³ were worn off", *_missed(mass)]
     result = _regimes(mass)
     if len(result) > 1:
         lines.append(f"the wear rate has {regimes_text(result)}")
     return tuple(lines)
+
+
+def _missed(mass: MassFit) -> tuple[str, ...]:
+    """How far the weighings are off one K, and a warning where it does not describe them."""
+    if len(mass.volume) < 2:
+        return ()
+    of_total = f"{100.0 * mass.in_total:.2g} % of the largest"
+    line = f"one K misses the {len(mass.volume)} weighings by {of_total} (root mean square)"
+    if np.isfinite(mass.in_errors):
+        chance = f"1 is expected, {p_value(mass.p_value)} by chi-squared"
+        line += f", {mass.in_errors:.2g} times their uncertainty ({chance})"
+    if mass.is_one_k:
+        return (line,)
+    times = mass.times_predicted
+    return (
+        line,
+        f"warning: one K does not describe these weighings: {len(times)} of {len(mass.volume)} are off it by more than "
+        f"their error, and weigh {times.min():.2g} to {times.max():.2g} times what it predicts; K is not the same "
+        "throughout the test (close-loop looks for the cause)",
+    )
 
 
 def _json(fit: WearFit, stated: dict[str, float], mass: MassFit | None) -> dict[str, Any]:

@@ -67,7 +67,7 @@ def known_from_profile(fit: WearFit, mass: MassFit | None, stated: Mapping[str, 
 def known_from_mass(mass: MassFit, stated: Mapping[str, float]) -> list[KnownK]:
     """What the mass lost says, and what was stated, where no profile was measured."""
     several = _from_mass(mass) if len(mass.of_disc) > 1 else []
-    why = "wears the mass that was weighed"
+    why = "wears the mass that was weighed" if len(mass.volume) == 1 else "nearest to all weighings by least squares"
     if several:
         why = "of both discs together, as with [effects.wear_partition]; each has its own of these in the definition"
     return [KnownK("by weight", mass.wear_coefficient, mass.std, why, use=True), *several, *_stated(stated)]

@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from scipy.stats import chi2
 
 from twindisc_cli.errors import MeasurementError, ValidityError
 from twindisc_cli.identify.energy import wear_factors
@@ -28,6 +29,11 @@ from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Floats, Ints, MassSamples
 from twindisc_cli.model.forward import ForwardModel, IntegratedSets
 from twindisc_cli.model.prediction import Prediction
+
+FACTOR = 1.5
+"""Times the volume at K, from which on a weighing contradicts one K: energy and hardness err by less."""
+BEYOND, UNSTATED = 3.0, 0.02
+"""Standard errors, or where none is stated share of the largest volume, up to which a weighing may be off by chance."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +69,42 @@ class MassFit:
     energy: Floats
     of_disc: Mapping[int, tuple[float, float]]
     rates: WearRates
+
+    @property
+    def in_errors(self) -> float:
+        """What one K misses of the weighings, root mean square over their uncertainty [1], NaN where none is stated.
+
+        1 is expected of weighings that one K describes: its square times how many there are, less one for K, over
+        these degrees of freedom.
+        """
+        free = len(self.volume) - 1
+        return float(np.sqrt(np.sum(((self.volume - self.predicted) / self.error) ** 2) / free)) if free else np.nan
+
+    @property
+    def p_value(self) -> float:
+        """Probability of misses as large by chance, chi-squared; NaN where no uncertainty is stated."""
+        free = len(self.volume) - 1
+        return float(chi2.sf(self.in_errors**2 * free, free)) if free else np.nan
+
+    @property
+    def in_total(self) -> float:
+        """What one K misses of the weighings, root mean square over the largest volume [1]; NaN of a single one."""
+        missed = np.sqrt(np.mean((self.volume - self.predicted) ** 2)) / np.max(self.volume)
+        return float(missed) if len(self.volume) > 1 else np.nan
+
+    @property
+    def times_predicted(self) -> Floats:
+        """Volume weighed over that at K of each weighing that is beyond its error off it, (some of the stops,)."""
+        error = np.where(np.isfinite(self.error), BEYOND * self.error, UNSTATED * np.max(self.volume))
+        off = np.abs(self.volume - self.predicted) > error
+        known = off & (self.predicted > 0.0)
+        return np.asarray(np.maximum(self.volume[known], 0.0) / self.predicted[known])
+
+    @property
+    def is_one_k(self) -> bool:
+        """Whether one K describes the weighings: none is beyond its error and a factor off it."""
+        times = self.times_predicted
+        return bool(np.all((times > 1.0 / FACTOR) & (times < FACTOR)))
 
     def with_energy_error(self, error: float) -> MassFit:
         """Add the standard error of the energy, as a share of it, to those of K."""
