@@ -31,6 +31,38 @@ def facet(depth_um: float, width_mm: float) -> str:
     return "y [mm],height [um]\n" + "".join(f"{a:.4f},{b:.5f}\n" for a, b in zip(y, height, strict=True))
 
 
+@pytest.mark.parametrize(
+    ("scale", "says"),
+    [
+        ((1.0, -1.0), "where a track would be cut in"),
+        ((1.0, 1e-3), "is the column height of the profile in the unit"),
+        ((1e3, 1.0), "is the column y of the profile in the unit"),
+    ],
+)
+def test_a_profile_upside_down_or_in_another_unit_contradicts(
+    tmp_path: Path, scale: tuple[float, float], says: str
+) -> None:
+    header, *rows = facet(6.0, 1.2).splitlines()
+    scaled = [",".join(f"{float(v) * s:.8g}" for v, s in zip(row.split(","), scale, strict=True)) for row in rows]
+    results = found(tmp_path, profile="\n".join([header, *scaled]) + "\n").values()
+    (message,) = [f.message for f in results if f.rule in ("upside down", "unit of the track", "chord and depth")]
+    assert says in message
+    upright = found(tmp_path, profile=facet(6.0, 1.2)).values()
+    assert not any(f.rule in ("upside down", "unit of the track") for f in upright)
+
+
+def test_minutes_under_seconds_are_asked_about(tmp_path: Path) -> None:
+    end = float(load(write(tmp_path, VALID)).experiment.history.end_time[-1])
+
+    def temperature(factor: float) -> str:
+        rows = (f"{t * factor:.4f},{20.0 + 5.0 * t / end:.3f}\n" for t in np.linspace(0.0, end, 30))
+        return "time [s],temperature [degC]\n" + "".join(rows)
+
+    name = "the time of the last sample of the temperature"
+    assert "are they minutes" in found(tmp_path, VALID, temperature=temperature(1 / 60))[name].message
+    assert name not in found(tmp_path, VALID, temperature=temperature(1.0))
+
+
 def with_reported(**reported: float) -> str:
     return VALID + "[reported]\n" + "".join(f"{key} = {value}\n" for key, value in reported.items())
 

@@ -262,6 +262,14 @@ def test_a_profile_in_which_nothing_is_worn_gives_no_k(ambient, lift):
             command.run(replace(ambient, experiment=test))
 
 
+def test_a_profile_upside_down_is_asked_about(ambient):
+    profile = ambient.experiment.measured.profile
+    turned = replace(profile, height=-profile.height)
+    test = replace(ambient.experiment, measured=replace(ambient.experiment.measured, profile=turned))
+    with pytest.raises(MeasurementError, match=r"^profile: nothing is worn off .* stands up by 6 µm .*sign = -1"):
+        fit_k.run(replace(ambient, experiment=test))
+
+
 def test_the_written_profile_has_the_same_peak_pressure_in_contact(tmp_path: Path) -> None:
     """Of a track 1.5 times as wide as the new patch; a wider one is said not to resolve its shoulders."""
     text = VALID.replace("[model]\n", '[model]\ncontact = "half_space"\nwear_coefficient = 6e-4\n')

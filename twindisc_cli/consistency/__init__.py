@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator, Sequence
 from twindisc_cli.consistency.contact import elastic_limit, pressure, shakes_down, small_patch, traction_sign
 from twindisc_cli.consistency.facts import Facts
 from twindisc_cli.consistency.finding import Finding
-from twindisc_cli.consistency.heat import heat_and_temperature, start_temperature
-from twindisc_cli.consistency.profile import hole_in_the_track, lone_height
+from twindisc_cli.consistency.heat import heat_and_temperature, short_record, start_temperature
+from twindisc_cli.consistency.profile import hole_in_the_track, lone_height, unit_of_the_track, upside_down
 from twindisc_cli.consistency.sensors import dead_sensor
 from twindisc_cli.consistency.wear import (
     chord_and_depth,
@@ -25,6 +25,8 @@ from twindisc_cli.consistency.wear import (
 from twindisc_cli.model.experiment import Experiment
 
 RULES: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
+    upside_down,
+    unit_of_the_track,
     chord_and_depth,
     hole_in_the_track,
     lone_height,
@@ -33,6 +35,7 @@ RULES: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
     wears_too_fast,
     weighings,
     mass_and_profile,
+    short_record,
     heat_and_temperature,
     start_temperature,
     dead_sensor,
@@ -45,11 +48,14 @@ RULES: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
 
 
 OF_DATA: tuple[Callable[[Facts], Iterator[Finding]], ...] = (
+    upside_down,
+    unit_of_the_track,
     hole_in_the_track,
     lone_height,
     wears_too_fast,
     weighings,
     mass_and_profile,
+    short_record,
     heat_and_temperature,
     start_temperature,
     dead_sensor,

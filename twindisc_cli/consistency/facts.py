@@ -10,7 +10,7 @@ import numpy as np
 from twindisc_cli.errors import MeasurementError
 from twindisc_cli.identify.energy import ratio_and_power, wear_factor
 from twindisc_cli.identify.steps import friction_in_use
-from twindisc_cli.identify.track import Track, last_profile, worn_track
+from twindisc_cli.identify.track import Track, last_profile, standing_up, worn_track
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Experiment, Floats, Rig
 from twindisc_cli.model.forward import ForwardModel, acts_at
@@ -86,12 +86,23 @@ class Facts:
         return wear_factor(self.model, self.prediction.state, stop) if acts_at(self.test, "wear") else 1.0
 
     @cached_property
+    def standing_up(self) -> float:
+        """Height [m] by which the last measured profile stands up in place of a track; 0 where it does not."""
+        profile = self.test.measured.profile
+        if profile is None:
+            return 0.0
+        last = last_profile(profile)
+        return standing_up(profile.y[last], profile.height[last])
+
+    @cached_property
     def track(self) -> Track | None:
-        """The track in the last measured profile."""
+        """The track in the last measured profile; None where it stands up."""
         profile = self.test.measured.profile
         if profile is None:
             return None
         last = last_profile(profile)
+        if self.standing_up:
+            return None
         return worn_track(profile.y[last], profile.height[last], smooth=True)
 
     @cached_property

@@ -1,6 +1,7 @@
 """Heat: the temperatures belong to the dissipated power and to where the disc is said to start.
 
 heat                a rise is at most P / (h S), and at most E / C (Eq. 18 without and with only storage)
+times               samples of a test are not all of its first moments
 start temperature   the first readings are those of the disc as it is said to start
 """
 
@@ -23,6 +24,8 @@ START, AT_START = 0.02, 3
 """Share of the test within which readings are of its start, and how many of these at the most are taken."""
 STARTS = 5.0
 """[K] by which the disc may start off what the definition says: zeros of thermometers, heat of a running-up."""
+MANY, SHORT = 20, 0.05
+"""Samples of a file that records a test, and share of the history before which it does not end."""
 FAHRENHEIT = 3.0  # [K] within which a reading is the declared temperature in degrees Fahrenheit
 COLDER = 2.0  # [K]; thermocouples err by 1.5 (class 1) to 2.5 (class 2), IEC 60584-1
 
@@ -57,6 +60,31 @@ def heat_and_temperature(facts: Facts) -> Iterator[Finding]:
         for why, limit in limits.items():
             if np.isfinite(rise) and np.isfinite(limit):
                 yield Finding("heat and temperature", subject, rise, 0.0, (limit + drift) * LIMIT_MARGIN, "K", why)
+
+
+def short_record(facts: Facts) -> Iterator[Finding]:
+    """A file of many samples does not end soon after the beginning of the history."""
+    end = float(facts.test.history.end_time[-1])
+    for name in ("traction", "temperature"):
+        samples = getattr(facts.test.measured, name)
+        if samples is None or len(samples.time) < MANY or not np.isfinite(samples.time).all():
+            continue
+        last = float(samples.time.max())
+        if last < SHORT * end:
+            minutes = 0.5 * end < 60.0 * last < 1.01 * end
+            yield Finding(
+                rule="times",
+                subject=f"the time of the last sample of the {name}",
+                value=last,
+                low=SHORT * end,
+                high=np.inf,
+                unit="s",
+                why="a record of the test",
+                sentence=f"the {len(samples.time)} samples of the {name} end {number(last)} s after the beginning of a "
+                f"history of {end:.4g} s",
+                hint=f"{'are they minutes' if minutes else 'is the time in the unit of its header'}, and is the "
+                "history the one that was recorded?",
+            )
 
 
 def start_temperature(facts: Facts) -> Iterator[Finding]:

@@ -17,6 +17,7 @@ import numpy as np
 
 from twindisc_cli.consistency.facts import Facts
 from twindisc_cli.consistency.finding import Finding, number
+from twindisc_cli.consistency.profile import off_in_unit
 from twindisc_cli.effects import catalogue
 from twindisc_cli.identify.track import last_profile
 from twindisc_cli.model.forward import acts_at
@@ -36,7 +37,7 @@ ENERGY_MARGIN = 1.5  # of W H / E: a volume and an energy enter, each with its o
 def chord_and_depth(facts: Facts) -> Iterator[Finding]:
     """A depth and a width, of the profile or as reported, must belong to the same facet."""
     pairs: list[tuple[str, float, float, tuple[int, int]]] = []
-    if facts.track:
+    if facts.track and not off_in_unit(facts, facts.track):
         pairs.append((facts.test.measured.provenance, facts.track.depth, facts.track.width, facts.of_profile))
     if {"depth", "width"} <= set(facts.test.reported):
         at_end = 2, len(facts.test.history.step)
@@ -190,7 +191,7 @@ def wears_too_fast(facts: Facts) -> Iterator[Finding]:
                 high=LARGEST_K,
                 unit="1",
                 why="severe wear of metals",
-                hint="are mass or heights, hardness and revolutions in their units?",
+                hint="are the load, mass or heights, hardness and revolutions in their units?",
             )
 
 

@@ -14,7 +14,14 @@ from numpy.typing import NDArray
 from twindisc_cli.model.experiment import Floats, ProfileSamples
 
 WIDTH_LEVEL = 0.05  # of the depth: below it a track's edge is roughness
+UP = 3.0  # times as high as deep: roughness and shoulders beside a track are less
 SMOOTHED_OVER = 40  # parts of a profile: a mean over one keeps a track of 20 of them
+
+UPSIDE_DOWN = (
+    "is the column height of its file depth, or upside down? Then columns.height = { sign = -1 } under [measured] "
+    "turns it; or is the crown of the disc still in it?"
+)
+"""What to look at where material stands in place of a track."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +53,12 @@ def worn_track(y: Floats, height: Floats, *, smooth: bool) -> Track:
     left = _edge(y[bottom::-1], depth[bottom::-1], level)
     right = _edge(y[bottom:], depth[bottom:], level)
     return Track(depth=deepest, width=right - left)
+
+
+def standing_up(y: Floats, height: Floats) -> float:
+    """Height [m] by which a measured profile, as of `worn_track`, stands up where a track would be cut in, else 0."""
+    up, down = (worn_track(y, sign * height, smooth=True).depth for sign in (-1.0, 1.0))
+    return up if float(np.trapezoid(height, y)) > 0.0 and up > UP * down else 0.0
 
 
 def _edge(y: Floats, depth: Floats, level: float) -> float:

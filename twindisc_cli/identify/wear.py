@@ -11,10 +11,10 @@ from functools import partial
 
 import numpy as np
 
-from twindisc_cli.errors import MeasurementError, ValidityError
+from twindisc_cli.errors import MeasurementError, Problem, ValidityError
 from twindisc_cli.identify.energy import wear_factors
 from twindisc_cli.identify.least_squares import Fit, fit_positive
-from twindisc_cli.identify.track import Track, last_profile, worn_track
+from twindisc_cli.identify.track import UPSIDE_DOWN, Track, last_profile, standing_up, worn_track
 from twindisc_cli.identify.wear_coefficient import TOLERANCE, Bisection, bisect_depth
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.experiment import Floats, Ints
@@ -143,13 +143,24 @@ def _worn(model: ForwardModel, mu: Floats) -> WornDisc:
     disc, stop = int(profile.disc[last][0]), int(profile.iteration[last][0])
     track, section = worn_track(y, height, smooth=True), -float(np.trapezoid(height, y))
     if not (track.depth > 0.0 and section > 0.0):
-        raise MeasurementError("nothing is worn off in the last measured profile: no height in it is below the rest")
+        raise MeasurementError(_nothing_worn(y, height))
     energy, sliding, part = _spent(model, mu, stop, disc)
     if not energy > 0.0:
         raise ValidityError("nothing slides up to the last measured profile: no K can have worn it")
     volume = 2.0 * np.pi * model.radius * section / part
     allowed = float(allowed_coefficient(volume=volume, energy=energy, hardness=model.experiment.rig.disc2.hardness))
     return WornDisc(last, stop, disc, y, height, track, allowed, part, energy, sliding)
+
+
+def _nothing_worn(y: Floats, height: Floats) -> Problem:
+    """That the last measured profile has no track, and what can make it so."""
+    what = "nothing is worn off in the last measured profile: no height in it is below the rest"
+    if up := standing_up(y, height):
+        what = (
+            "nothing is worn off in the last measured profile: it stands up by "
+            f"{up * 1e6:.3g} µm where a track would be cut in; {UPSIDE_DOWN}"
+        )
+    return Problem(what, key="profile")
 
 
 def _spent(model: ForwardModel, mu: Floats, iterations: int, disc: int) -> tuple[float, float, float]:
