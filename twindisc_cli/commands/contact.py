@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from twindisc_cli.definition import Test
-from twindisc_cli.errors import DefinitionError
+from twindisc_cli.errors import DefinitionError, Problem, ValidityError
 from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.identify.track import last_profile
 from twindisc_cli.model.base import BaseParameters
@@ -21,13 +21,17 @@ from twindisc_cli.model.experiment import Experiment, Floats, History, Ints, Mea
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.traction_law import creep_stiffness, share_of_full_slip, slip_of_pressure
 from twindisc_cli.physics import exact, fastrip, kalker, shakedown, third_body, unlike
+from twindisc_cli.physics.half_space import NoConvergenceError
 from twindisc_cli.physics.half_space.rolling import Creepage, SlipLaw
 from twindisc_cli.results import Array, Axis, Dataset, Result
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-SMOOTHED_OVER = 40  # parts of a profile: a parabola spans one of them
+SMOOTHED_OVER = (40, 20, 10)
+"""Parts of a profile: a parabola spans one of them."""
+RIPPLE = 0.05
+"""Share of p0 that the roughness left in a profile may press."""
 MOMENT = 1e-4
 """Part of an iteration in which the state is still that of its beginning."""
 PARTIAL = 0.99
@@ -229,19 +233,48 @@ def _patch(test: Experiment, normal_load: float) -> Patch:
         y = np.linspace(-reach, reach, 481)
         return profile_patch(test.rig, normal_load, y=y, height=np.zeros_like(y), origin="the unworn discs")
     last = last_profile(profile)
-    height = _without_roughness(profile.height[last])
+    y, height = profile.y[last], profile.height[last]
+    parts = _smoothed_over(test.rig, y, height)
     origin = f"the {test.measured.provenance} profile"
-    return profile_patch(test.rig, normal_load, y=profile.y[last], height=height, origin=origin)
+    if parts != SMOOTHED_OVER[0]:
+        origin += f" smoothed over {np.ptp(y) / parts * 1e3:.2g} mm against its roughness"
+    try:
+        return profile_patch(test.rig, normal_load, y=y, height=_smooth(height, parts), origin=origin)
+    except NoConvergenceError as error:
+        cure = 'smooth it in its file, or take contact = "hertz" under [model]'
+        raise ValidityError(
+            Problem(f"no pressure was found on the recorded profile: {error}; {cure}", key="profile")
+        ) from error
 
 
-def _without_roughness(height: Floats) -> Floats:
-    """Parabolas through a fortieth of the profile: what is rougher than that, the patch presses flat.
+def _smoothed_over(rig: Rig, y: Floats, height: Floats) -> int:
+    """Into how many parts a profile is cut for its smoothing: into the most that leave little of its roughness.
 
-    Source: A. Savitzky and M. J. E. Golay, Analytical Chemistry 36 (1964) 1627-1639.
+    A wave of height A and length L presses pi E* A / L (K. L. Johnson, Contact Mechanics, 1985, chapter 13).
     """
-    half = len(height) // (2 * SMOOTHED_OVER)
-    weights = 3.0 * half * (half + 1) - 1.0 - 5.0 * np.arange(-half, half + 1) ** 2
-    return np.convolve(np.pad(height, half, mode="edge"), weights / weights.sum(), mode="valid")
+    for parts in SMOOTHED_OVER:
+        left = np.std(np.diff(height, 2)) / np.sqrt(6.0) * np.sqrt(np.sum(_weights(len(height), parts) ** 2))
+        if np.pi * rig.effective_modulus * left / (np.ptp(y) / parts) < RIPPLE * float(rig.patch.p0):
+            break
+    return parts
+
+
+def _smooth(height: Floats, parts: int) -> Floats:
+    """Parabolas through a part of the profile, one of so many: what is rougher than that, the patch presses flat.
+
+    Source: W. S. Cleveland, Journal of the American Statistical Association 74 (1979) 829-836.
+    """
+    weights = _weights(len(height), parts)
+    return np.convolve(np.pad(height, len(weights) // 2, mode="edge"), weights, mode="valid")
+
+
+def _weights(points: int, parts: int) -> Floats:
+    """What the heights about a point count in the parabola there, (point,); these fall to nothing at its ends."""
+    half = points // (2 * parts)
+    x = np.arange(-half, half + 1) / (half + 1)
+    near = (1.0 - np.abs(x) ** 3) ** 3
+    weights = near * (np.sum(near * x**4) - np.sum(near * x**2) * x**2)
+    return np.asarray(weights / weights.sum()) if half else np.ones(1)
 
 
 def _local_friction(test: Experiment, point: Point) -> float | SlipLaw:

@@ -234,7 +234,7 @@ def _refine(solved: _Solver, box: _Box, contact: NormalContact, accuracy: float)
     worst = max(change, key=lambda name: change[name])
     raise NoConvergenceError(
         f"the {worst} still changes by {change[worst]:.1e} on the finest grid, {accuracy:.1e} was asked for: "
-        "smooth what is sharp or rough in the profile, or ask for less"
+        "smooth what is sharp or rough in the profile"
     )
 
 
