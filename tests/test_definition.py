@@ -135,6 +135,18 @@ def test_reported_numbers_are_si(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("second", "says"),
+    [
+        ("normal_load_N = 80.0", "normal_load_N: stands twice in this table, first in line 7"),
+        ("[rig]", "[rig]: this table is there already, above"),
+    ],
+)
+def test_a_key_or_a_table_that_stands_twice_is_named(second: str, says: str) -> None:
+    (problem,) = problems(changed(normal_load_N=f"normal_load_N = 72.0\n{second}"))
+    assert says in str(problem)
+
+
+@pytest.mark.parametrize(
     ("key", "line", "says"),
     [
         ("normal_load_N", "normal_load_N = 0", "must be greater than 0, not 0"),

@@ -218,6 +218,14 @@ def test_hashes_are_of_the_files(tmp_path: Path) -> None:
             "creepage [%],traction ratio [1]\n0.005,0.49\n0.01,0.55\n0.02,0.58\n",
             "0.005 % is not the history's: step 1 has 0.5 %; is it creepage [1]?",
         ),
+        (
+            "creepage [%],traction ratio [1]\n-0.5,0.49\n-1,0.55\n-2,0.58\n",
+            "-0.5 % is not the history's: step 1 has 0.5 %; is its sign the other one?",
+        ),
+        (
+            "creepage [%],traction ratio [1]\n50,0.49\n100,0.55\n200,0.58\n",
+            "50 % is not the history's: step 3 has 2 %; is creepage_percent in the definition a fraction?",
+        ),
         (TRACTION.replace("0.58", "58"), "traction.csv:4: traction ratio [1]: T/N of 58 cannot be; is it in %"),
         ("creepage [%],traction ratio [1]\n0.49,0.5\n0.55,1\n0.58,2\n", "swapped with creepage [%]?"),
         ("creepage [%],traction ratio [1]\n0.30,0.5\n0.31,1\n0.32,2\n", "swapped with creepage [%]?"),

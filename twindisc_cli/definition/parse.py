@@ -36,6 +36,9 @@ from twindisc_cli.reading import read_toml
 
 _SYNTAX = re.compile(r"(.*) \(at (?:line (\d+), column \d+|end of document)\)")
 _PAIR = re.compile(r"""^\s*[\w.-]+\s*=\s*(?![\[{]|\"{3}|'{3})""")
+_KEY = re.compile(r"""^\s*([\w."'-]+)\s*=""")
+_TABLE_TWICE = re.compile(r"Cannot (?:declare|mutate immutable namespace) (\(.*\))(?: twice)?")
+_INLINE_TWICE = re.compile(r"Duplicate inline table key '(.*)'")
 _DECIMAL_COMMA = re.compile(r"^(\s*([\w.-]+)\s*=\s*[-+]?\d+),(\d+)(\s*(?:#.*)?)$")
 _LARGEST = 10**300  # larger whole numbers are no floats
 _ENDLESS = re.compile(r"[0-9_]{1000}")
@@ -174,8 +177,30 @@ def _syntax_problem(error: tomllib.TOMLDecodeError, lines: Sequence[str], file: 
         written = comma[1].rpartition("=")[2].strip()
         what = f"TOML takes a decimal point: write {written}.{comma[3]}"
         return Problem(what, file, number, comma[2]), f"{comma[1]}.{comma[3]}{comma[4]}"
+    if twice := _twice(what, lines, number):
+        key, what = twice
+        return Problem(what, file, number, key), "" if _PAIR.match(line) else None
     problem = Problem(f"not TOML: {what[:1].lower()}{what[1:]}", file, number)
     return problem, "" if _PAIR.match(line) and at else None
+
+
+def _twice(what: str, lines: Sequence[str], number: int) -> tuple[str, str] | None:
+    """The key or table that stands twice by a message of tomllib on a line, from 1, and what to say of it."""
+    if table := _TABLE_TWICE.fullmatch(what):
+        name = ".".join(re.findall(r"'([^']*)'", table[1]))
+        return f"[{name}]", "this table is there already, above: write all of its keys in one place"
+    if inner := _INLINE_TWICE.fullmatch(what):
+        return inner[1], "stands twice in this table in { }: leave one of the two out"
+    pair = _KEY.match(lines[number - 1])
+    if what != "Cannot overwrite a value" or not pair:
+        return None
+    for above in range(number - 1, 0, -1):
+        line = lines[above - 1]
+        if line.lstrip().startswith("["):
+            break
+        if (same := _KEY.match(line)) and same[1] == pair[1]:
+            return pair[1], f"stands twice in this table, first in line {above}: leave one of the two out"
+    return pair[1], "has a value already: leave one of the two out"
 
 
 def _corrected(raw: Mapping[str, Any], meant: Mapping[Key, str]) -> Mapping[str, Any]:

@@ -216,8 +216,7 @@ def _check_creepage(table: Table, history: History, step: Ints) -> None:
     """Creepages are those of the history."""
     creepage, steps, allowed = table.columns["creepage"], history.step_creepage, tolerance(history)
     expected = steps[step]
-    units = {"1": 100.0, "%": 0.01}
-    hint = "".join(f"; is it creepage [{u}]?" for u, factor in units.items() if _matched(factor * creepage, history)[0])
+    hint = _other_creepage(table, history)
 
     def what(row: int) -> str:
         other = int(np.argmin(np.abs(steps - creepage[row])))
@@ -228,6 +227,19 @@ def _check_creepage(table: Table, history: History, step: Ints) -> None:
     table.flag(np.abs(creepage - expected) > allowed[step], "creepage", what)
     if {"step", "time"} & set(table.columns):
         _note_other_creepages(table, history, step)
+
+
+def _other_creepage(table: Table, history: History) -> str:
+    """What else creepages that are not those of the history may be, as a question behind what is wrong with them."""
+    is_percent = table.scales["creepage"][0] < 1.0
+    meant = {
+        100.0: "is it creepage [1]?",
+        0.01: "is creepage_percent in the definition a fraction? It is in %" if is_percent else "is it creepage [%]?",
+        -1.0: "is its sign the other one? Then columns.creepage = { sign = -1 } under [measured] turns it, or "
+        "creepage_percent in the definition has the wrong sign",
+    }
+    creepage = table.columns["creepage"]
+    return "".join(f"; {what}" for factor, what in meant.items() if _matched(factor * creepage, history)[0])
 
 
 def _note_other_creepages(table: Table, history: History, step: Ints) -> None:
