@@ -11,7 +11,7 @@ from definitions import TRACTION, VALID, changed, outcome, shipped, write
 from matplotlib.figure import Figure
 
 from twindisc_cli.cli import main
-from twindisc_cli.commands import friction_chart, identify_mu
+from twindisc_cli.commands import contact, friction_chart, identify_mu
 from twindisc_cli.definition import Test, load
 from twindisc_cli.errors import MeasurementError
 from twindisc_cli.identify.chart import friction_chart as chart
@@ -146,3 +146,22 @@ def test_what_only_changes_wear_has_no_part_in_the_chart_of_the_unworn_discs(tmp
     )
     for name in ("apparent", "light_line", "full_slip"):
         np.testing.assert_array_equal(getattr(wearing, name), getattr(plain, name))
+
+
+def test_steps_below_full_sliding_and_intervals_without_ends_are_named():
+    lines = identify_mu.run(shipped("ambient")).summary
+    assert any("T/N of steps 1 to 3, which is below it at a small creepage" in line for line in lines)
+    lines = identify_mu.run(shipped("lewis2004")).summary
+    assert any(line.startswith("no interval in steps 1 to 8: a single row without") for line in lines)
+
+
+def test_a_traction_near_the_elastic_limit_has_no_upper_end_and_why(tmp_path):
+    """The rows of step 1 scatter across what linear theory allows; contact warns of the step."""
+    text = changed(friction_coefficient="", revolutions_per_iteration="revolutions_per_iteration = 4200")
+    rows = "".join(f"0.5,{t}\n" for t in (0.9, 1.1, 1.0)) + "1,0.55\n1,0.56\n2,0.58\n2,0.59\n"
+    test = load(write(tmp_path, text, traction="creepage [%],traction ratio [1]\n" + rows))
+    lines = identify_mu.run(test).summary
+    assert any(
+        line.startswith("no upper end in step 1: within its error T/N reaches the elastic limit") for line in lines
+    )
+    assert any(line.startswith("warning: mu of step 1 is hardly known") for line in contact.run(test, step=1).summary)

@@ -113,7 +113,8 @@ def test_smooth_discs_have_the_slope_of_the_theory_under_any_load(factor, crown)
     test = experiment(course, rig=discs, options=Options(traction="exact"), measured=Measured(traction=blank))
     made = ForwardModel(test).predict({"mu": np.array([0.6])}, profiled=False).traction[0]
     again = replace(test, measured=Measured(traction=replace(blank, ratio=made)))
-    assert softness(again, identify_friction(ForwardModel(again))) == pytest.approx([1.0, 1.0], rel=1e-3)
+    slope = softness(again, identify_friction(ForwardModel(again)))
+    assert slope[np.isfinite(slope)] == pytest.approx([1.0, 1.0], rel=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ import numpy as np
 
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import DefinitionError, Problem, ValidityError
-from twindisc_cli.identify.steps import friction_in_use
+from twindisc_cli.identify.steps import friction_in_use, identify_friction
 from twindisc_cli.identify.track import last_profile
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.contact_fields import Field, Patch, exact_field, fastsim_field, hertz_patch, profile_patch
@@ -42,7 +42,8 @@ PARTIAL = 0.99
 class Point:
     """An operating point: mu [1], creepages [1], spin [rad/m], load [N], rolling speed [m/s], and where it is from.
 
-    illustrative: not what the test ran at; its rolling speed is the rig's where it is taken from a pause.
+    warning: what is not known of mu; empty where it is. illustrative: not what the test ran at; its rolling speed is
+    the rig's where it is taken from a pause.
     """
 
     mu: float
@@ -52,6 +53,7 @@ class Point:
     normal_load: float
     rolling_speed: float
     origin: str
+    warning: str
     illustrative: bool
 
 
@@ -190,8 +192,19 @@ def _operating_point(model: ForwardModel, *, step: int | None, creepage: float |
         origin=_origin(
             chosen, friction.source[chosen], share[chosen], creepage=creepage, mu=mu, asked=step is not None
         ),
+        warning=_not_bounded(model, chosen) if mu is None and friction.source[chosen] == "identified" else "",
         illustrative=creepage is not None or mu is not None,
     )
+
+
+def _not_bounded(model: ForwardModel, step: int) -> str:
+    """That T/N hardly bounds the mu of a step, from 0; empty where it does."""
+    friction = identify_friction(model)
+    low, high = float(friction.low[step]), float(friction.high[step])
+    if not np.isfinite(low) or high - low <= friction.mu[step]:
+        return ""
+    interval = f"{low:.3g} to {high:.3g}" if np.isfinite(high) else f"{low:.3g} and more"
+    return f"mu of step {step + 1} is hardly known, 90 % interval {interval}: --step or --mu takes another"
 
 
 def _with_moments(history: History) -> tuple[History, Ints]:
@@ -343,6 +356,7 @@ def _summary(
     size = _size(patch)
     lines = [
         f"{point.origin}",
+        *([f"warning: {point.warning}"] if point.warning else []),
         f"mu = {point.mu:.3g}, creepage {point.creepage_x * 100.0:.3g} %{turned}, load {point.normal_load:.3g} N",
         f"patch of {patch.origin}: a {size['a_mm']:.4g} mm, b {size['b_mm']:.4g} mm, p0 {size['p0_MPa']:.4g} MPa",
     ]

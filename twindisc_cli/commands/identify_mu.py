@@ -10,8 +10,9 @@ from twindisc_cli.consistency import OF_FRICTION, contradictions
 from twindisc_cli.definition import Test
 from twindisc_cli.identify.friction import ABOVE_LIMIT, AGAINST_CREEPAGE, CONFIDENCE
 from twindisc_cli.identify.steps import StepFriction, identify_friction, softness, zero_error
-from twindisc_cli.model.experiment import Experiment
+from twindisc_cli.model.experiment import Experiment, Ints
 from twindisc_cli.model.forward import ForwardModel
+from twindisc_cli.report.words import listed
 from twindisc_cli.results import Array, Axis, Dataset, Result, or_null
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ def run(test: Test) -> Result:
         command="identify-mu",
         summary=(
             *_summary(result),
+            *_no_interval(result),
             *_zero(experiment),
             *_approximate(result),
             *_wide(result),
@@ -57,9 +59,13 @@ def run(test: Test) -> Result:
 def _wide(friction: StepFriction) -> tuple[str, ...]:
     """The steps whose interval is as wide as their mu."""
     known = np.flatnonzero(np.isfinite(friction.mu))
-    wide = [str(i + 1) for i in known if friction.high[i] - friction.low[i] > friction.mu[i]]
-    steps = f"step {', '.join(wide)}"
-    return (f"warning: at {steps} the 90 % interval is as wide as mu itself: these data hardly fix it",) if wide else ()
+    wide = np.array([i for i in known if friction.high[i] - friction.low[i] > friction.mu[i]])
+    steps = _steps(wide)
+    return (
+        (f"warning: at {steps} the 90 % interval is as wide as mu itself: these data hardly fix it",)
+        if len(wide)
+        else ()
+    )
 
 
 def _zero(test: Experiment) -> tuple[str, ...]:
@@ -95,13 +101,45 @@ def _note(test: Experiment) -> tuple[str, ...]:
 
 def _softer(test: Experiment, friction: StepFriction) -> tuple[str, ...]:
     """What steps in partial slip say of the contact, where all of them say it."""
-    slope = softness(test, friction)
+    of_step = softness(test, friction)
+    steps = np.flatnonzero(np.isfinite(of_step))
+    slope = of_step[steps]
     if len(slope) < 2 or slope.max() > SOFT:
         return ()
     return (
-        f"with the mu of full sliding the {len(slope)} steps below it are matched with {slope.min():.2f} to "
-        f"{slope.max():.2f} of the theoretical initial slope: the contact is softer than smooth discs, or friction "
-        "lower there",
+        f"if mu were that of full sliding in all steps, T/N of {_steps(steps)}, which is below it at a small creepage, "
+        f"would need {slope.min():.2f} to {slope.max():.2f} of the theoretical initial slope: the contact is softer "
+        "than smooth discs, or friction is lower there (mu and state given are those of each step by itself)",
+    )
+
+
+def _steps(steps: Ints) -> str:
+    """Steps, from 0, in words: `step 1`, `steps 1, 2 and 4`, `steps 1 to 8`."""
+    names = [str(step + 1) for step in steps]
+    if len(names) > 2 and steps[-1] - steps[0] == len(steps) - 1:
+        return f"steps {names[0]} to {names[-1]}"
+    return f"step{'s' if names[1:] else ''} {listed(names)}"
+
+
+def _no_interval(friction: StepFriction) -> tuple[str, ...]:
+    """Why an interval in the table has no end, or only a lower one."""
+    known = np.isfinite(friction.mu)
+    neither = np.flatnonzero(known & np.isnan(friction.half))
+    no_end = np.flatnonzero(known & np.isfinite(friction.low) & ~np.isfinite(friction.high))
+    return (
+        *(
+            (f"no interval in {_steps(neither)}: a single row without a column uncertainty shows no scatter",)
+            if len(neither)
+            else ()
+        ),
+        *(
+            (
+                f"no upper end in {_steps(no_end)}: within its error T/N reaches the elastic limit, where it no longer "
+                "depends on mu",
+            )
+            if len(no_end)
+            else ()
+        ),
     )
 
 

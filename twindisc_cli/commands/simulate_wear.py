@@ -94,13 +94,19 @@ def _summary(history: WearHistory, k: float, source: str) -> tuple[str, ...]:
         f"K = {k:.3g}, {source}",
         f"disc 2: {track.depth * 1e6:.3g} µm deep, {track.width * 1e3:.3g} mm wide at 5 % of the depth, "
         f"best circle {f'{history.radius[-1] * 1e3:.3g} mm' if np.isfinite(history.radius[-1]) else 'straight'}",
-        f"worn volume {history.volume[-1] * 1e9:.3g} mm³ (both discs), "
+        f"worn volume {history.volume[-1] * 1e9:.3g} mm³ ({_worn_discs(history)}), "
         f"dissipated energy {history.energy[-1] * 1e-3:.3g} kJ",
         f"patch at the end: a {history.a[-1] * 1e3:.3g} mm, b {history.b[-1] * 1e3:.3g} mm, "
         f"p0 {history.p0[-1] * 1e-6:.4g} MPa",
         *_shrunk(history),
         f"estimated error of the depth: {history.error * 100.0:.2g} %, of p0: {history.pressure_error * 100.0:.2g} %",
     )
+
+
+def _worn_discs(history: WearHistory) -> str:
+    """The discs that have worn at the end."""
+    worn = [np.any(height[-1] < 0.0) for height in (history.disc1_height, history.height)]
+    return "both discs" if all(worn) else "disc 1" if worn[0] else "disc 2"
 
 
 def _shoulders(history: WearHistory, rig: Rig) -> tuple[str, ...]:

@@ -166,24 +166,27 @@ def creepage_error(test: Experiment) -> Floats:
 
 
 def softness(test: Experiment, friction: StepFriction) -> Floats:
-    """The slope that steps below full sliding ask for, over the theory's, if mu is as in full sliding; (such a step,).
+    """The slope that steps below full sliding ask for, over the theory's, if mu is as in full sliding; (step,).
 
-    Empty where no step slides all over or declared effects act; steps under yaw are left out. Below 1 the contact is
-    softer than smooth discs, as rough or covered ones are, or friction is lower there: T/N alone does not show which.
+    NaN of other steps and of those under yaw, of all where none slides all over or declared effects act. Below 1 the
+    contact is softer than smooth discs, as rough or covered ones are, or friction is lower there: T/N alone does not
+    show which.
     """
     first = test.history.step_begin
     known = np.isfinite(friction.mu) & (friction.mu > 0.0) & (test.history.yaw[first] == 0.0)
+    result = np.full(len(first), np.nan)
     if not (test.is_plain and np.any(known)):
-        return np.empty(0)
+        return result
     law, creepage, ratio = unworn_law(test), np.abs(friction.creepage), np.abs(friction.ratio)
     load_factor = test.history.load_factor[first]
     slope = law.slope * test.rig.area_ratio(load_factor) / load_factor
     slides = known & (creepage > FAR_BEYOND * friction.mu / slope * law.full_slip)
     if not np.any(slides):
-        return np.empty(0)
+        return result
     mu = float(np.mean(friction.mu[slides]))
     below = known & (creepage < mu / slope * law.full_slip) & (ratio < LIGHT_LINE * mu)
-    return np.asarray(law.unsaturation(ratio[below] / mu) * mu / (slope * creepage)[below])
+    result[below] = law.unsaturation(ratio[below] / mu) * mu / (slope * creepage)[below]
+    return result
 
 
 def friction_in_use(model: ForwardModel) -> FrictionInUse:
