@@ -55,6 +55,7 @@ from twindisc_cli.loop.levels import ENVIRONMENT, Follows, Levels
 from twindisc_cli.loop.refusal import Refusal
 from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm
 from twindisc_cli.report import sentences, words
+from twindisc_cli.report.close_loop import held_out
 from twindisc_cli.results import Result
 from twindisc_cli.results.store import plain
 
@@ -392,6 +393,16 @@ def test_summary_holds_what_decides(test: Test) -> None:
     assert "follows no covariate: time or dissipated energy explains < 1 % of its variance" in text
 
 
+def test_a_standard_deviation_larger_than_its_value_gives_way_to_the_interval(test: Test) -> None:
+    loose = Estimate(1.0006e-4, 0.91, 1e-4, 1.6, "m s-1")
+    effect = replace(found(test).effects[0], parameters={"eyring_speed_m_s": loose})
+    base = {"mu": BaseEstimate(0.51, 0.4, 0.049, 1.0, "1", "mu")}
+    text = "\n".join(summary(replace(found(test), effects=[effect], base=base)))
+    assert "eyring_speed_m_s = 1.0e-4 m s⁻¹ (90 %: 1.0e-4 to 1.6)" in text
+    assert "mu = 0.51 (90 %: 0.049 to 1.0)" in text
+    assert "±" not in text
+
+
 # --- figure
 
 
@@ -489,6 +500,16 @@ def test_a_law_is_drawn_with_its_band_its_formula_and_where_data_were(test: Test
     assert line(curve, "data").get_xdata() == pytest.approx(20e-3 * DURATION * (np.arange(SAMPLES) + 1.0) / SAMPLES)
 
 
+def test_a_formula_that_jumps_is_drawn_with_upright_sides(test: Test) -> None:
+    jumping = Law("mu", "time", "window", {"size": 0.2, "begin_s": 100.0, "end_s": 200.0}, valid=(0.0, 420.0))
+    law = replace(learnt(test).laws[0], law=jumping, formula=formula_text(jumping), curve=banded(jumping))
+    drawn = figure(replace(learnt(test), laws=[law]), [test.experiment], title="", provenance="synthetic")
+    x, y = np.asarray(line(drawn.axes[-1], "learnt").get_xydata()).T
+    assert y[x == 100.0] == pytest.approx([1.0, 1.2])
+    assert y[x == 200.0] == pytest.approx([1.2, 1.0])
+    assert set(np.round(y, 9)) == {1.0, 1.2}
+
+
 def test_samples_without_times_are_drawn_over_creepage(tmp_path: Path) -> None:
     test = made(tmp_path, "small")
     samples = test.experiment.measured.traction
@@ -529,7 +550,18 @@ def test_tests_fitted_together_follow_each_other(tmp_path: Path) -> None:
     assert traction.traces[1].x.min() > traction.traces[0].x.max()
     assert traction.spans[3].begin > traction.spans[2].end
     assert profile.traces[-1].label == "two disc 2, iteration 5"
-    assert "one disc 1, iteration 5" in text_of(figure(diagnosis, tests, title="", provenance="measured and synthetic"))
+    drawn = figure(diagnosis, tests, title="", provenance="measured and synthetic")
+    assert "one disc 1, iteration 5" in text_of(drawn)
+    left = next(axes for axes in drawn.axes if axes.get_ylabel().endswith("− model [1]"))
+    means = [drawn_line for drawn_line in left.get_lines() if drawn_line.get_label() == "after, mean"]
+    assert len({str(drawn_line.get_color()) for drawn_line in means}) == 2
+    course = next(axes for axes in drawn.axes if title_of(axes).startswith("traction: "))
+    key = course.get_legend()
+    assert key is not None
+    colours = {
+        text.get_text(): handle.get_color() for text, handle in zip(key.get_texts(), key.get_lines(), strict=True)
+    }
+    assert colours["model after"] not in (colours["one"], colours["two"])
     data = result_of(diagnosis, [first, second], None).dataset
     assert {"traction_1_sample", "traction_2_sample"} <= {axis.name for axis in data.axes}
 
@@ -620,6 +652,28 @@ def test_a_term_has_one_probability_wherever_it_stands(test: Test) -> None:
     assert not any(text.get_text() == "51 %" for axes in drawn.axes for text in axes.texts)
 
 
+def test_what_is_named_beside_the_answer_has_one_probability_and_is_not_excluded(test: Test) -> None:
+    bound = Refusal("at a bound", "film_ratio at a bound")
+    film = tried("traction", "film_breakdown", 900.0, of="falling_friction", probability=0.11, refused=bound)
+    odd = replace(found(test), tried=[film, *found(test).tried[1:]])
+    assert [t.term for t in sentences.ranked(odd, "traction")][1] == film.term
+    assert sentences.share(odd, film) == "29 %"
+    said = "cannot be separated from what was added; not the answer itself: film_ratio at a bound"
+    assert sentences.outcome(odd, film) == said
+    drawn = figure(odd, [test.experiment], title="", provenance="synthetic")
+    assert "29 % (at a bound)" in text_of(drawn)
+    assert "11 %" not in text_of(drawn)
+
+
+def test_what_was_tried_in_two_places_is_told_apart(test: Test) -> None:
+    drift = tried("profile", "sensor_drift", 300.0, of="lateral_wander", refused=LESS)
+    twice = replace(found(test), tried=[*found(test).tried, drift])
+    names = [sentences.tried_name(twice, t) for t in twice.tried]
+    assert "sensor drift (instead of falling friction)" in names
+    assert "sensor drift (instead of lateral wander)" in names
+    assert "film breakdown" in names
+
+
 def test_the_page_answers_what_a_reader_asks(test: Test) -> None:
     asked = dict(sentences.answers(found(test)))
     assert asked["How sure is it?"][0].startswith("Falling friction: probable; it is chosen in 71 %")
@@ -653,9 +707,10 @@ def test_what_explains_the_samples_and_does_not_predict_others_is_said(test: Tes
 def test_what_is_as_good_is_named_where_the_answer_stands_alone(test: Test) -> None:
     alone = replace(found(test), effects=[replace(e, alternatives=()) for e in found(test).effects])
     asked = dict(sentences.answers(alone))["What else could it be?"]
-    assert "as good a fit but less probable: film breakdown (29 %)" in asked[0]
+    assert "less probable but not excluded: film breakdown (29 %)" in asked[0]
     (film,) = [t for t in alone.tried if sentences.term_name(t.term) == "film breakdown"]
-    assert sentences.outcome(alone, film) == "fits as well, less probable"
+    assert sentences.outcome(alone, film) == "fits less well, but by no more than the formulas may err; less probable"
+    assert sentences.outcome(alone, replace(film, gain=909.0)) == "fits as well, less probable"
     renamed = replace(film, refused=Refusal("in other words"))
     assert sentences.share(alone, renamed) == "–"
     assert sentences.outcome(alone, renamed) == "the same in other words, counted there"
@@ -818,9 +873,24 @@ def test_page_counts_what_was_held_out(test: Test) -> None:
     assert "12 of 60 of the traction, 36 of 180 of the worn profile and 12 of 60 of the disc temperature" in items
 
 
-def test_page_says_what_predicts_the_samples_held_out(test: Test) -> None:
+def test_steps_without_a_sample_are_not_held_out(test: Test) -> None:
+    seen = [replace(curve, held_out=np.zeros_like(curve.held_out)) for curve in found(test).curves]
+    assert held_out(test, replace(found(test), curves=seen)) == "no sample"
+
+
+@pytest.mark.parametrize("blind", [True, False])
+def test_page_says_what_predicts_the_samples_held_out(test: Test, blind: bool) -> None:
     """The average over the explanations, which may err where the answer alone does not."""
-    assert "predicted without them by the average over the answer" in Reader(page(result(found, test))).text("p")
+    told = Reader(page(result_of(replace(found(test), blind=blind), [test], None))).text("p")
+    said = "that neither search nor choice saw, " if blind else ""
+    assert f"“Held out” are samples {said}predicted without them by the average over the answer" in told
+
+
+def test_page_names_effects_in_words_in_what_differs(test: Test) -> None:
+    said = "fitted to all samples, the evidence is for mu over time in cold and two_slope_factors"
+    odd = replace(found(test), difference=said)
+    words_of = "a change of the coefficient of friction with time in cold and two slope factors"
+    assert any(words_of in line for line in sentences.sentences(odd))
 
 
 def test_a_test_that_was_only_predicted_is_told_apart(tmp_path: Path) -> None:
@@ -910,7 +980,8 @@ def test_a_law_is_told_in_the_same_words_everywhere(test: Test) -> None:
     outcome, lines = result(learnt, test), summary(learnt(test))
     reader = Reader(page(outcome))
     assert lines[1] == f"{words.sentence(DIFFERS)}."
-    assert reader.text("p").index(lines[1]) < reader.text("p").index("Learnt from the data")
+    (differs,) = sentences.difference(learnt(test))
+    assert reader.text("p").index(differs) < reader.text("p").index("Learnt from the data")
     assert DIFFERS not in reader.text("li")
     first = (
         "the coefficient of friction times (1 - 0.123 exp(-τ / 68.1 s)), with τ the time since the creepage changed "

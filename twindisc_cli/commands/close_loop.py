@@ -24,7 +24,6 @@ from twindisc_cli.loop.channels import channels, measured_channels, place_of
 from twindisc_cli.loop.channels.traction import friction_is_given
 from twindisc_cli.loop.diagnose import diagnose
 from twindisc_cli.loop.diagnosis import (
-    BaseEstimate,
     ChannelError,
     Diagnosis,
     Estimate,
@@ -38,7 +37,7 @@ from twindisc_cli.loop.terms import Alternative, EffectTerm
 from twindisc_cli.report import sentences
 from twindisc_cli.report.close_loop import render
 from twindisc_cli.report.levels import level_json
-from twindisc_cli.report.words import channel_name, listed, number, p_value, percent, unit, with_error
+from twindisc_cli.report.words import channel_name, listed, number, p_value, percent, sentence, unit, with_error
 from twindisc_cli.results import Result, or_null
 from twindisc_cli.version import __version__
 
@@ -141,7 +140,7 @@ def summary(diagnosis: Diagnosis) -> list[str]:
     Where these are more, notes give way first, then the details of what was added: the verdict names it.
     """
     verdict = " ".join([sentences.sentences(diagnosis)[0], *sentences.between(diagnosis)])
-    head = [f"{diagnosis.verdict}: {verdict}", *sentences.difference(diagnosis)]
+    head = [f"{diagnosis.verdict}: {verdict}", *([f"{sentence(diagnosis.difference)}."] * bool(diagnosis.difference))]
     head += [_error_line(channel_name(channel), error) for channel, error in diagnosis.errors.items()]
     terms = [_term_line(term) for terms in sentences.together(diagnosis).values() for term in terms]
     notes, least = [f"note: {note}" for note in diagnosis.notes], bool(diagnosis.notes)
@@ -167,9 +166,10 @@ def _beyond_the_terms(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.unexplained and diagnosis.verdict != "unexplained":
         least = p_value(min(left.p_value for left in diagnosis.unexplained))
         lines.append(f"unexplained: {listed(sentences.open_questions(diagnosis))} ({least})")
-    base = [f"{name} = {_base_text(e)}" for name, e in diagnosis.base.items()]
+    base = [f"{name} = {_value_text(e)}" for name, e in diagnosis.base.items()]
     with_what = ", with what was added (use them with revised.toml)" if sentences.together(diagnosis) else ""
-    lines += [f"base{with_what}: {', '.join(base)} (± one standard deviation)"] if base else []
+    what_is_meant = " (± one standard deviation)" if any("±" in text for text in base) else ""
+    lines += [f"base{with_what}: {', '.join(base)}{what_is_meant}"] if base else []
     if diagnosis.validation is not None:
         lines.append(f"predicted, not fitted, used in the choice: {_predicted_line(diagnosis.validation)}")
     lines += [f"predicted, used in nothing: {_predicted_line(predicted)}" for predicted in diagnosis.predictions]
@@ -177,8 +177,8 @@ def _beyond_the_terms(diagnosis: Diagnosis) -> list[str]:
     return [*lines, *([f"next: {diagnosis.next_experiment.why}"] if diagnosis.next_experiment is not None else [])]
 
 
-def _base_text(estimate: BaseEstimate) -> str:
-    """A base parameter with its standard deviation; with its 90 % interval where that is larger than half of it."""
+def _value_text(estimate: Estimate) -> str:
+    """A parameter with its standard deviation; with its 90 % interval where that is larger than half of it."""
     e = estimate
     if not e.std > 0.5 * abs(e.value):
         return with_error(e.value, e.std, e.unit)
@@ -213,7 +213,7 @@ def _error_line(channel: str, error: ChannelError) -> str:
 def _term_line(term: FoundTerm) -> str:
     """An effect with its parameters, or a law with its formula; how sure, how much, and what else it may be."""
     if isinstance(term, FoundEffect):
-        values = [f"{key} = {with_error(e.value, e.std, e.unit)}" for key, e in term.parameters.items()]
+        values = [f"{key} = {_value_text(e)}" for key, e in term.parameters.items()]
         parts = [f"{term.key} ({', '.join(values)}): {sentences.sureness(term)}"]
     else:
         parts = [

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.gridspec import GridSpec, SubplotSpec
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from twindisc_cli.figures._loop_view import View, samples_over, views_of
@@ -30,12 +31,14 @@ from twindisc_cli.figures.style import (
     name_axes,
     sheet,
 )
+from twindisc_cli.laws.law import Law
+from twindisc_cli.laws.shapes import SHAPES
 from twindisc_cli.loop.channels import channels
-from twindisc_cli.loop.diagnosis import CandidateResult, Diagnosis, FoundLaw
+from twindisc_cli.loop.diagnosis import CandidateResult, Diagnosis, FoundLaw, LawCurve
 from twindisc_cli.loop.thresholds import ACCEPTANCE
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.report import sentences
-from twindisc_cli.report.words import p_value, percent, term_name, unit
+from twindisc_cli.report.words import p_value, percent, unit
 
 PANEL, STRIP, BAR, AXIS = 2.35, 0.62, 0.19, 0.72
 """Height of a row of panels, of the steps above one, of a bar of a ranking, and of what is around the bars [inch]."""
@@ -48,7 +51,10 @@ FEW = 40
 LEFT, RIGHT = 1.35, 1.45
 """Room of a ranking left of its bars for their names, and from their foot to the remarks, over the longest bar."""
 SHADE, BAND, REMARK = "#F1F1F1", "#E3E3E3", "#444444"
-CHOSEN, HOLDS = "#8FC1E3", "#A5D8C6"
+BARS = (("#8FC1E3", "added to the model"), ("#A5D8C6", "not excluded in its place"), (BAND, "not given, and why"))
+"""Colours of what was tried, and what came of it."""
+JUMPING = ("step", "window")
+"""Formulas whose parameters are the places where they jump."""
 
 
 def figure(
@@ -121,14 +127,17 @@ def _course(axes: Axes, view: View) -> None:
     for span in view.spans[1::2]:
         axes.axvspan(span.begin, span.end, color=SHADE, linewidth=0.0, zorder=0)
     several = len(view.traces) > 1
+    fitted, held_out = f"{view.kind}, fitted", f"{view.kind}, held out"
     for trace, colour in zip(view.traces, family(len(view.traces)), strict=True):
         for chosen, what, shade in (
-            (trace.kept & ~trace.held_out, f"{view.kind}, fitted", colour if several else GREY),
-            (trace.kept & trace.held_out, f"{view.kind}, held out", PURPLE),
+            (trace.kept & ~trace.held_out, fitted, colour if several else GREY),
+            (trace.kept & trace.held_out, held_out, colour if several else PURPLE),
             (~trace.kept, "outlier", RED),
         ):
+            crosses = several and what == held_out
             if chosen.any():
-                _dots(axes, trace.x[chosen], trace.measured[chosen], shade, what, among=len(trace.x))
+                x, y = trace.x[chosen], trace.measured[chosen]
+                _dots(axes, x, y, shade, what, among=len(trace.x), crosses=crosses)
         order = np.argsort(trace.x, kind="stable")
         for values, style_of, shade, width, what in (
             (trace.before, "--", ORANGE, 1.6, "model before"),
@@ -151,10 +160,24 @@ def _course(axes: Axes, view: View) -> None:
     for handle in drawn.get_lines() if drawn else []:
         if handle.get_marker() == ".":
             handle.set(markersize=6.0, alpha=1.0)
+    if several:
+        _in_black(axes, fitted, held_out, "model after")
 
 
-def _dots(axes: Axes, x: Floats, y: Floats, colour: object, label: str, *, among: int) -> None:
-    """Samples: circles where there are a few dozen, small and pale points where there are thousands."""
+def _in_black(axes: Axes, *labels: str) -> None:
+    """Names in the legend that hold for every test, each drawn in a colour of its own, without the colour of one."""
+    drawn = axes.get_legend()
+    for handle, text in zip(drawn.legend_handles, drawn.get_texts(), strict=True) if drawn else ():
+        if isinstance(handle, Line2D) and text.get_text() in labels:
+            handle.set(color=BLACK, markeredgecolor=BLACK)
+
+
+def _dots(axes: Axes, x: Floats, y: Floats, colour: object, label: str, *, among: int, crosses: bool = False) -> None:
+    """Samples: circles where there are a few dozen, small and pale points where there are thousands; or crosses."""
+    if crosses:
+        axes.plot(x, y, linestyle="none", marker="x", markersize=5.0 if among <= FEW else 3.0, markeredgewidth=0.9,
+                  color=colour, label=label or None, zorder=3)  # fmt: skip
+        return
     if among <= FEW:
         axes.plot(x, y, linestyle="none", marker="o", markersize=4.5, markerfacecolor="white", markeredgecolor=colour,
                   markeredgewidth=1.0, label=label or None, zorder=3, clip_on=False)  # fmt: skip
@@ -188,21 +211,26 @@ def _steps(axes: Axes, view: View) -> None:
 
 
 def _leftover(axes: Axes, view: View) -> None:
-    """Measured minus model, before and after, with the band of the noise and the mean course."""
+    """Measured minus model, before and after, with the band of the noise and the mean course of each test."""
     axes.axhspan(-2.0 * view.noise, 2.0 * view.noise, color=BAND, linewidth=0.0, zorder=0, label="noise, ±2 std")
     over = np.concatenate([trace.over[trace.kept] for trace in view.traces])
-    measured = np.concatenate([trace.measured[trace.kept] for trace in view.traces])
-    for name, colour, width in (("before", ORANGE, 2.4), ("after", BLUE, 1.2)):
-        model = np.concatenate([getattr(trace, name)[trace.kept] for trace in view.traces])
-        _dots(axes, over, measured - model, colour, "", among=len(over))
-        bins = int(np.clip(len(over) // 5, BINS, MOST_BINS)) if view.over == "y" else BINS
-        axes.plot(*_mean_course(over, measured - model, bins), color=colour, linewidth=width, label=f"{name}, mean")
+    several = len(view.traces) > 1
+    coloured = [each for each in zip(view.traces, family(len(view.traces)), strict=True) if each[0].kept.any()]
+    for name, own, width in (("before", ORANGE, 2.4), ("after", BLUE, 1.2)):
+        for trace, colour in coloured:
+            shade = colour if several and name == "after" else own
+            x, left = trace.over[trace.kept], (trace.measured - getattr(trace, name))[trace.kept]
+            _dots(axes, x, left, shade, "", among=len(over))
+            bins = int(np.clip(len(x) // 5, BINS, MOST_BINS)) if view.over == "y" else BINS
+            axes.plot(*_mean_course(x, left, bins), color=shade, linewidth=width, label=f"{name}, mean")
     if view.is_wide(view.over):
         _wide(axes, over)
     axes.axhline(0.0, color=BLACK, linewidth=0.5)
     rest = f"{view.kind}\n− model [{unit(channels()[view.channel].unit) or '1'}]"
     name_axes(axes, view.scale(view.over).axis_label, rest, fill(_outcome(view), TITLE))
     legend(axes, 3)
+    if several:
+        _in_black(axes, "after, mean")
 
 
 def _mean_course(over: Floats, values: Floats, bins: int) -> tuple[Floats, Floats]:
@@ -220,7 +248,8 @@ def _mean_course(over: Floats, values: Floats, bins: int) -> tuple[Floats, Float
 def _ranked(view: View) -> list[CandidateResult]:
     """The explanations that are drawn: all that were chosen, and those that come first beside them."""
     ranked = sentences.ranked(view.diagnosis, view.channel)
-    first = sorted(range(len(ranked)), key=lambda i: (not ranked[i].chosen, bool(ranked[i].refused), i))[:SHOWN]
+    out = [sentences.is_out(view.diagnosis, tried) for tried in ranked]
+    first = sorted(range(len(ranked)), key=lambda i: (not ranked[i].chosen, out[i], i))[:SHOWN]
     return [ranked[i] for i in sorted(first)]
 
 
@@ -228,14 +257,17 @@ def _ranking(axes: Axes, view: View) -> None:
     """How much better each explanation makes the fit, and what came of it."""
     ranked = _ranked(view)
     gains = [sentences.length(tried.gain) for tried in ranked]
-    colours = [CHOSEN if t.chosen else BAND if t.refused else HOLDS for t in ranked]
-    axes.barh(range(len(ranked)), gains, color=colours, height=0.78)
+    kinds = [0 if t.chosen else 2 if sentences.is_out(view.diagnosis, t) else 1 for t in ranked]
+    for kind, (colour, what) in enumerate(BARS):
+        if kind in kinds:
+            here = np.flatnonzero(np.equal(kinds, kind))
+            axes.barh(here, np.take(gains, here), color=colour, height=0.78, label=what)
     longest = max(*gains, 1e-9)
     axes.set_yticks([])
     axes.spines["left"].set_position(("data", 0.0))
     axes.spines["bottom"].set_bounds(0.0, RIGHT * longest)
     for place, tried in enumerate(ranked):
-        label = fill(term_name(tried.term), LONGEST)
+        label = fill(sentences.tried_name(view.diagnosis, tried), LONGEST)
         weight = "bold" if tried.chosen else "normal"
         size = "x-small" if "\n" in label else SMALL
         axes.text(-0.02 * longest, place, label, va="center", ha="right", fontsize=size, fontweight=weight,
@@ -249,16 +281,19 @@ def _ranking(axes: Axes, view: View) -> None:
     axes.set_ylim(len(ranked) - 0.4, -0.7)
     better = "improvement of the fit, $\\sqrt{\\Delta\\chi^2}$ (about 1 by chance)"
     name_axes(axes, better, "", f"{view.channel}: explanations that were tried")
+    axes.xaxis.label.set_x((LEFT + 0.5) / (LEFT + RIGHT))
+    axes.legend(loc="upper left", bbox_to_anchor=(0.0, 0.0), handlelength=1.5, borderpad=0.0, borderaxespad=0.5,
+                labelspacing=0.3)  # fmt: skip
 
 
 def _remark(diagnosis: Diagnosis, tried: CandidateResult) -> str:
     """What came of an explanation, in a word."""
-    if tried.refused:
-        return tried.refused.reason
+    reason = tried.refused.reason if tried.refused else ""
+    if reason and sentences.is_out(diagnosis, tried):
+        return reason
     probability = sentences.probability(diagnosis, tried)
-    if np.isfinite(probability):
-        return percent(probability)
-    return "added" if tried.chosen else "as good"
+    said = percent(probability) if np.isfinite(probability) else "added" if tried.chosen else "not excluded"
+    return f"{said} ({reason})" if reason else said
 
 
 def _outcome(view: View) -> str:
@@ -287,8 +322,9 @@ DRAW: Mapping[tuple[str, int], Callable[[Axes, View], None]] = {
 def _law(axes: Axes, result: FoundLaw, diagnosis: Diagnosis, width: int) -> None:
     """A law that was learnt: its curve with the 90 % band, its formula in lines of a width, and where data were."""
     law, curve = result.law, result.curve
-    axes.fill_between(curve.at, curve.low, curve.high, color=BLUE, alpha=0.2, linewidth=0.0, label="90 %")
-    axes.plot(curve.at, curve.value, color=BLUE, linewidth=1.4, label="learnt")
+    at, value, low_band, high_band = _with_jumps(law, curve)
+    axes.fill_between(at, low_band, high_band, color=BLUE, alpha=0.2, linewidth=0.0, label="90 %")
+    axes.plot(at, value, color=BLUE, linewidth=1.4, label="learnt")
     if law.shape is None:
         axes.plot(law.at, law.value, linestyle="none", marker="o", markersize=2.5, color=BLUE)
     one = 1.0 if law.of.kind == "factor" else 0.0
@@ -303,3 +339,14 @@ def _law(axes: Axes, result: FoundLaw, diagnosis: Diagnosis, width: int) -> None
     what = f"{'factor on' if one else 'shift of'} {law.of.label} [{unit(law.of.unit) or '1'}]"
     name_axes(axes, across, fill(what, 28), fill(f"learnt: {result.formula} ({sentences.sureness(result)})", width))
     legend(axes, 3)
+
+
+def _with_jumps(law: Law, curve: LawCurve) -> list[Floats]:
+    """Places, values and band of a curve, with upright sides where its formula jumps between two places."""
+    edges = [law.parameters[law.over.key(name)] for name in SHAPES[law.shape].along] if law.shape in JUMPING else []
+    jumps = [(edge, int(np.searchsorted(curve.at, edge))) for edge in sorted(edges)]
+    inside = [(edge, place) for edge, place in jumps if 0 < place < len(curve.at)]
+    where = np.repeat([place for _, place in inside], 2).astype(np.int64)
+    at = np.insert(curve.at, where, np.repeat([edge for edge, _ in inside], 2))
+    sides = where - np.tile([1, 0], len(inside))
+    return [at, *(np.insert(values, where, values[sides]) for values in (curve.value, curve.low, curve.high))]

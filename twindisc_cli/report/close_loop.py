@@ -74,12 +74,14 @@ def _measured(test: Test) -> str:
 
 def held_out(test: Test, diagnosis: Diagnosis) -> str:
     """Steps held out, from 1 as the user counts them, and how many samples of each channel."""
+    curves = [curve for curve in diagnosis.curves if curve.test == test.experiment.name]
+    if not any(np.any(curve.held_out) for curve in curves):
+        return "no sample"
     creepage = test.experiment.history.step_creepage
     steps = diagnosis.held_out_steps.get(test.experiment.name, ())
     named = [f"{step + 1} ({100.0 * creepage[step]:g} %)" for step in steps]
     parts = [f"step{'s' if len(named) > 1 else ''} {words.listed(named)}"] if named else []
     parts.append("the last iteration of every second other step where it is long enough")
-    curves = [curve for curve in diagnosis.curves if curve.test == test.experiment.name]
     if any("y" in curve.covariates for curve in curves):
         parts.append(f"every {EVERY}th of {BANDS} bands across the track")
     return f"{words.listed(parts)}; in samples, {words.listed([_share(curve) for curve in curves])}"

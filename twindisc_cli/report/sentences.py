@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.laws.law import Law
+from twindisc_cli.laws.quantities import QUANTITIES as CHANGED
 from twindisc_cli.loop.channels import base_named, channels
 from twindisc_cli.loop.diagnosis import (
     BaseEstimate,
@@ -19,8 +21,8 @@ from twindisc_cli.loop.diagnosis import (
     FoundLaw,
     FoundTerm,
 )
-from twindisc_cli.loop.terms import Term, in_test
-from twindisc_cli.loop.thresholds import ACCEPTANCE
+from twindisc_cli.loop.terms import Alternative, EffectTerm, LawTerm, Term, in_test
+from twindisc_cli.loop.thresholds import ACCEPTANCE, SEARCH
 from twindisc_cli.model.experiment import Experiment
 from twindisc_cli.report.levels import between_text, level_text, stands_out
 from twindisc_cli.report.words import (
@@ -75,9 +77,35 @@ def weighed(term: FoundTerm) -> list[tuple[Term, str]]:
 
 
 def probability(diagnosis: Diagnosis, tried: CandidateResult) -> float:
-    """The probability of what was tried: of a term of the answer, the one that the answer gives it."""
-    given = [term.probability for term in diagnosis.terms if tried.chosen and tried.replaces == term.key]
-    return given[0] if given else tried.probability
+    """The probability of what was tried: of the answer's terms and what is named beside them, the one given there."""
+    term = _replaced(diagnosis, tried)
+    if term is not None and tried.chosen:
+        return term.probability
+    beside = named_beside(diagnosis, tried)
+    return beside.probability if term and beside and np.isfinite(term.probability) else tried.probability
+
+
+def _replaced(diagnosis: Diagnosis, tried: CandidateResult) -> FoundTerm | None:
+    """The term of the answer in whose place it was tried."""
+    return next((term for term in diagnosis.terms if term.key == tried.replaces), None)
+
+
+def named_beside(diagnosis: Diagnosis, tried: CandidateResult) -> Alternative | None:
+    """What was tried as one that the data cannot separate from the term in whose place it was; None where it is not."""
+    term = _replaced(diagnosis, tried)
+    return next((other for other in term.alternatives if other.term == tried.term), None) if term else None
+
+
+def is_out(diagnosis: Diagnosis, tried: CandidateResult) -> bool:
+    """Whether what was tried is refused, and not named beside the answer all the same."""
+    return tried.refused is not None and named_beside(diagnosis, tried) is None
+
+
+def tried_name(diagnosis: Diagnosis, tried: CandidateResult) -> str:
+    """What that which was tried is called; and in the place of what, where it was tried in several places."""
+    name, term = term_name(tried.term), _replaced(diagnosis, tried)
+    places = {other.replaces for other in diagnosis.tried if other.term == tried.term}
+    return name if term is None or len(places) < 2 else f"{name} (instead of {name_of(term)})"
 
 
 def share(diagnosis: Diagnosis, tried: CandidateResult) -> str:
@@ -130,7 +158,7 @@ def _what_else(diagnosis: Diagnosis, term: FoundTerm) -> str:
         if tried.replaces == term.key and not tried.chosen and not tried.refused
     ]
     if less:
-        return f"In the place of {name_of(term)}, as good a fit but less probable: {listed(less, 'or')}."
+        return f"In the place of {name_of(term)}, less probable but not excluded: {listed(less, 'or')}."
     return f"Nothing that was tried explains the data as well as {name_of(term)}."
 
 
@@ -138,11 +166,18 @@ def next_step(diagnosis: Diagnosis) -> str:
     """What to measure next, with the explanations in words."""
     if diagnosis.next_experiment is None:
         return ""
-    others = {other.term for term in diagnosis.terms for other in term.alternatives}
-    text = diagnosis.next_experiment.why
-    for term in sorted({tried.term for tried in diagnosis.tried} | others, key=lambda term: -len(str(term))):
-        text = text.replace(str(term), term_name(term))
-    return text.replace(" + ", " and ")
+    return in_words(diagnosis, diagnosis.next_experiment.why).replace(" + ", " and ")
+
+
+def in_words(diagnosis: Diagnosis, text: str) -> str:
+    """A text with the effects and laws that it names by their keys in words."""
+    terms: list[Term] = [EffectTerm(name) for name in catalogue()]
+    terms += [LawTerm(key, covariate) for key, changed in CHANGED.items() for covariate in changed.covariates]
+    terms += [tried.term for tried in diagnosis.tried]
+    terms += [other.term for term in diagnosis.terms for other in term.alternatives]
+    names = {str(term): term_name(term) for term in terms}
+    longest_first = "|".join(re.escape(name) for name in sorted(names, key=len, reverse=True))
+    return re.sub(rf"\b(?:{longest_first})\b", lambda found: names[found[0]], text)
 
 
 def declared(test: Experiment) -> str:
@@ -220,7 +255,7 @@ def sentences(diagnosis: Diagnosis) -> list[str]:
 
 def difference(diagnosis: Diagnosis) -> list[str]:
     """Where what is printed is not what was judged on held-out samples."""
-    return [f"{sentence(diagnosis.difference)}."] if diagnosis.difference else []
+    return [f"{sentence(in_words(diagnosis, diagnosis.difference))}."] if diagnosis.difference else []
 
 
 def _what_was_found(diagnosis: Diagnosis, groups: Mapping[str, Sequence[FoundTerm]]) -> str:
@@ -336,10 +371,14 @@ def _fall(channel: str, error: ChannelError) -> str:
 
 
 def floor(errors: Mapping[str, ChannelError]) -> str:
-    """What the noise of the channels says of an error: a floor where it was estimated, nothing where it is assumed."""
+    """What the noise of the channels says of an error, and that it says nothing where it is assumed."""
     assumed = [channel_name(channel) for channel, error in errors.items() if error.assumed]
     if not assumed:
-        return "The noise is the floor: no model of these data does better."
+        return (
+            "The noise is the scatter of the samples about a right model: an error well above it says that something "
+            "is missing. An error may lie somewhat below it by chance, the more the fewer the samples, and where free "
+            "parameters, as mu of each step, fit a part of the scatter."
+        )
     return (
         f"The noise of the {listed(assumed)} is assumed, one percent of its size, for nothing in the record scatters: "
         "a model may err less, and every significance and probability there rests on that percent."
@@ -360,14 +399,24 @@ def against_noise(error: ChannelError) -> str:
 
 def outcome(diagnosis: Diagnosis, tried: CandidateResult) -> str:
     """What came of an explanation."""
-    if tried.refused:
-        return "the same in other words, counted there" if _is_same(tried) else f"refused: {tried.why_not}"
     if tried.chosen:
         return "added to the model"
-    beside = {other.term for term in diagnosis.terms if term.key == tried.replaces for other in term.alternatives}
-    if tried.term in beside:
-        return "cannot be separated from what was added"
-    return "fits as well, less probable" if diagnosis.terms else "not excluded, too little evidence"
+    if named_beside(diagnosis, tried):
+        itself = f"; not the answer itself: {tried.why_not}" if tried.refused else ""
+        return f"cannot be separated from what was added{itself}"
+    if tried.refused:
+        return "the same in other words, counted there" if _is_same(tried) else f"refused: {tried.why_not}"
+    if not diagnosis.terms:
+        return "not excluded, too little evidence"
+    if _fits_as_well(diagnosis, tried):
+        return "fits as well, less probable"
+    return "fits less well, but by no more than the formulas may err; less probable"
+
+
+def _fits_as_well(diagnosis: Diagnosis, tried: CandidateResult) -> bool:
+    """Whether its chi2 is that of the answer, but for what two that cannot be separated may differ by."""
+    best = max((t.gain for t in diagnosis.tried if t.chosen and t.replaces == tried.replaces), default=tried.gain)
+    return 0.5 * (best - tried.gain) < SEARCH.equivalent
 
 
 def length(gain: float) -> float:
@@ -380,8 +429,11 @@ def ranked(diagnosis: Diagnosis, channel: str) -> list[CandidateResult]:
     place = {term.key: c for c, terms in together(diagnosis).items() for term in terms}
     here = [t for t in diagnosis.tried if place.get(t.replaces, t.channel) == channel]
     return sorted(
-        here, key=lambda t: (t.replaces, not t.chosen, bool(t.refused), -np.nan_to_num(t.probability), -t.gain)
-    )
+        here,
+        key=lambda t: (
+            t.replaces, not t.chosen, is_out(diagnosis, t), -np.nan_to_num(probability(diagnosis, t)), -t.gain
+        ),
+    )  # fmt: skip
 
 
 def base_meaning(estimate: BaseEstimate) -> str:
