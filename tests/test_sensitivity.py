@@ -12,7 +12,15 @@ from definitions import shipped
 
 from twindisc_cli.commands import fit_k
 from twindisc_cli.definition import load
-from twindisc_cli.identify.sensitivity import RULES, _depth_by_circle, _longer, circle_applies, sensitivity
+from twindisc_cli.figures.wear import varied
+from twindisc_cli.identify.sensitivity import (
+    RULES,
+    Variation,
+    _depth_by_circle,
+    _longer,
+    circle_applies,
+    sensitivity,
+)
 from twindisc_cli.identify.steps import friction_in_use
 from twindisc_cli.identify.wear import WearFit, identify_wear
 from twindisc_cli.model.experiment import History, TractionSamples
@@ -117,3 +125,14 @@ def test_archards_k_is_k_times_the_mean_friction() -> None:
     ratio = np.array([0.334, 0.491, 0.55, 0.57, 0.58, 0.60, 0.60, 0.61, 0.62, 0.62, 0.61, 0.60])
     weight = creepage * ([5] * 10 + [7] * 2)
     assert found["archard_k"] / found["K"] == pytest.approx(np.average(ratio, weights=weight), rel=2e-3)
+
+
+def test_the_figure_names_the_k_that_its_changes_are_of():
+    """The bisection stops within 1 % of the depth, here 0.7 % above the K that makes it."""
+    variations = [Variation("hardness +5 %", 5.97e-5, 0.05), Variation("load +2 %", 5.58e-5, -0.018)]
+    drawn = varied(variations, k=5.72e-5, name="air", provenance="reconstructed")
+    (axes,) = drawn.axes
+    title = axes.get_title(loc="left")
+    assert "= 5.69e-5 where nothing is changed" in title
+    assert "5.72e-5" in title
+    assert max(axes.get_xticks()) < 6.0

@@ -166,3 +166,15 @@ def test_a_disc_that_only_cools_is_hottest_at_its_start(tmp_path):
     assert result.json["peak_C"] == pytest.approx(80.0)
     assert result.json["rise_C"] == 0.0
     assert "rises by 0 K to 80 °C, at 0 s" in " ".join(result.summary)
+
+
+def test_steps_that_are_separate_are_drawn_apart_each_from_its_start(tmp_path):
+    """Three steps, of 168 s, 168 s and 84 s: after a gap, each begins at its start with the initial temperature."""
+    text = changed(heat_capacity_J_K="heat_capacity_J_K = 100.0\nconvection_W_K = 3.5")
+    text = text.replace("[history]\n", "[history]\nseparate = true\n")
+    disc = thermal.run(load(write(tmp_path, text))).figure().axes[0].get_lines()[0]
+    time, temperature = np.asarray(disc.get_xdata()), np.asarray(disc.get_ydata())
+    gaps = np.flatnonzero(np.isnan(temperature))
+    assert time[gaps] == pytest.approx([0.0, 168.0, 336.0])
+    assert temperature[gaps + 1] == pytest.approx(20.0)
+    assert np.nanmax(temperature) > 21.0

@@ -17,6 +17,7 @@ from twindisc_cli.figures._loop_view import View, samples_over, views_of
 from twindisc_cli.figures.style import (
     BLACK,
     BLUE,
+    FEW,
     GREEN,
     GREY,
     ORANGE,
@@ -46,8 +47,6 @@ COLUMNS = 2  # of panels: the width of a page
 BINS, MOST_BINS = 20, 60
 """Bins of the mean of what the model leaves; across the track a fifth of the samples, and at most so many."""
 SHOWN, LONGEST, TITLE = 8, 66, 44
-FEW = 40
-"""Samples up to which each is drawn as a point of its own."""
 LEFT, RIGHT = 1.35, 1.45
 """Room of a ranking left of its bars for their names, and from their foot to the remarks, over the longest bar."""
 SHADE, BAND, REMARK = "#F1F1F1", "#E3E3E3", "#444444"

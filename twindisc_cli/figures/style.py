@@ -77,6 +77,8 @@ ROOM = 1.07
 """The end of an axis that begins at zero, over the highest value on it."""
 WIDE = 15.0
 """Values that span more than this factor are drawn on a logarithmic axis."""
+FEW = 40
+"""Samples up to which each is drawn as a point of its own."""
 UNDER = 30.0
 """From the horizontal axis down to the legend under its numbers and label [point]."""
 
@@ -246,3 +248,9 @@ def measured_points(axes: Axes, x: ArrayLike, y: ArrayLike, half: ArrayLike | No
     bars = None if half is None else np.nan_to_num(np.asarray(half, dtype=float))
     axes.errorbar(x, y, yerr=bars, linestyle="none", marker="o", markersize=4.0, color=BLACK, markerfacecolor="white",
                   ecolor=GREY, elinewidth=0.7, label=label)  # fmt: skip
+
+
+def many_points(axes: Axes, x: ArrayLike, y: ArrayLike, *, label: str) -> None:
+    """Many measured points: small and pale, below the lines."""
+    axes.plot(x, y, linestyle="none", marker=".", markersize=7.0, markeredgewidth=0.0, alpha=0.35, color=GREY,
+              zorder=1.5, label=label)  # fmt: skip

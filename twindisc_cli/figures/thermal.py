@@ -7,12 +7,14 @@ from matplotlib.figure import Figure
 
 from twindisc_cli.figures.style import (
     BLUE,
+    FEW,
     GREEN,
     ORANGE,
     RED,
     caption,
     from_zero,
     legend,
+    many_points,
     measured_points,
     name_axes,
     page,
@@ -44,11 +46,13 @@ def temperatures(
     caption(figure, sentence)
     clock = time_axis(test)
     along = clock.drawn(time)
-    first.plot(along, disc, color=BLUE, label="disc, Eq. 18 exactly")
+    apart = _apart(time, disc, test)
+    first.plot(clock.drawn(apart[0]), apart[1], color=BLUE, label="disc, Eq. 18 exactly")
     first.plot(clock.drawn(steps[0]), steps[1], color=ORANGE, linestyle="none", marker=".", markersize=4.0,
                label="disc, Eq. 19 step by step")  # fmt: skip
     if samples is not None:
-        measured_points(first, clock.drawn(samples.time), samples.temperature - CELSIUS, label=provenance)
+        draw = measured_points if len(samples.time) <= FEW else many_points
+        draw(first, clock.drawn(samples.time), samples.temperature - CELSIUS, label=provenance)
     if test.thermal is not None:
         environment = test.thermal.environment_temperature - CELSIUS
         first.axhline(environment, color=GREEN, linewidth=0.8, linestyle="--", label="environment")
@@ -68,6 +72,16 @@ def temperatures(
     legend(first, 4)
     legend(third, 2)
     return figure
+
+
+def _apart(time: Floats, disc: Floats, test: Experiment) -> tuple[Floats, Floats]:
+    """Times [s] and disc [degC], (point,): where every step is a test of its own, each from its start, with gaps."""
+    if not test.history.separate or test.thermal is None:
+        return time, disc
+    starts = np.unique(test.history.begin_time)
+    places = np.repeat(np.searchsorted(time, starts + test.history.slack), 2)
+    initial = np.tile([np.nan, test.thermal.initial_temperature - CELSIUS], len(starts))
+    return np.insert(time, places, np.repeat(starts, 2)), np.insert(disc, places, initial)
 
 
 def jump_over(jump: Jump, *, name: str, provenance: str) -> Figure:

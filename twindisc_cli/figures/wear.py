@@ -158,7 +158,10 @@ def _trail(axes: Axes, fit: WearFit) -> None:
 
 
 def varied(variations: Sequence[Variation], *, k: float, name: str, provenance: str) -> Figure:
-    """How far K of the measured depth moves with each assumption, the largest first."""
+    """How far K of the measured depth moves with each assumption, the largest first.
+
+    k: what the bisection found, whose depth may be off by 1 %; the changes are those of the K that makes the depth.
+    """
     figure, (axes,) = page(
         1,
         1,
@@ -176,16 +179,20 @@ def varied(variations: Sequence[Variation], *, k: float, name: str, provenance: 
     axes.axvline(0.0, color=BLACK, linewidth=0.7)
     axes.set_yticks(places, [variation.what for variation in order])
     axes.grid(False, axis="y")
-    axes.set_xlim(1.1 * low, high + 0.3 * (high - low))
+    axes.set_xlim(1.1 * low, high + 0.36 * (high - low))
+    axes.set_xticks([tick for tick in axes.get_xticks() if 1.1 * low <= tick <= high + 0.05 * (high - low)])
     axes.set_ylim(len(order) - 0.4, -1.5)
     axis_label = f"change of the $K$ that makes the {provenance} depth [%]"
-    name_axes(axes, axis_label, "", f"$K$ = {number(k)} where nothing is changed")
+    unchanged = variations[0].wear_coefficient / (1.0 + variations[0].change)
+    title = f"$K$ = {number(unchanged)} where nothing is changed"
+    found = f" (bisection, to 1 % of the depth: {number(k)})" if number(k) != number(unchanged) else ""
+    name_axes(axes, axis_label, "", f"{title}{found}")
     return figure
 
 
 def _in_columns(axes: Axes, place: float, *texts: str) -> None:
     """Two short texts of a row, each at the end of its column at the right."""
-    for right, text in zip((0.915, 0.995), texts, strict=True):
+    for right, text in zip((0.895, 0.995), texts, strict=True):
         axes.text(right, place, text, transform=axes.get_yaxis_transform(), fontsize=SMALL, va="center", ha="right")
 
 
