@@ -1,4 +1,4 @@
-"""Separate tests at one setting: how far their friction scatters, and that the scatter is no finding."""
+"""Separate tests at one setting: how far their friction scatters, and that the scatter does not count as evidence."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_the_variance_is_right_in_the_mean() -> None:
 
 
 @pytest.mark.parametrize("seed", one_of(range(6)))
-def test_scatter_between_repeats_is_no_finding(seed: int) -> None:
+def test_scatter_between_repeats_is_not_evidence(seed: int) -> None:
     found = answer(repeats(seed))
     assert found.verdict == "no_missing_effect"
     assert any("separate tests at one setting scatter by" in note for note in found.notes)

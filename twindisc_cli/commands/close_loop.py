@@ -140,7 +140,9 @@ def summary(diagnosis: Diagnosis) -> list[str]:
     Where these are more, notes give way first, then the details of what was added: the verdict names it.
     """
     verdict = " ".join([sentences.sentences(diagnosis)[0], *sentences.between(diagnosis)])
-    head = [f"{diagnosis.verdict}: {verdict}", *([f"{sentence(diagnosis.difference)}."] * bool(diagnosis.difference))]
+    head = [f"{diagnosis.verdict}: {verdict}"]
+    if diagnosis.difference:
+        head.append(f"{sentence(diagnosis.difference)}.")
     head += [_error_line(channel_name(channel), error) for channel, error in diagnosis.errors.items()]
     terms = [_term_line(term) for terms in sentences.together(diagnosis).values() for term in terms]
     notes, least = [f"note: {note}" for note in diagnosis.notes], bool(diagnosis.notes)

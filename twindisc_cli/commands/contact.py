@@ -13,7 +13,7 @@ import numpy as np
 
 from twindisc_cli.definition import Test
 from twindisc_cli.errors import DefinitionError, Problem, ValidityError
-from twindisc_cli.identify.steps import friction_in_use, identify_friction
+from twindisc_cli.identify.steps import StepFriction, friction_in_use, identify_friction
 from twindisc_cli.identify.track import last_profile
 from twindisc_cli.model.base import BaseParameters
 from twindisc_cli.model.contact_fields import Field, Patch, exact_field, fastsim_field, hertz_patch, profile_patch
@@ -161,7 +161,8 @@ def _operating_point(model: ForwardModel, *, step: int | None, creepage: float |
     steps = len(test.history.step_creepage)
     if step is not None and not 1 <= step <= steps:
         raise DefinitionError(f"--step {step}: the history has the steps 1 to {steps}")
-    friction = friction_in_use(model)
+    identified = identify_friction(model) if test.measured.traction is not None else None
+    friction = friction_in_use(model, identified)
     known = np.isfinite(friction.mu) & (test.history.step_creepage != 0.0)
     history, begin = _with_moments(test.history)
     measured = Measured(start=test.measured.start, columns=test.measured.columns)
@@ -182,6 +183,7 @@ def _operating_point(model: ForwardModel, *, step: int | None, creepage: float |
     own_creepage = float(at(state.creepage)[chosen])
     if creepage is None and own_creepage == 0.0:
         raise DefinitionError(f"step {chosen + 1} rolls without creepage: give --creepage, or another --step")
+    is_identified = mu is None and friction.source[chosen] == "identified"
     return Point(
         mu=float(at(state.mu)[chosen]) if mu is None else mu,
         creepage_x=own_creepage if creepage is None else creepage / 100.0,
@@ -192,14 +194,13 @@ def _operating_point(model: ForwardModel, *, step: int | None, creepage: float |
         origin=_origin(
             chosen, friction.source[chosen], share[chosen], creepage=creepage, mu=mu, asked=step is not None
         ),
-        warning=_not_bounded(model, chosen) if mu is None and friction.source[chosen] == "identified" else "",
+        warning=_not_bounded(identified, chosen) if identified and is_identified else "",
         illustrative=creepage is not None or mu is not None,
     )
 
 
-def _not_bounded(model: ForwardModel, step: int) -> str:
+def _not_bounded(friction: StepFriction, step: int) -> str:
     """That T/N hardly bounds the mu of a step, from 0; empty where it does."""
-    friction = identify_friction(model)
     low, high = float(friction.low[step]), float(friction.high[step])
     if not np.isfinite(low) or high - low <= friction.mu[step]:
         return ""

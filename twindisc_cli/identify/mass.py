@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from twindisc_cli.errors import MeasurementError, ValidityError
 from twindisc_cli.identify.energy import wear_factors
@@ -84,7 +84,7 @@ class MassFit:
     def p_value(self) -> float:
         """Probability of misses as large by chance, chi-squared; NaN where no uncertainty is stated."""
         free = len(self.volume) - 1
-        return float(chi2.sf(self.in_errors**2 * free, free)) if free else np.nan
+        return float(chdtrc(free, self.in_errors**2 * free)) if free else np.nan
 
     @property
     def in_total(self) -> float:

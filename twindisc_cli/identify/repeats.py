@@ -23,6 +23,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.special import stdtr
 
+from twindisc_cli.identify.span import span_of
 from twindisc_cli.model.experiment import Experiment, Floats, Ints
 
 FEWEST = 3
@@ -77,34 +78,28 @@ def repeats_of(test: Experiment) -> Repeats:
 
 def _designs(test: Experiment, tests: Ints) -> Iterator[Floats]:
     """What repeats may follow (test, column), the richest first: settings, declared columns and a drift."""
-    history, samples = test.history, test.measured.traction
-    assert samples is not None
-    setting = history.step_conditions[tests]
+    setting = test.history.step_conditions[tests]
     means = np.asarray(setting[:, None] == np.unique(setting), dtype=float)
-    columns: list[list[float]] = [
-        [float(np.mean(column.values[column.step == step])) for step in tests]
-        for column in test.measured.columns.values()
-        if np.isin(tests, column.step).all()
-    ]
-    followed = np.concatenate([means, np.reshape(columns, (len(columns), len(tests))).T], axis=1)
-    place = 2.0 * tests / max(float(history.step[-1]), 1.0) - 1.0
+    followed = np.column_stack([means, *test.measured.column_means(tests).values()])
+    place = 2.0 * tests / max(float(test.history.step[-1]), 1.0) - 1.0
     for degree in range(DRIFT, -1, -1):
-        yield np.concatenate([followed, np.polynomial.legendre.legvander(place, degree)], axis=1)
+        yield np.column_stack([followed, np.polynomial.legendre.legvander(place, degree)])
     yield means
 
 
 def _left(design: Floats, y: Floats) -> tuple[Floats, Floats, int]:
     """What a design leaves of y, the leverage of each test, and the degrees of freedom."""
-    left, size, _ = np.linalg.svd(design / np.maximum(np.linalg.norm(design, axis=0), 1e-300), full_matrices=False)
-    reached = left[:, size > 1e-9]
+    reached = span_of(design)
     return y - reached @ (reached.T @ y), np.sum(reached**2, axis=1), len(y) - reached.shape[1]
 
 
 def _apart(design: Floats, y: Floats) -> int | None:
     """The test that the others let be as far off by chance only with probability APART, or none."""
     left, leverage, free = _left(design, y)
+    if free <= FEWEST:
+        return None
     spare = np.maximum(1.0 - leverage, 1e-9)
-    without = np.maximum((left @ left - left**2 / spare) / max(free - 1, 1), 1e-300)
-    p = 2.0 * stdtr(max(free - 1, 1), -np.abs(left) / np.sqrt(without * spare))
+    without = np.maximum((left @ left - left**2 / spare) / (free - 1), 1e-300)
+    p = 2.0 * stdtr(free - 1, -np.abs(left) / np.sqrt(without * spare))
     p = np.where(spare > 0.05, p, 1.0)
-    return int(np.argmin(p)) if free > FEWEST and np.min(p) * len(y) < APART else None
+    return int(np.argmin(p)) if np.min(p) * len(y) < APART else None

@@ -189,14 +189,14 @@ def softness(test: Experiment, friction: StepFriction) -> Floats:
     return result
 
 
-def friction_in_use(model: ForwardModel) -> FrictionInUse:
-    """The mu of each step, and where it is from."""
+def friction_in_use(model: ForwardModel, identified: StepFriction | None = None) -> FrictionInUse:
+    """The mu of each step, and where it is from; identified: that of the measured traction, where it is known."""
     test = model.experiment
     first = test.history.step_begin
     given, constant = test.history.given_mu[first], test.options.friction_coefficient
     own, of_zero, result = np.zeros(len(first)), np.zeros(len(first)), np.full(len(first), np.nan)
     if test.measured.traction is not None:
-        friction = identify_friction(model)
+        friction = identified or identify_friction(model)
         result, ratio = friction.mu, np.where(friction.mu > 0.0, friction.ratio, np.nan)
         own, of_zero = np.hypot(friction.scatter / NINETY, friction.of_creepage) / ratio, friction.zero / ratio
     choices = [("given", given), ("identified", np.where(result > 0.0, result, np.nan)), ("constant", constant)]

@@ -10,6 +10,7 @@ from scipy.optimize import nnls
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.effects._effect import Effect
+from twindisc_cli.identify.span import span_of
 from twindisc_cli.laws.covariates import covariate_of
 from twindisc_cli.laws.law import law_key
 from twindisc_cli.laws.quantities import QUANTITIES
@@ -29,7 +30,6 @@ from twindisc_cli.loop.learn import (
     with_elsewhere,
 )
 from twindisc_cli.loop.problem import Case, Parameter, Problem, parameters_of
-from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.terms import in_test
 from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.loop.ties import falling, first_of_most

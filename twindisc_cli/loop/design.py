@@ -18,11 +18,11 @@ from itertools import combinations
 
 import numpy as np
 
+from twindisc_cli.identify.span import span_of
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.diagnosis import NextExperiment
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.problem import Case
-from twindisc_cli.loop.span import span_of
 from twindisc_cli.model.experiment import (
     Experiment,
     Floats,

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from twindisc_cli.identify.span import span_of
 from twindisc_cli.laws.covariates import covariate_of
 from twindisc_cli.laws.trial import Trial
 from twindisc_cli.loop.fit import Fit, finite, fit
 from twindisc_cli.loop.problem import Problem
-from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.model.experiment import Floats
 

@@ -23,10 +23,10 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from twindisc_cli.effects._state import State
+from twindisc_cli.identify.span import span_of
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case, Parameter, Problem
-from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.tolerances import with_nuisances
 from twindisc_cli.model.experiment import Floats
 

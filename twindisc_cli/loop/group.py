@@ -25,6 +25,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from twindisc_cli.identify.least_squares import NINETY
+from twindisc_cli.identify.span import span_of
 from twindisc_cli.laws.law import Law
 from twindisc_cli.loop.candidates import effects
 from twindisc_cli.loop.design import next_for_set
@@ -46,7 +47,6 @@ from twindisc_cli.loop.members import (
 )
 from twindisc_cli.loop.problem import Problem, problem_of
 from twindisc_cli.loop.search import Search, search
-from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.loop.ties import by_falling_value, falling
 from twindisc_cli.model.experiment import Experiment, Floats, Ints

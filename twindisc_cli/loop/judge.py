@@ -21,9 +21,8 @@ from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case
 from twindisc_cli.loop.terms import EffectTerm, term_of
 from twindisc_cli.loop.thresholds import ACCEPTANCE
-from twindisc_cli.loop.tolerances import creepage_tolerance, repeat_scatter
+from twindisc_cli.loop.tolerances import creepage_tolerance, repeat_scatter, scaled
 from twindisc_cli.loop.validate import rms
-from twindisc_cli.model.base import column
 from twindisc_cli.model.experiment import Experiment, Floats
 from twindisc_cli.model.prediction import Prediction
 
@@ -127,9 +126,8 @@ class Judged:
     def _changes(self, number: int, key: str, factor: Floats) -> dict[str, Floats]:
         """Changes of the samples of one test held out (sample,) with an input times a factor (iteration,), by
         channel."""
-        problem, case, theta = self.before.problem, self.before.problem.cases[number], self.unseen_before.theta[None]
-        moved = {key: column(problem.base_of(number, theta).get(key, np.ones(1)), 1) * factor}
-        off = problem.moved(theta, number=number, base=moved)[number]
+        problem, case = self.before.problem, self.before.problem.cases[number]
+        off = scaled(problem, number, self.unseen_before.theta, key, factor[None])[number]
         result = dict[str, Floats]()
         for channel, noise in case.noise.items():
             read = channels()[channel].predicted

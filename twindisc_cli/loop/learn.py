@@ -20,6 +20,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from twindisc_cli.effects._effect import FIRST_SEEN
+from twindisc_cli.identify.span import span_of
 from twindisc_cli.laws.covariates import Column, covariate_of
 from twindisc_cli.laws.law import Law, law_key
 from twindisc_cli.laws.quantities import MULTIPLIED, QUANTITIES
@@ -28,7 +29,6 @@ from twindisc_cli.laws.trial import Trial, bins, curve, formula
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case, Problem
-from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.terms import in_test
 from twindisc_cli.loop.thresholds import SEARCH
 from twindisc_cli.loop.ties import falling, first_of_most

@@ -25,13 +25,13 @@ from functools import cached_property
 
 import numpy as np
 
+from twindisc_cli.identify.span import span_of
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.explanation import Explanation, by_falling_share, on_samples_of
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.holdout import holds_out
 from twindisc_cli.loop.judge import Judged, Kind, about_jumps, judge
 from twindisc_cli.loop.noise import Mask
-from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.term_intervals import INTERVAL
 from twindisc_cli.loop.terms import Term
 from twindisc_cli.loop.thresholds import RESAMPLING

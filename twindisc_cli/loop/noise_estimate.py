@@ -20,8 +20,8 @@ from scipy.ndimage import median_filter
 from scipy.sparse import csr_array
 from scipy.special import logsumexp
 
+from twindisc_cli.identify.span import span_of
 from twindisc_cli.loop.noise import Mask, Noise, Past, Slow, Whitening, neighbour_correlation
-from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.ties import first_of_most
 from twindisc_cli.loop.trends import FEWEST_FREE, relaxations
 from twindisc_cli.model.experiment import Floats, Ints

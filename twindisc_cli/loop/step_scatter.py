@@ -18,11 +18,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc
 
+from twindisc_cli.identify.span import span_of
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.generic import levels
 from twindisc_cli.loop.noise import Noise
-from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import ACCEPTANCE
 from twindisc_cli.model.experiment import Experiment, Floats, Ints
 
@@ -87,11 +87,7 @@ def _varied(test: Experiment, step: Ints, miss: Floats) -> dict[str, float]:
         "yaw": history.yaw,
         "order": np.arange(len(history.step), dtype=float),
     }
-    of_steps = {name: column[first] for name, column in recorded.items()} | {
-        name: np.array([np.mean(column.values[column.step == number]) for number in distinct])
-        for name, column in test.measured.columns.items()
-        if np.isin(distinct, column.step).all()
-    }
+    of_steps = {name: column[first] for name, column in recorded.items()} | test.measured.column_means(distinct)
     varied = {name: column for name, column in of_steps.items() if np.ptp(column) > 0.0}
     shares = {name: float(np.corrcoef(_ranks(column), _ranks(mean))[0, 1]) ** 2 for name, column in varied.items()}
     return dict(sorted(shares.items(), key=lambda pair: -pair[1]))

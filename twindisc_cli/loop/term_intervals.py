@@ -142,7 +142,7 @@ def _valley_end(fitted: Fit, number: int, reach: float, most: float) -> float:
 def _minimised(problem: Problem, theta: Floats, number: int) -> tuple[Floats, float]:
     """Inner parameters (parameter,), one of them held and the others fitted by Gauss and Newton, and chi2 there."""
     target, others = problem.discount(problem.measured), np.arange(len(theta)) != number
-    prior, best = np.diag(precision(problem))[others][:, others], (theta, np.inf)
+    prior, best = np.diag(precision(problem)[others]), (theta, np.inf)
     for _ in range(STEPS):
         left, slopes, _ = linearised(problem, theta, target)
         if not left @ left < best[1]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from twindisc_cli.effects import catalogue
 from twindisc_cli.identify.repeats import repeats_of
+from twindisc_cli.identify.span import span_of
 from twindisc_cli.identify.steps import creepage_error
 from twindisc_cli.loop.nuisances import Nuisances
 from twindisc_cli.loop.problem import Problem
-from twindisc_cli.loop.span import span_of
 from twindisc_cli.loop.thresholds import ACCEPTANCE, TOLERANCES
 from twindisc_cli.model.base import column
 from twindisc_cli.model.experiment import Experiment, Floats, Rig
@@ -46,9 +46,9 @@ def with_nuisances(problem: Problem, theta: Floats, slopes: Floats) -> Problem:
         *_off_sensors(nearby, theta, plain),
         *_off_theory(nearby, theta, plain),
         _off_track(nearby, theta, predictions),
-        *_off_creepage(nearby, theta),
+        *_off_in_steps(nearby, theta, "creepage_factor", "creepage of step", creepage_tolerance),
         *_off_levels(nearby, theta, plain),
-        *_off_repeats(nearby, theta),
+        *_off_in_steps(nearby, theta, "mu", "mu of separate test", repeat_scatter),
         *_off_rig(nearby, theta, plain),
         strict=True,
     )
@@ -124,18 +124,27 @@ def _records(problem: Problem, number: int, channel: str) -> list[NDArray[np.boo
     return [place == record for record in range(1, int(place.max()) + 1)]
 
 
-def _off_creepage(problem: Problem, theta: Floats) -> list[_Off]:
-    """White predictions with the creepage of one step after the other off by its tolerance."""
+def _off_in_steps(
+    problem: Problem, theta: Floats, key: str, what: str, sizes_of: Callable[[Experiment], Floats]
+) -> list[_Off]:
+    """White predictions with an input of one step after the other off by its tolerance.
+
+    sizes_of: the tolerances of a test over the values of the input (iteration,).
+    """
     off = list[_Off]()
     for number, case in enumerate(problem.cases):
-        history = case.test.history
-        steps = np.unique(history.step)
-        factors = 1.0 + creepage_tolerance(case.test) * (steps[:, None] == history.step)
-        sets = np.tile(theta, (len(factors), 1))
-        rows = problem.white(problem.moved(sets, number=number, base={"creepage_factor": factors}))
-        names = [f"creepage of step {step + 1} of {case.test.name}" for step in steps]
-        off += zip(names, rows, strict=True)
+        step, sizes = case.test.history.step, sizes_of(case.test)
+        if np.any(sizes):
+            steps = np.unique(step)
+            rows = problem.white(scaled(problem, number, theta, key, 1.0 + sizes * (steps[:, None] == step)))
+            off += zip([f"{what} {one + 1} of {case.test.name}" for one in steps], rows, strict=True)
     return off
+
+
+def scaled(problem: Problem, number: int, theta: Floats, key: str, factors: Floats) -> list[Prediction]:
+    """Predictions with a base parameter of a test times factors (set, iteration)."""
+    base = column(problem.base_of(number, theta[None]).get(key, np.ones(1)), 1)
+    return problem.moved(np.tile(theta, (len(factors), 1)), number=number, base={key: base * factors})
 
 
 def _off_levels(problem: Problem, theta: Floats, plain: Floats) -> list[_Off]:
@@ -154,24 +163,10 @@ def _off_levels(problem: Problem, theta: Floats, plain: Floats) -> list[_Off]:
     ]
 
 
-def _off_repeats(problem: Problem, theta: Floats) -> list[_Off]:
-    """White predictions with mu of one separate test after the other off as it scatters in repeats."""
-    off = list[_Off]()
-    for number, case in enumerate(problem.cases):
-        sizes = repeat_scatter(case.test)
-        if np.any(sizes):
-            tests = np.unique(case.test.history.step)
-            mu = column(problem.base_of(number, theta[None])["mu"], 1)
-            mu = mu * (1.0 + sizes * (tests[:, None] == case.test.history.step))
-            rows = problem.white(problem.moved(np.tile(theta, (len(mu), 1)), number=number, base={"mu": mu}))
-            off += zip([f"mu of separate test {test + 1} of {case.test.name}" for test in tests], rows, strict=True)
-    return off
-
-
 def repeat_scatter(test: Experiment) -> Floats:
     """Relative error of mu from one separate test to the next (iteration,) [1]: as repeats show it, else as is usual.
 
-    Of a test that lies apart from the others, as far as it does: what happened in it alone is no finding.
+    Of a test that lies apart from the others, as far as it does: what happened in it alone does not count as evidence.
     """
     shown, step = repeats_of(test), test.history.step
     sizes = np.full(len(step), ACCEPTANCE.repeat_scatter if np.isnan(shown.scatter) else shown.scatter)

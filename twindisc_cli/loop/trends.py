@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from twindisc_cli.loop.span import span_of
+from twindisc_cli.identify.span import span_of
 from twindisc_cli.model.experiment import Floats, Ints
 
 KNOTS = 13
@@ -53,8 +53,8 @@ def with_drift(trends: Sequence[Floats], at: Floats) -> list[Floats]:
 
     Repeats of one condition that follow such a drift scatter about it.
     """
-    unit = 2.0 * (at - at.min()) / max(float(np.ptp(at)), 1e-300) - 1.0
-    drifts = [np.polynomial.legendre.legvander(unit, degree)[:, 1:] for degree in range(1, DRIFT + 1)]
+    whole = np.zeros(len(at), dtype=np.int64)
+    drifts = [polynomials(at, whole, degree, 1)[:, 1:] for degree in range(1, DRIFT + 1)]
     more = [np.concatenate([trends[-1], drift], axis=1) for drift in drifts]
     return [*trends, *(trend for trend in more if len(at) - trend.shape[1] >= FEWEST_FREE)]
 

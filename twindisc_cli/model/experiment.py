@@ -457,6 +457,14 @@ class Measured:
     others: Mapping[str, Any] = field(default_factory=dict)
     columns: Mapping[str, RecordedColumn] = field(default_factory=dict)
 
+    def column_means(self, steps: Ints) -> dict[str, Floats]:
+        """Mean over each of these steps (step,) of the declared columns that are known in all of them, by name."""
+        return {
+            name: np.array([np.mean(column.values[column.step == step]) for step in steps])
+            for name, column in self.columns.items()
+            if np.isin(steps, column.step).all()
+        }
+
     def with_samples(self, name: str, samples: Any) -> Measured:
         """The same with other samples of a channel."""
         if name in {own.name for own in fields(self)}:
