@@ -20,6 +20,8 @@ from rigs import (
     spread,
     traction_samples,
 )
+from scipy.stats import norm
+from scipy.stats import t as student
 
 from twindisc_cli.loop.channels.profile import noise as profile_noise
 from twindisc_cli.loop.channels.temperature import noise as temperature_noise
@@ -567,3 +569,29 @@ def test_noise_is_not_louder_in_a_step_by_chance_or_by_what_happens_there() -> N
         for seed in range(DRAWS // 2):
             values, _ = loud_in_one_step(seed, 1.0)
             assert traction_noise(with_traction(values + event)).sizes is None, name
+
+
+@pytest.mark.parametrize("each", [2, 3, 6, 15])
+def test_few_samples_of_a_step_do_not_make_the_noise_smaller(each: int) -> None:
+    """Of white noise the mean variance over the draws is its own: steps that scatter more by chance are not left out.
+
+    The variance of n draws with f degrees of freedom each has a standard error of the root of 2 / (n f).
+    """
+    steps, draws = 10, 400
+    at = np.arange(steps * each, dtype=float)
+    level = relaxations(at, (at // each).astype(np.int64), 1, 4)
+    rng, series = np.random.default_rng(each), np.zeros(len(at), np.int64)
+    found = [estimate(rng.standard_normal(len(at)), [level], at, series, 1.0, correlated=False) for _ in range(draws)]
+    error = np.sqrt(2.0 / (draws * steps * (each - 1)))
+    assert np.mean([noise.std**2 for noise in found]) == pytest.approx(1.0, abs=4.0 * error)
+
+
+@pytest.mark.parametrize("each", [2, 5, 40])
+def test_what_is_far_off_for_the_noise_is_so_for_few_samples_too(each: int) -> None:
+    """A deviation of z(0.999) cautious standard deviations is one of t(0.999) estimated ones (W. S. Gosset, 1908)."""
+    at = np.arange(10.0 * each)
+    level = relaxations(at, (at // each).astype(np.int64), 1, 4)
+    values = np.random.default_rng(0).standard_normal(len(at))
+    found = estimate(values, [level], at, np.zeros(len(at), np.int64), 1.0, correlated=False)
+    assert found.cautious is not None
+    assert found.cautious[0] * norm.ppf(0.999) == pytest.approx(found.std * student.ppf(0.999, 10 * (each - 1)))

@@ -6,13 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rigs import Floats, experiment, history
+from rigs import Floats, experiment, history, spread, traction_samples
 
 from twindisc_cli.loop.diagnose import diagnose
 from twindisc_cli.loop.diagnosis import Diagnosis
+from twindisc_cli.loop.level_scatter import SIZES, likeliest
 from twindisc_cli.model.experiment import Experiment, History, Measured, Options, TractionSamples
 
 EACH, NOISE = 12, 0.005
+LEVEL = 0.4
 STEPS = 11
 
 
@@ -58,4 +60,44 @@ def test_a_sweep_of_loads_names_the_load() -> None:
 def test_steps_that_differ_by_noise_alone_are_no_finding(seed: int) -> None:
     answer = found(swept(history((0.02,) * STEPS, 1), np.full(STEPS, 0.4), seed))
     assert answer.verdict == "no_missing_effect"
+    assert answer.step_scatter == []
+
+
+@pytest.mark.parametrize("true", [0.01, 0.05, 0.2])
+def test_the_likeliest_scatter_is_that_of_the_closed_form(true: float) -> None:
+    """Of k equal directions of length d the likelihood is greatest where 1 + s^2 d^2 is the mean square along them."""
+    length = np.full(9, 40.0)
+    along = np.sqrt(1.0 + (true * length) ** 2)
+    nearest = SIZES[1:][np.argmin(np.abs(np.log(SIZES[1:] / true)))]
+    assert likeliest(along, length) == nearest
+    assert likeliest(np.ones(9), length) == 0.0
+
+
+COURSE = history((0.01, 0.02, 0.04, 0.015, 0.03, 0.05, 0.02, 0.01, 0.04, 0.03, 0.05, 0.015), 2)
+
+
+def in_one_run(of_step: Floats, of_time: Floats | float = 1.0, seed: int = 0) -> Experiment:
+    """A record with times, in full sliding: a level times what changes from step to step and in time."""
+    rng, time = np.random.default_rng(seed), spread(COURSE, EACH)
+    step = COURSE.step[COURSE.iteration_at(time)]
+    ratio = LEVEL * (of_step[step] * of_time + 0.01 * rng.standard_normal(len(time)))
+    measured = Measured(traction=traction_samples(COURSE, time, ratio))
+    return replace(experiment(COURSE, thermal=None, measured=measured, options=Options()), name="run")
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_mu_that_scatters_from_step_to_step_is_no_sum_of_laws(seed: int) -> None:
+    of_step = 1.0 + 0.05 * np.random.default_rng(100 + seed).standard_normal(12)
+    answer = found(in_one_run(of_step, seed=seed))
+    assert answer.verdict == "unexplained"
+    assert not answer.terms
+    (scatter,) = answer.step_scatter
+    assert 0.5 * of_step.std() < scatter.mu_scatter < 2.0 * of_step.std()
+
+
+def test_a_course_in_time_is_not_taken_for_scatter_between_steps() -> None:
+    """A friction that runs in crosses the steps: it explains what levels of the steps would, and what they cannot."""
+    fall = 0.8 + 0.2 * np.exp(-spread(COURSE, EACH) / (0.2 * COURSE.end_time[-1]))
+    answer = found(in_one_run(np.ones(12), fall))
+    assert answer.terms
     assert answer.step_scatter == []

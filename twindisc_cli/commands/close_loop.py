@@ -168,6 +168,7 @@ def _beyond_the_terms(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.unexplained and diagnosis.verdict != "unexplained":
         least = p_value(min(left.p_value for left in diagnosis.unexplained))
         lines.append(f"unexplained: {listed(sentences.open_questions(diagnosis))} ({least})")
+    lines += sentences.scatter(diagnosis)
     base = [f"{name} = {_value_text(e)}" for name, e in diagnosis.base.items()]
     with_what = ", with what was added (use them with revised.toml)" if sentences.together(diagnosis) else ""
     what_is_meant = " (± one standard deviation)" if any("±" in text for text in base) else ""

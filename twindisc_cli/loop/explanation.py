@@ -242,9 +242,9 @@ def on_samples_of(base: Fit, explanation: Explanation, fitted: Fit) -> Explanati
     return replace(explanation, fit=fitted, before=first.before, missed=first.missed)
 
 
-def without(explanation: Explanation, name: str) -> Explanation:
-    """The explanation with one term left out, the others fitted again."""
-    rest = [term for term in explanation.terms if term != name]
+def without(explanation: Explanation, *names: str) -> Explanation:
+    """The explanation with terms left out, the others fitted again."""
+    rest = [term for term in explanation.terms if term not in names]
     problem = explanation.fit.problem.with_terms(*rest)
     costs = {term: explanation.costs[term] for term in rest}
     return replace(explanation, fit=fit(problem, carried(problem, explanation.fit)), costs=costs)

@@ -21,14 +21,14 @@ from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case
 from twindisc_cli.loop.terms import EffectTerm, term_of
 from twindisc_cli.loop.thresholds import ACCEPTANCE
-from twindisc_cli.loop.tolerances import creepage_tolerance, repeat_scatter, scaled
+from twindisc_cli.loop.tolerances import creepage_tolerance, level_scatter, scaled
 from twindisc_cli.loop.validate import rms
-from twindisc_cli.model.experiment import Experiment, Floats
+from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.prediction import Prediction
 
-OFF_IN_STEPS: Mapping[str, Callable[[Experiment], Floats]] = {
-    "creepage_factor": lambda test: creepage_tolerance(test) * bool(test.measured.creepage_noise),
-    "mu": repeat_scatter,
+OFF_IN_STEPS: Mapping[str, Callable[[Case], Floats]] = {
+    "creepage_factor": lambda case: creepage_tolerance(case.test) * bool(case.test.measured.creepage_noise),
+    "mu": level_scatter,
 }
 """What may be off in each step by a draw of its own, over its value (iteration,), by the key of the base parameter."""
 Kind = Literal["before", "after", "unseen_before", "unseen_after"]
@@ -115,7 +115,7 @@ class Judged:
         for key, off_in in OFF_IN_STEPS.items():
             changes = dict[str, list[Floats]]()
             for number in range(len(self.masks)):
-                if np.any(off := off_in(self.before.problem.cases[number].test)):
+                if np.any(off := off_in(self.before.problem.cases[number])):
                     for channel, change in self._changes(number, key, 1.0 + 2.0 * off).items():
                         changes.setdefault(channel, []).append(change)
             for channel, parts in changes.items():

@@ -19,6 +19,7 @@ import numpy as np
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.explanation import Explanation, without
 from twindisc_cli.loop.fit import Fit, base_fit, carried, refit, remembered
+from twindisc_cli.loop.level_scatter import likeliest_scatter, with_scatter
 from twindisc_cli.loop.noise import Noise
 from twindisc_cli.loop.problem import Case, Problem
 from twindisc_cli.loop.screen import unexplained_residual
@@ -45,15 +46,20 @@ class Searched:
 
 
 def searched(problem: Problem, validate: Case | None, progress: _Progress, missing: Sequence[str]) -> Searched:
-    """The search under the noise that is likelier together with its answer; of two as likely, the slow one.
+    """The search under the noise that is likelier together with its answer; of two as likely, the larger one.
 
-    Noise without a slow part is tried where the answer leaves something under it, slow noise where it may stand for a
-    term.
+    Noise without a slow part is tried where the answer leaves something under it, slow noise, or a mu that scatters
+    from step to step, where it may stand for a term. That a search was ended is no reason not to try the scatter: terms
+    that stand for it are many.
     """
     first = _under(problem, validate, progress, missing)
     answer = first.search.answer
-    for another, lead in ((_quick, SEARCH.equivalent), (_slow, -SEARCH.equivalent)):
-        other = None if answer.is_spent else another(answer, problem)
+    for another, lead in (
+        (_scattering, -SEARCH.equivalent),
+        (_quick, SEARCH.equivalent),
+        (_slow, -SEARCH.equivalent),
+    ):
+        other = another(answer, problem)
         if other is None:
             continue
         again = _under(other, validate and _like(validate, other.cases[0]), progress, missing)
@@ -80,6 +86,8 @@ def _under(problem: Problem, validate: Case | None, progress: _Progress, missing
 
 def _quick(answer: Explanation, problem: Problem) -> Problem | None:
     """A problem without slow noise, where an answer leaves something under that; else None."""
+    if answer.is_spent:
+        return None
     other = _with(problem, lambda _, __, noise: min(noise.open, key=lambda one: (one.slow is not None, one.std)))
     changed = _changed(answer, problem, other)
     if not changed:
@@ -91,6 +99,8 @@ def _quick(answer: Explanation, problem: Problem) -> Problem | None:
 
 def _slow(answer: Explanation, problem: Problem) -> Problem | None:
     """A problem with the slow noise under which an answer with a term less is likely enough; else None."""
+    if answer.is_spent:
+        return None
     among = [c for c in problem.channels if any(c in case.noise and case.noise[c].rivals for case in problem.cases)]
     for term in [term for channel in among for term in answer.terms_in(channel)]:
         shorter = without(answer, term)
@@ -99,6 +109,31 @@ def _slow(answer: Explanation, problem: Problem) -> Problem | None:
         if changed and _here(_again(shorter, other)) > _here(answer) - SEARCH.equivalent:
             return other
     return None
+
+
+def _scattering(answer: Explanation, problem: Problem) -> Problem | None:
+    """A problem in which mu scatters from step to step, where a part of an answer is likely enough so; else None."""
+    if not _varies(answer):
+        return None
+    terms, best, most = answer.terms_in("traction"), None, _here(answer) - SEARCH.equivalent
+    for left_out in dict.fromkeys([(), tuple(terms), *((term,) for term in terms)]):
+        part = without(answer, *left_out) if left_out else answer
+        sizes = likeliest_scatter(part.fit)
+        if any(sizes):
+            other = with_scatter(problem, sizes)
+            if (likely := _here(_again(part, other))) > most:
+                best, most = other, likely
+    return best
+
+
+def _varies(answer: Explanation) -> bool:
+    """Whether an answer has terms in the traction, or leaves something there."""
+    fitted = answer.fit
+    if answer.terms_in("traction"):
+        return True
+    return "traction" in fitted.problem.channels and (
+        unexplained_residual(fitted, "traction").p_value <= SEARCH.nothing_left
+    )
 
 
 def _likeliest(cases: Sequence[Case], predictions: Sequence[Prediction], number: int, name: str, noise: Noise) -> Noise:
@@ -118,8 +153,12 @@ def _with(problem: Problem, choose: Callable[[int, str, Noise], Noise]) -> Probl
 
 
 def _like(case: Case, other: Case) -> Case:
-    """A test with those of its open noises that are nearest to the noises of another: of one kind, then in size."""
-    return replace(case, noise={n: _nearest(noise, other.noise.get(n, noise)) for n, noise in case.noise.items()})
+    """A test with those of its open noises that are nearest to the noises of another: of one kind, then in size.
+
+    And with the scatter of mu over the steps that the other has.
+    """
+    noise = {name: _nearest(noise, other.noise.get(name, noise)) for name, noise in case.noise.items()}
+    return replace(case, noise=noise, mu_scatter=other.mu_scatter)
 
 
 def _nearest(noise: Noise, other: Noise) -> Noise:

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.linalg.lapack import dtrtrs
 from scipy.ndimage import median_filter
 from scipy.sparse import csr_array
-from scipy.special import logsumexp
+from scipy.special import chdtri, logsumexp, ndtri, stdtrit
 
 from twindisc_cli.identify.span import span_of
 from twindisc_cli.loop.noise import Mask, Noise, Past, Slow, Whitening, neighbour_correlation
@@ -35,6 +35,12 @@ LONGEST_OUTLIER = 3  # samples in a row: a longer run is a change, not an outlie
 FAR = 5.0  # standard deviations: one in two million of normal noise
 PASSES = 3  # of outliers and trend in turn
 MOST_OUTLIERS = 0.05  # of the samples: more are no outliers
+WILD, WILD_BY_CHANCE, LEAST_FREE = 2.5, 1e-3, 0.5
+"""How many times the power of most groups makes a group wild, the probability at most of so much by chance, and the
+degrees of freedom that a group has at least."""
+SURE = 0.999
+"""Probability at which a normal deviate and Student's t with as many degrees of freedom are made equal: a standard
+deviation from few samples is uncertain itself."""
 GROWS = 8.0
 """Gain in log likelihood [nats] from which a noise is taken to grow: one record of even noise in 16,000 shows it."""
 LOUDER, FEWEST_BENDS, FEWEST_GROUPS = 2.0, 8, 4
@@ -412,16 +418,18 @@ def in_a_run(far: Mask) -> Mask:
 def _homogeneous(left: Floats, trend: Floats, kept: Mask) -> Mask:
     """Samples of the groups whose trend fits as well as that of most groups: a jump inside a group is no noise.
 
-    All of them where these are most groups, or too few samples are in the others.
+    All of them where these are most groups, or too few samples are in the others. How far the power of a group lies
+    above that of most by chance follows from its degrees of freedom.
     """
-    group = np.argmax(trend != 0.0, axis=1)
-    numbers = np.unique(group)
-    sizes = np.array([np.sum(kept & (group == g)) for g in numbers])
-    powers = np.array([np.sum(left[kept & (group == g)] ** 2) for g in numbers]) / np.maximum(sizes, 1)
-    wild = numbers[powers > 2.5 * max(float(np.median(powers)), 1e-300)]
-    even = np.asarray(~np.isin(group, wild))
-    free = np.sum(kept & even) - np.sum(np.any(trend[kept & even] != 0.0, axis=0))
-    enough = len(wild) < len(numbers) // 2 and free >= FEWEST_FREE
+    numbers, place = np.unique(np.argmax(trend != 0.0, axis=1), return_inverse=True)
+    reached = np.sum(span_of(trend * kept[:, None]) ** 2, axis=1)
+    free = np.maximum(np.bincount(place, kept - reached), LEAST_FREE)
+    power, middle = np.bincount(place, kept * left**2), chdtri(free, 0.5)
+    by_chance = np.maximum(WILD, chdtri(free, WILD_BY_CHANCE) / middle)
+    wild = power / middle > by_chance * max(float(np.median(power / middle)), 1e-300)
+    even = np.asarray(~wild[place])
+    beyond = np.sum(kept & even) - np.sum(np.any(trend[kept & even] != 0.0, axis=0))
+    enough = np.sum(wild) < len(numbers) // 2 and beyond >= FEWEST_FREE
     return even if enough else np.ones(len(left), dtype=bool)
 
 
@@ -447,7 +455,8 @@ def _most_evident(record: _Record, trends: Sequence[Floats]) -> tuple[tuple[floa
     free = len(record.values) - tried[its].basis.shape[1]
     reach = grid[best] + LONGER * np.sqrt((1.0 - grid[best] ** 2) / free)
     longest = int(np.flatnonzero((likely[its] >= likely.max() - NEAR) & (grid <= reach))[-1])
-    return (float(std[its, best]), float(grid[best])), (float(std[its, longest]), float(grid[longest]))
+    larger = float(stdtrit(free, SURE) / ndtri(SURE))
+    return (float(std[its, best]), float(grid[best])), (larger * float(std[its, longest]), float(grid[longest]))
 
 
 def _likelihood(values: Floats, basis: Floats, link: Floats, *, restricted: bool = True) -> tuple[float, float]:

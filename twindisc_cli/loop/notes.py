@@ -124,10 +124,12 @@ def _one_law(answer: Explanation) -> list[str]:
 
 
 def _or_noise(outcome: Outcome) -> list[str]:
-    """Terms that cannot be separated from slow noise, for which what they explain is taken."""
+    """Terms that cannot be separated from noise, for which what they explain is taken."""
     if not outcome.or_noise:
         return []
-    return [f"{joined(outcome.or_noise)} explains as much as slow noise does: these data cannot separate the two"]
+    scatters = any(case.mu_scatter for case in outcome.answer.fit.problem.cases)
+    noise = "friction that scatters from step to step" if scatters else "slow noise"
+    return [f"{joined(outcome.or_noise)} explains as much as {noise} does: these data cannot separate the two"]
 
 
 def _same_as(effects: Sequence[FoundEffect]) -> list[str]:

@@ -46,13 +46,15 @@ TOO_QUIET = 0.8
 class Case:
     """One test with the noise of its channels.
 
-    known: base parameters to hold where they are not fitted; near: state of the base model, where predictions begin.
+    known: base parameters to hold where they are not fitted; near: state of the base model, where predictions begin;
+    mu_scatter: standard deviation of the mu of a step over its mean, where that is taken for noise [1].
     """
 
     model: ForwardModel
     noise: Mapping[str, Noise]
     known: Mapping[str, float] = field(default_factory=dict)
     near: State | None = field(default=None, repr=False, compare=False)
+    mu_scatter: float = 0.0
 
     @property
     def test(self) -> Experiment:

@@ -13,14 +13,14 @@ correlation of their ranks (C. Spearman, Am. J. Psychol. 15 (1904) 72-101).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import chdtrc
 
 from twindisc_cli.identify.span import span_of
 from twindisc_cli.loop.channels import channels
-from twindisc_cli.loop.fit import Fit
+from twindisc_cli.loop.fit import Fit, refit
 from twindisc_cli.loop.generic import levels
 from twindisc_cli.loop.noise import Noise
 from twindisc_cli.loop.thresholds import ACCEPTANCE
@@ -33,9 +33,9 @@ FEWEST_STEPS = 3  # two steps have no scatter beyond a difference
 class StepScatter:
     """Scatter between the steps of one test in one channel.
 
-    size: in standard deviations of what the noise would leave; p_value of the noise leaving as much; varied_with:
-    squared rank correlation of the steps' mean residuals with each column that was recorded and differs between them,
-    largest first.
+    size: in standard deviations of what the noise would leave; p_value of the noise leaving as much; mu_scatter: of the
+    mu of a step over its mean, where that was taken for noise, else 0 [1]; varied_with: squared rank correlation of the
+    steps' mean residuals with each column that was recorded and differs between them, largest first.
     """
 
     test: str
@@ -43,11 +43,17 @@ class StepScatter:
     steps: int
     size: float
     p_value: float
+    mu_scatter: float
     varied_with: Mapping[str, float]
 
 
 def step_scatter(fitted: Fit) -> list[StepScatter]:
-    """The scatter between steps that a fit leaves beyond the noise, in every test and channel that has steps."""
+    """The scatter between steps that a fit leaves beyond the noise, in every test and channel that has steps.
+
+    Also that of mu which was taken for noise.
+    """
+    taken = [case.mu_scatter for case in fitted.problem.cases]
+    fitted = _without_scatter(fitted) if any(taken) else fitted
     problem, result = fitted.problem, list[StepScatter]()
     for (number, channel), where in problem.places.items():
         case, steps = problem.cases[number], channels()[channel].steps
@@ -59,8 +65,15 @@ def step_scatter(fitted: Fit) -> list[StepScatter]:
             prediction = problem.predict(fitted.theta[None])[number]
             miss = case.values(channel) - channels()[channel].predicted(case.model, prediction)[0]
             varied, size = _varied(case.test, step, miss), float(np.sqrt(squared / count))
-            result.append(StepScatter(case.test.name, channel, len(np.unique(step)), size, p_value, varied))
+            of_mu = taken[number] if channel == "traction" else 0.0
+            result.append(StepScatter(case.test.name, channel, len(np.unique(step)), size, p_value, of_mu, varied))
     return result
+
+
+def _without_scatter(fitted: Fit) -> Fit:
+    """A fit in which no scatter of mu is taken for noise."""
+    cases = [replace(case, mu_scatter=0.0) for case in fitted.problem.cases]
+    return refit(replace(fitted.problem, cases=cases, nuisance=None), fitted.theta)
 
 
 def _length(fitted: Fit, where: slice, noise: Noise, step: Ints) -> tuple[int, float]:

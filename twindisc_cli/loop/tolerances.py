@@ -13,7 +13,7 @@ from twindisc_cli.identify.repeats import repeats_of
 from twindisc_cli.identify.span import span_of
 from twindisc_cli.identify.steps import creepage_error
 from twindisc_cli.loop.nuisances import Nuisances
-from twindisc_cli.loop.problem import Problem
+from twindisc_cli.loop.problem import Case, Problem
 from twindisc_cli.loop.thresholds import ACCEPTANCE, TOLERANCES
 from twindisc_cli.model.base import column
 from twindisc_cli.model.experiment import Experiment, Floats, Rig
@@ -46,9 +46,11 @@ def with_nuisances(problem: Problem, theta: Floats, slopes: Floats) -> Problem:
         *_off_sensors(nearby, theta, plain),
         *_off_theory(nearby, theta, plain),
         _off_track(nearby, theta, predictions),
-        *_off_in_steps(nearby, theta, "creepage_factor", "creepage of step", creepage_tolerance),
+        *_off_in_steps(
+            nearby, theta, "creepage_factor", "creepage of step", lambda case: creepage_tolerance(case.test)
+        ),
         *_off_levels(nearby, theta, plain),
-        *_off_in_steps(nearby, theta, "mu", "mu of separate test", repeat_scatter),
+        *_off_in_steps(nearby, theta, "mu", "mu of step", level_scatter),
         *_off_rig(nearby, theta, plain),
         strict=True,
     )
@@ -125,7 +127,7 @@ def _records(problem: Problem, number: int, channel: str) -> list[NDArray[np.boo
 
 
 def _off_in_steps(
-    problem: Problem, theta: Floats, key: str, what: str, sizes_of: Callable[[Experiment], Floats]
+    problem: Problem, theta: Floats, key: str, what: str, sizes_of: Callable[[Case], Floats]
 ) -> list[_Off]:
     """White predictions with an input of one step after the other off by its tolerance.
 
@@ -133,7 +135,7 @@ def _off_in_steps(
     """
     off = list[_Off]()
     for number, case in enumerate(problem.cases):
-        step, sizes = case.test.history.step, sizes_of(case.test)
+        step, sizes = case.test.history.step, sizes_of(case)
         if np.any(sizes):
             steps = np.unique(step)
             rows = problem.white(scaled(problem, number, theta, key, 1.0 + sizes * (steps[:, None] == step)))
@@ -161,6 +163,11 @@ def _off_levels(problem: Problem, theta: Floats, plain: Floats) -> list[_Off]:
         for key, row in rows.items()
         for number, test in enumerate(problem.tests)
     ]
+
+
+def level_scatter(case: Case) -> Floats:
+    """Relative error of mu from one step to the next (iteration,) [1]: of separate tests, or taken for noise."""
+    return repeat_scatter(case.test) + case.mu_scatter
 
 
 def repeat_scatter(test: Experiment) -> Floats:

@@ -250,7 +250,8 @@ def sentences(diagnosis: Diagnosis) -> list[str]:
         lines.append(f"These data cannot separate the ones named for the {listed(doubtful)} from each other.")
     lines += [f"{sentence(name_of(t))} {taken(t)}." for terms in groups.values() for t in terms if taken(t)]
     lines += [_fall(c, diagnosis.errors[c]) for c in groups if c in diagnosis.errors]
-    return lines + [f"Part of the disagreement stays unexplained: {rest}." for rest in open_questions(diagnosis)]
+    lines += [f"Part of the disagreement stays unexplained: {rest}." for rest in open_questions(diagnosis)]
+    return [*lines, *scatter(diagnosis)]
 
 
 def difference(diagnosis: Diagnosis) -> list[str]:
@@ -270,7 +271,10 @@ def _what_was_found(diagnosis: Diagnosis, groups: Mapping[str, Sequence[FoundTer
 def _what_is_unexplained(diagnosis: Diagnosis) -> list[str]:
     rest, refused = open_questions(diagnosis), _refused(diagnosis)
     few = {channel_name(channel) for channel in diagnosis.too_few_samples} & set(_open(diagnosis))
-    missing = f"Something is missing in the {listed(_open(diagnosis))} that no effect and no learnt law explains"
+    what = (
+        "Something is missing" if rest or refused or not diagnosis.step_scatter else "Something differs between steps"
+    )
+    missing = f"{what} in the {listed(_open(diagnosis))} that no effect and no learnt law explains"
     missing += ", of those that so few samples allow to be tried" if few else ""
     first = f"{missing}: {'; '.join(rest)}." if rest else f"{missing}."
     return [first, *refused, *scatter(diagnosis), *_not_excluded(diagnosis), *difference(diagnosis)]
@@ -294,10 +298,11 @@ def scatter(diagnosis: Diagnosis) -> list[str]:
     lines = []
     for each in diagnosis.step_scatter:
         varied = [f"{name} ({percent(share)})" for name, share in each.varied_with.items()]
+        of_mu = f", as where mu scatters by {percent(each.mu_scatter)} from step to step" if each.mu_scatter else ""
         with_what = f"; squared rank correlation with what was recorded: {listed(varied)}" if varied else ""
         lines.append(
             f"The {each.steps} steps of {each.test} differ in the {channel_name(each.channel)} by {number(each.size)} "
-            f"standard deviations of the noise beyond what the model explains{with_what}."
+            f"standard deviations of the noise beyond what the model explains{of_mu}{with_what}."
         )
     return lines
 
