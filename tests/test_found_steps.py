@@ -233,6 +233,21 @@ def test_any_staircase_is_found(levels: list[float], lengths: list[int], pauses:
     assert history.end_time[-1] == pytest.approx(begin)
 
 
+@pytest.mark.parametrize("scatter", [0.0, 0.003])
+@pytest.mark.parametrize("falls", [False, True])
+def test_a_ramp_is_parted_into_steps_over_which_it_changes_little(scatter: float, falls: bool) -> None:
+    """What a step has is its mean: over each twentieth of the ramp the heat of the steps is that of the ramp to 1 %."""
+    t = np.arange(900) + 0.5
+    ramp = (0.003 + 0.047 * t / 900.0)[:: -1 if falls else 1]
+    c = ramp + scatter * 0.01 * np.random.default_rng(0).standard_normal(len(t))
+    seen = Seen(t, c, np.full(len(t), SPEED), np.full(len(t), 72.0), np.zeros(len(t), dtype=np.int64))
+    history = find_steps(seen, RIG).history
+    found = history.creepage[history.iteration_at(t)]
+    np.testing.assert_allclose(found[ramp > 0.01], ramp[ramp > 0.01], rtol=0.025)
+    parts = [np.array_split(values, 20) for values in (found, ramp)]
+    np.testing.assert_allclose(*([part.mean() for part in of] for of in parts), rtol=0.01)
+
+
 LEWIS = """# Twin-disc, R8T wheel steel on UIC60 900A rail steel, 1500 MPa, 400 rpm, dry; derived from a table
 slip_percent,heat_W,T_b_C,T_over_N_derived
 0.2,1.3,20.6,0.091

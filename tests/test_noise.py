@@ -595,3 +595,15 @@ def test_what_is_far_off_for_the_noise_is_so_for_few_samples_too(each: int) -> N
     found = estimate(values, [level], at, np.zeros(len(at), np.int64), 1.0, correlated=False)
     assert found.cautious is not None
     assert found.cautious[0] * norm.ppf(0.999) == pytest.approx(found.std * student.ppf(0.999, 10 * (each - 1)))
+
+
+def test_steps_of_one_sample_do_not_make_the_noise_smaller() -> None:
+    """A level goes through a sample that is alone in its step: half of the steps have one, the others three."""
+    draws, counts = 200, np.tile([1, 3], 20)
+    step = np.repeat(np.arange(len(counts)), counts)
+    at, series, rng = np.arange(len(step), dtype=float), np.zeros(len(step), np.int64), np.random.default_rng(0)
+    level = relaxations(at, step, 1, 4)
+    found = [estimate(rng.standard_normal(len(at)), [level], at, series, 1.0, correlated=False) for _ in range(draws)]
+    assert min(int(noise.kept.sum()) for noise in found) > 0.9 * len(at)
+    error = np.sqrt(2.0 / (draws * (len(step) - len(counts))))
+    assert np.mean([noise.std**2 for noise in found]) == pytest.approx(1.0, abs=4.0 * error)

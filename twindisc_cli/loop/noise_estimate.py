@@ -37,7 +37,7 @@ PASSES = 3  # of outliers and trend in turn
 MOST_OUTLIERS = 0.05  # of the samples: more are no outliers
 WILD, WILD_BY_CHANCE, LEAST_FREE = 2.5, 1e-3, 0.5
 """How many times the power of most groups makes a group wild, the probability at most of so much by chance, and the
-degrees of freedom that a group has at least."""
+degrees of freedom beyond which a group shows its power."""
 SURE = 0.999
 """Probability at which a normal deviate and Student's t with as many degrees of freedom are made equal: a standard
 deviation from few samples is uncertain itself."""
@@ -359,10 +359,16 @@ def detrended(values: Floats, trend: Floats, kept: Mask) -> Floats:
 def _near_trend(values: Floats, trend: Floats, kept: Mask) -> Mask:
     """The samples that are not far from the trend (sample, column) of those that are kept, in a few passes."""
     for _ in range(PASSES):
-        left = detrended(values, trend, kept)
-        paid = np.sqrt(kept.sum() / max(kept.sum() - trend.shape[1], 1))
-        kept = np.abs(left) <= FAR * max(paid * scatter(left[kept]), 1e-300)
+        left, shown = detrended(values, trend, kept), kept & ~_alone(trend, kept)
+        paid = np.sqrt(shown.sum() / max(kept.sum() - trend.shape[1], 1))
+        kept = np.abs(left) <= FAR * max(paid * scatter(left[shown]), 1e-300)
     return kept
+
+
+def _alone(trend: Floats, kept: Mask) -> Mask:
+    """Samples that are kept as the only one of a column of the trend (sample, column), which goes through them."""
+    used = (trend != 0.0) & kept[:, None]
+    return np.asarray(np.any(used & (used.sum(axis=0) == 1), axis=1))
 
 
 def _without_spikes(values: Floats, series: Ints) -> Mask:
@@ -385,27 +391,28 @@ def _without_outliers(record: _Record, trend: Floats, kept: Mask) -> Mask:
         left = detrended(record.values, trend, near)
         homogeneous = near & _homogeneous(left, trend, near)
         correlation = _reml(record.only(homogeneous), trend[homogeneous])
-        outlier = _outlier(left, near, record.position, record.series, correlation)
+        outlier = _outlier(left, near, ~_alone(trend, near), record, correlation)
         if not outlier.any():
             break
         near = near & ~outlier
     return near if near.sum() >= (1.0 - MOST_OUTLIERS) * kept.sum() else kept
 
 
-def _outlier(left: Floats, kept: Mask, position: Floats, series: Ints, correlation: float) -> Mask:
+def _outlier(left: Floats, kept: Mask, shown: Mask, record: _Record, correlation: float) -> Mask:
     """Samples far from what both their neighbours let expect: in correlated noise a spike is small against the noise.
 
     A spike makes its neighbours look far off too, in the other direction; only the farthest of neighbours is one.
+    shown: samples whose scatter says how far that is.
     """
     here = np.flatnonzero(kept)
-    e, before = left[here], neighbour_correlation(position[here], series[here], correlation)
+    e, before = left[here], neighbour_correlation(record.position[here], record.series[here], correlation)
     after = np.append(before[1:], 0.0)
     share = 1.0 - (before * after) ** 2
     expected = before * (1.0 - after**2) * np.append(0.0, e[:-1]) + after * (1.0 - before**2) * np.append(e[1:], 0.0)
     far = np.abs(e - expected / share) / np.sqrt((1.0 - before**2) * (1.0 - after**2) / share)
     highest = (far >= np.append(0.0, far[:-1])) & (far >= np.append(far[1:], 0.0))
     outlier = np.zeros(len(left), dtype=bool)
-    outlier[here] = highest & (far > FAR * scatter(far))
+    outlier[here] = highest & (far > FAR * scatter(far[shown[here]]))
     return outlier
 
 
@@ -423,13 +430,17 @@ def _homogeneous(left: Floats, trend: Floats, kept: Mask) -> Mask:
     """
     numbers, place = np.unique(np.argmax(trend != 0.0, axis=1), return_inverse=True)
     reached = np.sum(span_of(trend * kept[:, None]) ** 2, axis=1)
-    free = np.maximum(np.bincount(place, kept - reached), LEAST_FREE)
-    power, middle = np.bincount(place, kept * left**2), chdtri(free, 0.5)
-    by_chance = np.maximum(WILD, chdtri(free, WILD_BY_CHANCE) / middle)
-    wild = power / middle > by_chance * max(float(np.median(power / middle)), 1e-300)
+    free = np.bincount(place, kept - reached)
+    shown = free > LEAST_FREE
+    if not shown.any():
+        return np.ones(len(left), dtype=bool)
+    power, middle = np.bincount(place, kept * left**2)[shown], chdtri(free[shown], 0.5)
+    by_chance = np.maximum(WILD, chdtri(free[shown], WILD_BY_CHANCE) / middle)
+    wild = np.zeros(len(numbers), dtype=bool)
+    wild[shown] = power / middle > by_chance * max(float(np.median(power / middle)), 1e-300)
     even = np.asarray(~wild[place])
     beyond = np.sum(kept & even) - np.sum(np.any(trend[kept & even] != 0.0, axis=0))
-    enough = np.sum(wild) < len(numbers) // 2 and beyond >= FEWEST_FREE
+    enough = np.sum(wild) < np.sum(shown) // 2 and beyond >= FEWEST_FREE
     return even if enough else np.ones(len(left), dtype=bool)
 
 

@@ -2,13 +2,15 @@
 
 Rows under load are averaged over short stretches of time. A step begins where two averages in a row leave the mean of
 the step so far, where the file names another step, and after a pause, which is a gap in time. What is much shorter than
-the steps are, as a ramp between two of them, is none. A curve without time is grouped into levels of creepage.
+the steps are, as a ramp between two of them, is none; a ramp that is the test itself is parted into short steps. A
+curve without time is grouped into levels of creepage.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,9 @@ MOST_AVERAGES = 4000  # places at which a change of step is looked for
 GAP = 5.0
 """A gap in time of so many intervals is a pause."""
 _RELATIVE, _SCATTERS = 0.12, 3.0
+_RAMP, _STRAIGHT, _FEWEST = 0.03, 0.1, 3
+"""By how much of its mean a creepage, a load or a speed that ramps changes in a step at most, the scatter about a line
+over its rise below which it does, and averages of a step at least."""
 _SAME = 0.02
 """Share by which the load or the speed of a step must differ from the rig's to be its own."""
 _SHORT = 0.05  # of the usual length: a ramp between two steps
@@ -65,9 +70,8 @@ def find_steps(seen: Seen, rig: Rig) -> FoundSteps:
     edges = _edges(channels, breaks)
     length = seen.time[edges[1:] - 1] - seen.time[edges[:-1]] + spacing
     kept = length >= _SHORT * _median_by_length(length)
-    stretches = _merged(
-        [(int(a), int(b)) for a, b in zip(edges[:-1][kept], edges[1:][kept], strict=True)], channels, breaks
-    )
+    stretches = [(int(a), int(b)) for a, b in zip(edges[:-1][kept], edges[1:][kept], strict=True)]
+    stretches = [part for whole in _merged(stretches, channels, breaks) for part in _ramped(whole, channels)]
     return _as_history(seen, stretches, gap, spacing, rig)
 
 
@@ -117,6 +121,22 @@ def _merged(
         else:
             merged.append((begin, end))
     return merged
+
+
+def _ramped(stretch: tuple[int, int], channels: Sequence[tuple[Floats, float]]) -> list[tuple[int, int]]:
+    """A stretch in parts over each of which a ramp changes little; itself where nothing ramps in it."""
+    first, last = stretch
+    place = np.linspace(-0.5, 0.5, last - first)
+    most = 1.0
+    for values, slack in channels:
+        own, mean = values[first:last], float(np.mean(values[first:last]))
+        rise = float(place @ own) / max(float(place @ place), 1e-300)
+        rest = float(np.std(own - mean - rise * place))
+        if abs(rise) > max(_RAMP * abs(mean), slack) and rest < _STRAIGHT * abs(rise):
+            most = max(most, abs(rise) / (_RAMP * max(abs(mean), slack)))
+    parts = max(1, min(round(most), (last - first) // _FEWEST))
+    ends = np.linspace(first, last, parts + 1).round().astype(int).tolist()
+    return list(pairwise(ends))
 
 
 @dataclass(frozen=True)
