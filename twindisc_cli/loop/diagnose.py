@@ -95,6 +95,8 @@ def diagnose(
     many = crowded(outcome.answer)
     doubtful = many | missed.keys() | (missed_by(predictions[-1]) if unseen else set())
     strongest = _strongest({*doubtful, *(rest.channel for rest in left)}, missed, many)
+    if outcome.or_scatter:
+        strongest["traction"] = "possible"
     effects, laws = _found(outcome, weights, contradicted, strongest)
     elsewhere = [predict_test(case, outcome.judged.after) for case in others] if laws else []
     separating = [*outcome.judged.prediction("after"), *(e.prediction for e in elsewhere[-1:] if unseen)]

@@ -46,7 +46,8 @@ class Outcome:
     samples would be, None where not asked. sure: the answer on all samples under the noise as estimated. whole:
     channels of which all samples were searched after all, since they show more than was found without some;
     left_on_all: what the answer leaves of all samples, significant, where these were searched in vain. or_noise: terms
-    that explain as much without the slow noise that is there in their place.
+    that explain as much without the noise that is there in their place; or_scatter: whether a mu that scatters from
+    step to step would explain as much in the traction.
     """
 
     search: Search
@@ -59,6 +60,7 @@ class Outcome:
     whole: tuple[str, ...] = ()
     left_on_all: tuple[Residual, ...] = ()
     or_noise: frozenset[Term] = frozenset()
+    or_scatter: bool = False
 
     @property
     def problem(self) -> Problem:
@@ -226,7 +228,17 @@ def _explained(
     erring = {labels for labels, refusal in refused.items() if refusal.errs}
     mixture = mixture_of(judged, members, erring, masks)
     sure = as_estimated(judged.estimated)
-    return Outcome(result, judged, mixture, compared, refused, on_all, sure, or_noise=found.or_noise)
+    return Outcome(
+        result,
+        judged,
+        mixture,
+        compared,
+        refused,
+        on_all,
+        sure,
+        or_noise=found.or_noise,
+        or_scatter=found.or_scatter,
+    )
 
 
 def _by_stage(progress: Progress) -> Callable[[str], None]:

@@ -36,38 +36,38 @@ _Progress = Callable[[str], None]
 class Searched:
     """A search, with the base model and the test that is only predicted under its noise.
 
-    or_noise: terms that explain as much without the slow noise that its answer has in their place.
+    or_noise: terms that explain as much without the noise that its answer has in their place; or_scatter: whether a mu
+    that scatters from step to step would explain as much as the answer does in the traction.
     """
 
     base: Fit
     validate: Case | None
     search: Search
     or_noise: frozenset[Term] = frozenset()
+    or_scatter: bool = False
 
 
 def searched(problem: Problem, validate: Case | None, progress: _Progress, missing: Sequence[str]) -> Searched:
-    """The search under the noise that is likelier together with its answer; of two as likely, the larger one.
+    """The search under the noise that is likelier together with its answer; of two as likely, the slow one.
 
-    Noise without a slow part is tried where the answer leaves something under it, slow noise, or a mu that scatters
-    from step to step, where it may stand for a term. That a search was ended is no reason not to try the scatter: terms
-    that stand for it are many.
+    Or that with two terms less. Noise without a slow part is tried where the answer leaves something under it; slow
+    noise, or a mu that scatters from step to step, where it may stand for a term. That a search was ended is no reason
+    not to try the scatter: terms that stand for it are many.
     """
     first = _under(problem, validate, progress, missing)
-    answer = first.search.answer
-    for another, lead in (
-        (_scattering, -SEARCH.equivalent),
-        (_quick, SEARCH.equivalent),
-        (_slow, -SEARCH.equivalent),
-    ):
+    answer, scatters = first.search.answer, False
+    for another, lead in ((_scattering, 0.0), (_quick, SEARCH.equivalent), (_slow, -SEARCH.equivalent)):
         other = another(answer, problem)
         if other is None:
             continue
         again = _under(other, validate and _like(validate, other.cases[0]), progress, missing)
         gain = _likelihood(again.search.answer) - _likelihood(answer)
-        if gain > lead:
-            as_likely = gain < SEARCH.equivalent
-            return replace(again, or_noise=answer.labels - again.search.answer.labels) if as_likely else again
-    return first
+        far_shorter = len(answer.terms) - len(again.search.answer.terms) > 1
+        if gain > (-SEARCH.equivalent if far_shorter else lead):
+            instead = answer.labels - again.search.answer.labels if gain < SEARCH.equivalent else frozenset()
+            return replace(again, or_noise=instead, or_scatter=scatters)
+        scatters = scatters or (another is _scattering and gain > -SEARCH.equivalent)
+    return replace(first, or_scatter=scatters)
 
 
 def with_noise_like(problem: Problem, other: Problem) -> Problem:

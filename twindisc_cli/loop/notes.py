@@ -124,12 +124,17 @@ def _one_law(answer: Explanation) -> list[str]:
 
 
 def _or_noise(outcome: Outcome) -> list[str]:
-    """Terms that cannot be separated from noise, for which what they explain is taken."""
-    if not outcome.or_noise:
-        return []
-    scatters = any(case.mu_scatter for case in outcome.answer.fit.problem.cases)
-    noise = "friction that scatters from step to step" if scatters else "slow noise"
-    return [f"{joined(outcome.or_noise)} explains as much as {noise} does: these data cannot separate the two"]
+    """Terms that cannot be separated from noise, for which what they explain is taken or might be."""
+    answer, scatter = outcome.answer, "friction that scatters from step to step"
+    is_scatter = any(case.mu_scatter for case in answer.fit.problem.cases)
+    pairs = [(outcome.or_noise, scatter if is_scatter else "slow noise")]
+    if outcome.or_scatter:
+        pairs.append((frozenset(answer.term(name) for name in answer.terms_in("traction")), scatter))
+    return [
+        f"{joined(terms)} explains as much as {noise} does: these data cannot separate the two"
+        for terms, noise in pairs
+        if terms
+    ]
 
 
 def _same_as(effects: Sequence[FoundEffect]) -> list[str]:
