@@ -30,7 +30,7 @@ EFFECT = Effect(
     params=(
         Param("ratio", "1", off=1.0, start=0.6, lower=0.05, upper=1.0,
               meaning="mu at infinite sliding speed over mu at rest"),
-        Param("decay_s_m", "s m-1", start=2.0, lower=0.05, upper=3000.0, log=True, meaning="decay with sliding speed"),
+        Param("decay_s_m", "s m-1", start=2.0, lower=0.05, upper=30.0, log=True, meaning="decay with sliding speed"),
     ),
     apply=apply,
     over="creepage",

@@ -25,7 +25,7 @@ from twindisc_cli.loop.problem import Case, Problem
 from twindisc_cli.loop.screen import unexplained_residual
 from twindisc_cli.loop.search import Search, search
 from twindisc_cli.loop.terms import Term
-from twindisc_cli.loop.thresholds import SEARCH
+from twindisc_cli.loop.thresholds import ACCEPTANCE, SEARCH
 from twindisc_cli.loop.validate import elsewhere, with_its_noise
 from twindisc_cli.model.prediction import Prediction
 
@@ -56,12 +56,18 @@ def searched(problem: Problem, validate: Case | None, progress: _Progress, missi
     """
     first = _under(problem, validate, progress, missing)
     answer, scatters = first.search.answer, False
-    for another, lead in ((_scattering, 0.0), (_quick, SEARCH.equivalent), (_slow, -SEARCH.equivalent)):
+    for another, lead in (
+        (_scattering, SEARCH.equivalent),
+        (_quick, SEARCH.equivalent),
+        (_slow, -SEARCH.equivalent),
+    ):
         other = another(answer, problem)
         if other is None:
             continue
         again = _under(other, validate and _like(validate, other.cases[0]), progress, missing)
         gain = _likelihood(again.search.answer) - _likelihood(answer)
+        if another is _scattering:  # what levels do not say of another test is nothing that speaks for them
+            gain = min(gain, _here(again.search.answer) - _here(answer))
         far_shorter = len(answer.terms) - len(again.search.answer.terms) > 1
         if gain > (-SEARCH.equivalent if far_shorter else lead):
             instead = answer.labels - again.search.answer.labels if gain < SEARCH.equivalent else frozenset()
@@ -112,28 +118,20 @@ def _slow(answer: Explanation, problem: Problem) -> Problem | None:
 
 
 def _scattering(answer: Explanation, problem: Problem) -> Problem | None:
-    """A problem in which mu scatters from step to step, where a part of an answer is likely enough so; else None."""
-    if not _varies(answer):
-        return None
-    terms, best, most = answer.terms_in("traction"), None, _here(answer) - SEARCH.equivalent
-    for left_out in dict.fromkeys([(), tuple(terms), *((term,) for term in terms)]):
+    """A problem in which mu scatters from step to step, where a part of an answer is likely enough so; else None.
+
+    The answer itself has to be likelier by far: that mu scatters beside it changes little.
+    """
+    terms, best, most = answer.terms_in("traction"), None, -np.inf
+    for left_out in dict.fromkeys([(), tuple(terms), *((term,) for term in terms)]) if terms else ():
         part = without(answer, *left_out) if left_out else answer
         sizes = likeliest_scatter(part.fit)
         if any(sizes):
             other = with_scatter(problem, sizes)
-            if (likely := _here(_again(part, other))) > most:
-                best, most = other, likely
+            gain = _here(_again(part, other)) - _here(answer)
+            if gain > max(most, -SEARCH.equivalent if left_out else SEARCH.equivalent):
+                best, most = other, gain
     return best
-
-
-def _varies(answer: Explanation) -> bool:
-    """Whether an answer has terms in the traction, or leaves something there."""
-    fitted = answer.fit
-    if answer.terms_in("traction"):
-        return True
-    return "traction" in fitted.problem.channels and (
-        unexplained_residual(fitted, "traction").p_value <= SEARCH.nothing_left
-    )
 
 
 def _likeliest(cases: Sequence[Case], predictions: Sequence[Prediction], number: int, name: str, noise: Noise) -> Noise:
@@ -196,5 +194,6 @@ def _likelihood(answer: Explanation) -> float:
 
 
 def _here(answer: Explanation) -> float:
-    """The same of the tests that are fitted alone."""
-    return answer.here - answer.fit.problem.volume
+    """The same of the tests that are fitted alone; a scatter of mu is expected to be as large as that of repeats."""
+    scatters = [case.mu_scatter / ACCEPTANCE.repeat_scatter for case in answer.fit.problem.cases]
+    return answer.here - answer.fit.problem.volume - 0.5 * float(np.sum(np.square(scatters)))

@@ -35,7 +35,7 @@ LONGEST_OUTLIER = 3  # samples in a row: a longer run is a change, not an outlie
 FAR = 5.0  # standard deviations: one in two million of normal noise
 PASSES = 3  # of outliers and trend in turn
 MOST_OUTLIERS = 0.05  # of the samples: more are no outliers
-WILD, WILD_BY_CHANCE, LEAST_FREE = 2.5, 1e-3, 0.5
+WILD, WILD_BY_CHANCE, LEAST_FREE = 2.5, 0.02, 0.5
 """How many times the power of most groups makes a group wild, the probability at most of so much by chance, and the
 degrees of freedom beyond which a group shows its power."""
 SURE = 0.999
