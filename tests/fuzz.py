@@ -37,6 +37,7 @@ import definitions as definitions_of_tests
 import numpy as np
 import tomli_w
 
+from twindisc_cli import effects
 from twindisc_cli.campaign.plan import plan
 from twindisc_cli.cli import main as main_of_program
 from twindisc_cli.commands import _runner, campaign, import_file
@@ -48,6 +49,7 @@ from twindisc_cli.effects import catalogue
 from twindisc_cli.errors import TwindiscError
 from twindisc_cli.laws.covariates import COVARIATES
 from twindisc_cli.laws.quantities import QUANTITIES
+from twindisc_cli.loop import channels
 from twindisc_cli.physics.half_space import ContactError
 from twindisc_cli.results.recorded import Recorded, recorded
 from twindisc_cli.results.store import images
@@ -623,13 +625,18 @@ CASES: dict[str, tuple[str, Case, int, float]] = {
 
 
 def run(kind: str, seeds: range, limit: float | None = None) -> Tally:
-    """Try the cases of one kind, each within so many seconds; the working folder is one of its own."""
+    """Try the cases of one kind, each within so many seconds; the working folder is one of its own.
+
+    What they add to the catalogues of effects and channels is forgotten afterwards.
+    """
     name, case, _, usual = CASES[kind]
     tally = Tally(name, limit or usual)
     os.environ["MPLBACKEND"] = "agg"
     with tempfile.TemporaryDirectory() as folder:
         for seed in seeds:
             tally.note(case, seed, Path(folder))
+    effects.forget_folders()
+    channels.forget_folders()
     return tally
 
 
