@@ -10,7 +10,7 @@ from rigs import Floats, experiment, history, spread, traction_samples
 
 from twindisc_cli.loop.diagnose import diagnose
 from twindisc_cli.loop.diagnosis import Diagnosis
-from twindisc_cli.loop.level_scatter import SIZES, likeliest
+from twindisc_cli.loop.mu_scatter import SIZES, likeliest
 from twindisc_cli.model.experiment import Experiment, History, Measured, Options, TractionSamples
 
 EACH, NOISE = 12, 0.005

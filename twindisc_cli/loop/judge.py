@@ -21,14 +21,14 @@ from twindisc_cli.loop.noise import Mask
 from twindisc_cli.loop.problem import Case
 from twindisc_cli.loop.terms import EffectTerm, term_of
 from twindisc_cli.loop.thresholds import ACCEPTANCE
-from twindisc_cli.loop.tolerances import creepage_tolerance, level_scatter, scaled
+from twindisc_cli.loop.tolerances import creepage_tolerance, mu_tolerance, scaled
 from twindisc_cli.loop.validate import rms
 from twindisc_cli.model.experiment import Floats
 from twindisc_cli.model.prediction import Prediction
 
 OFF_IN_STEPS: Mapping[str, Callable[[Case], Floats]] = {
     "creepage_factor": lambda case: creepage_tolerance(case.test) * bool(case.test.measured.creepage_noise),
-    "mu": level_scatter,
+    "mu": mu_tolerance,
 }
 """What may be off in each step by a draw of its own, over its value (iteration,), by the key of the base parameter."""
 Kind = Literal["before", "after", "unseen_before", "unseen_after"]

@@ -19,7 +19,7 @@ import numpy as np
 from twindisc_cli.loop.channels import channels
 from twindisc_cli.loop.explanation import Explanation, without
 from twindisc_cli.loop.fit import Fit, base_fit, carried, refit, remembered
-from twindisc_cli.loop.level_scatter import likeliest_scatter, with_scatter
+from twindisc_cli.loop.mu_scatter import likeliest_scatter, with_scatter
 from twindisc_cli.loop.noise import Noise
 from twindisc_cli.loop.problem import Case, Problem
 from twindisc_cli.loop.screen import unexplained_residual
@@ -55,25 +55,37 @@ def searched(problem: Problem, validate: Case | None, progress: _Progress, missi
     not to try the scatter: terms that stand for it are many.
     """
     first = _under(problem, validate, progress, missing)
-    answer, scatters = first.search.answer, False
-    for another, lead in (
-        (_scattering, SEARCH.equivalent),
-        (_quick, SEARCH.equivalent),
-        (_slow, -SEARCH.equivalent),
-    ):
-        other = another(answer, problem)
-        if other is None:
-            continue
-        again = _under(other, validate and _like(validate, other.cases[0]), progress, missing)
-        gain = _likelihood(again.search.answer) - _likelihood(answer)
-        if another is _scattering:  # what levels do not say of another test is nothing that speaks for them
-            gain = min(gain, _here(again.search.answer) - _here(answer))
-        far_shorter = len(answer.terms) - len(again.search.answer.terms) > 1
-        if gain > (-SEARCH.equivalent if far_shorter else lead):
-            instead = answer.labels - again.search.answer.labels if gain < SEARCH.equivalent else frozenset()
-            return replace(again, or_noise=instead, or_scatter=scatters)
-        scatters = scatters or (another is _scattering and gain > -SEARCH.equivalent)
-    return replace(first, or_scatter=scatters)
+    answer, or_scatter = first.search.answer, False
+
+    def again_under(other: Problem) -> Searched:
+        return _under(other, validate and _like(validate, other.cases[0]), progress, missing)
+
+    other = _scattering(answer, problem)
+    if other is not None:
+        again = again_under(other)
+        found = again.search.answer
+        # that levels say nothing of another test does not speak for them
+        gain = min(_likelihood(found) - _likelihood(answer), _here(found) - _here(answer))
+        if (instead := _instead(answer, again, gain, SEARCH.equivalent)) is not None:
+            return instead
+        or_scatter = gain > -SEARCH.equivalent
+    for another, lead in ((_quick, SEARCH.equivalent), (_slow, -SEARCH.equivalent)):
+        other = None if answer.is_spent else another(answer, problem)
+        if other is not None:
+            again = again_under(other)
+            gain = _likelihood(again.search.answer) - _likelihood(answer)
+            if (instead := _instead(answer, again, gain, lead)) is not None:
+                return replace(instead, or_scatter=or_scatter)
+    return replace(first, or_scatter=or_scatter)
+
+
+def _instead(answer: Explanation, again: Searched, gain: float, lead: float) -> Searched | None:
+    """A search under another noise whose answer is likelier by a lead, or as likely with two terms less; else None."""
+    found = again.search.answer
+    far_shorter = len(answer.terms) - len(found.terms) > 1
+    if not gain > (-SEARCH.equivalent if far_shorter else lead):
+        return None
+    return replace(again, or_noise=answer.labels - found.labels) if gain < SEARCH.equivalent else again
 
 
 def with_noise_like(problem: Problem, other: Problem) -> Problem:
@@ -92,8 +104,6 @@ def _under(problem: Problem, validate: Case | None, progress: _Progress, missing
 
 def _quick(answer: Explanation, problem: Problem) -> Problem | None:
     """A problem without slow noise, where an answer leaves something under that; else None."""
-    if answer.is_spent:
-        return None
     other = _with(problem, lambda _, __, noise: min(noise.open, key=lambda one: (one.slow is not None, one.std)))
     changed = _changed(answer, problem, other)
     if not changed:
@@ -105,8 +115,6 @@ def _quick(answer: Explanation, problem: Problem) -> Problem | None:
 
 def _slow(answer: Explanation, problem: Problem) -> Problem | None:
     """A problem with the slow noise under which an answer with a term less is likely enough; else None."""
-    if answer.is_spent:
-        return None
     among = [c for c in problem.channels if any(c in case.noise and case.noise[c].rivals for case in problem.cases)]
     for term in [term for channel in among for term in answer.terms_in(channel)]:
         shorter = without(answer, term)
@@ -122,13 +130,16 @@ def _scattering(answer: Explanation, problem: Problem) -> Problem | None:
 
     The answer itself has to be likelier by far: that mu scatters beside it changes little.
     """
-    terms, best, most = answer.terms_in("traction"), None, -np.inf
-    for left_out in dict.fromkeys([(), tuple(terms), *((term,) for term in terms)]) if terms else ():
+    terms = answer.terms_in("traction")
+    if not terms:
+        return None
+    now, best, most = _here(answer), None, -np.inf
+    for left_out in dict.fromkeys([(), tuple(terms), *((term,) for term in terms)]):
         part = without(answer, *left_out) if left_out else answer
         sizes = likeliest_scatter(part.fit)
         if any(sizes):
             other = with_scatter(problem, sizes)
-            gain = _here(_again(part, other)) - _here(answer)
+            gain = _here(_again(part, other)) - now
             if gain > max(most, -SEARCH.equivalent if left_out else SEARCH.equivalent):
                 best, most = other, gain
     return best

@@ -50,7 +50,7 @@ def with_nuisances(problem: Problem, theta: Floats, slopes: Floats) -> Problem:
             nearby, theta, "creepage_factor", "creepage of step", lambda case: creepage_tolerance(case.test)
         ),
         *_off_levels(nearby, theta, plain),
-        *_off_in_steps(nearby, theta, "mu", "mu of step", level_scatter),
+        *_off_in_steps(nearby, theta, "mu", "mu of step", mu_tolerance),
         *_off_rig(nearby, theta, plain),
         strict=True,
     )
@@ -135,12 +135,20 @@ def _off_in_steps(
     """
     off = list[_Off]()
     for number, case in enumerate(problem.cases):
-        step, sizes = case.test.history.step, sizes_of(case)
+        sizes = sizes_of(case)
         if np.any(sizes):
-            steps = np.unique(step)
-            rows = problem.white(scaled(problem, number, theta, key, 1.0 + sizes * (steps[:, None] == step)))
-            off += zip([f"{what} {one + 1} of {case.test.name}" for one in steps], rows, strict=True)
+            names = [f"{what} {step + 1} of {case.test.name}" for step in np.unique(case.test.history.step)]
+            off += zip(names, step_by_step(problem, number, theta, key, sizes), strict=True)
     return off
+
+
+def step_by_step(problem: Problem, number: int, theta: Floats, key: str, sizes: Floats | float) -> Floats:
+    """White predictions (step, sample) with a base parameter of one step of a test after the other off.
+
+    sizes: by how much, over its value (iteration,).
+    """
+    step = problem.cases[number].test.history.step
+    return problem.white(scaled(problem, number, theta, key, 1.0 + sizes * (np.unique(step)[:, None] == step)))
 
 
 def scaled(problem: Problem, number: int, theta: Floats, key: str, factors: Floats) -> list[Prediction]:
@@ -165,7 +173,7 @@ def _off_levels(problem: Problem, theta: Floats, plain: Floats) -> list[_Off]:
     ]
 
 
-def level_scatter(case: Case) -> Floats:
+def mu_tolerance(case: Case) -> Floats:
     """Relative error of mu from one step to the next (iteration,) [1]: of separate tests, or taken for noise."""
     return repeat_scatter(case.test) + case.mu_scatter
 

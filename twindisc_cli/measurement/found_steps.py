@@ -129,8 +129,8 @@ def _ramped(stretch: tuple[int, int], channels: Sequence[tuple[Floats, float]]) 
     place = np.linspace(-0.5, 0.5, last - first)
     most = 1.0
     for values, slack in channels:
-        own, mean = values[first:last], float(np.mean(values[first:last]))
-        rise = float(place @ own) / max(float(place @ place), 1e-300)
+        own = values[first:last]
+        mean, rise = float(np.mean(own)), float(place @ own) / float(place @ place)
         rest = float(np.std(own - mean - rise * place))
         if abs(rise) > max(_RAMP * abs(mean), slack) and rest < _STRAIGHT * abs(rise):
             most = max(most, abs(rise) / (_RAMP * max(abs(mean), slack)))

@@ -20,7 +20,7 @@ from twindisc_cli.identify.span import span_of
 from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.problem import Effort, Problem
 from twindisc_cli.loop.ties import first_of_most
-from twindisc_cli.loop.tolerances import scaled
+from twindisc_cli.loop.tolerances import step_by_step
 from twindisc_cli.model.experiment import Floats
 
 FEWEST_LEVELS = 5
@@ -42,13 +42,11 @@ def with_scatter(problem: Problem, sizes: Sequence[float]) -> Problem:
 
 
 def _of_test(fitted: Fit, nearby: Problem, number: int) -> float:
-    case, step = nearby.cases[number], nearby.cases[number].test.history.step
-    steps = np.unique(step)
-    if "traction" not in case.noise or case.test.history.separate or len(steps) < FEWEST_LEVELS:
+    case, history = nearby.cases[number], nearby.cases[number].test.history
+    if "traction" not in case.noise or history.separate or len(np.unique(history.step)) < FEWEST_LEVELS:
         return 0.0
-    factors = 1.0 + SMALL * np.concatenate([np.zeros((1, len(step))), steps[:, None] == step])
-    rows = nearby.discount(nearby.white(scaled(nearby, number, fitted.theta, "mu", factors)))
-    columns, reached = (rows[1:] - rows[0]).T / SMALL, span_of(fitted.jacobian)
+    moved = step_by_step(nearby, number, fitted.theta, "mu", SMALL) - nearby.white(nearby.predict(fitted.theta[None]))
+    columns, reached = nearby.discount(moved).T / SMALL, span_of(fitted.jacobian)
     left, length, _ = np.linalg.svd(columns - reached @ (reached.T @ columns), full_matrices=False)
     return likeliest(left.T @ fitted.residual, length)
 
