@@ -16,6 +16,7 @@ Sources: D. J. C. MacKay, Neural Computation 4 (1992) 415-447; G. Schwarz, Annal
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -42,8 +43,12 @@ SAME_TRACK = 0.01
 """Fall of chi2 that is still to be had by what parameters do to the track, below which a fit has ended."""
 MOST_TRACKS = 8  # that a fit follows one after the other
 FTOL, TRACK_FTOL = 1e-5, 1e-4
-"""Relative falls of chi2 at which a fit ends, on tracks that are integrated each time the second: a hundredth of a nat,
-and a tenth, where a thousand samples are fitted."""
+"""Relative changes of chi2 at which a fit ends, on tracks that are integrated each time the second: a hundredth of a
+nat, and a tenth, where a thousand samples are fitted. A step that changes less may as well be one to the worse: slopes
+of tracks are no better than that."""
+SETTLED, TRACK_SETTLED = 0.001, 0.01
+"""Falls of chi2 that another step promises to first order, below which a fit has ended: a thirtieth of a standard error,
+on tracks that are integrated each time a tenth."""
 
 
 @dataclass(frozen=True)
@@ -214,7 +219,19 @@ def fit(problem: Problem, start: Floats | None = None, most_steps: int = MOST_ST
     return (_on_its_tracks if own else _fit)(problem, theta, most_steps)
 
 
-def _fit(problem: Problem, theta: Floats, most_steps: int, *, ftol: float = FTOL, moved: Floats | None = None) -> Fit:
+class _Settled(Exception):
+    """Another step would gain nothing that counts."""
+
+
+def _fit(
+    problem: Problem,
+    theta: Floats,
+    most_steps: int,
+    *,
+    ftol: float = FTOL,
+    settled: float = SETTLED,
+    moved: Floats | None = None,
+) -> Fit:
     """Fit all parameters from inner start values (parameter,) within the bounds.
 
     moved: derivatives of the residual (sample, parameter) that the problem does not see, by what moves its tracks.
@@ -224,16 +241,25 @@ def _fit(problem: Problem, theta: Floats, most_steps: int, *, ftol: float = FTOL
     prior = np.eye(len(theta))[problem.normal]
     memory: dict[bytes, tuple[Floats, Floats, Floats]] = {}
     near: Sequence[State | None] = ()
+    best, least = theta, np.inf
 
     def evaluated(inner: Floats) -> tuple[Floats, Floats, Floats]:
-        nonlocal near
+        nonlocal near, best, least
         key = inner.tobytes()
         if key not in memory:
             left, columns, near = linearised(problem, inner, target, near)
             if moved is not None:
                 left, columns = left + moved @ (inner - theta), columns + moved
             rows = np.column_stack([np.concatenate([columns, prior]), np.concatenate([left, inner[problem.normal]])])
-            memory[key] = left, columns, np.asarray(np.linalg.qr(rows, mode="r"))
+            triangle = np.asarray(np.linalg.qr(rows, mode="r"))
+            memory[key] = left, columns, triangle
+            misfit = float(triangle[:, -1] @ triangle[:, -1])
+            ended = abs(misfit - least) < ftol * least
+            if misfit < least:
+                best, least = inner.copy(), misfit
+                ended |= float(triangle[:-1, -1] @ triangle[:-1, -1]) < settled
+            if ended:
+                raise _Settled
         return memory[key]
 
     def residual(inner: Floats) -> Floats:
@@ -242,20 +268,23 @@ def _fit(problem: Problem, theta: Floats, most_steps: int, *, ftol: float = FTOL
     def slope(inner: Floats) -> Floats:
         return evaluated(inner)[2][:, :-1]
 
-    # A triangle has the lengths and the angles of residual and slopes, in as few rows as there are parameters.
-    result = least_squares(
-        residual,
-        theta,
-        jac=slope,
-        bounds=(lower, upper),
-        x_scale="jac",
-        ftol=ftol,
-        xtol=1e-7,
-        gtol=1e-8,
-        max_nfev=most_steps,
-    )
-    left, columns, _ = evaluated(np.asarray(result.x))
-    return _summarised(problem.begun_at(near), np.asarray(result.x), left, columns)
+    # A triangle has the lengths and the angles of residual and slopes, in as few rows as there are parameters: above its
+    # diagonal the last column is what the slopes can take of the residual.
+    with suppress(_Settled):
+        result = least_squares(
+            residual,
+            theta,
+            jac=slope,
+            bounds=(lower, upper),
+            x_scale="jac",
+            ftol=None,
+            xtol=1e-7,
+            gtol=1e-8,
+            max_nfev=most_steps,
+        )
+        best = np.asarray(result.x)
+    left, columns, _ = evaluated(best)
+    return _summarised(problem.begun_at(near), best, left, columns)
 
 
 def _on_its_tracks(problem: Problem, start: Floats, most_steps: int) -> Fit:
@@ -266,7 +295,7 @@ def _on_its_tracks(problem: Problem, start: Floats, most_steps: int) -> Fit:
     """
     every = replace(problem, tracks=["each"] * len(problem.cases))
     if problem.is_local:
-        return replace(_fit(every, start, most_steps, ftol=TRACK_FTOL), problem=problem)
+        return replace(_fit(every, start, most_steps, ftol=TRACK_FTOL, settled=TRACK_SETTLED), problem=problem)
     best = at(every, start)
     moved = best.jacobian - at(best.followed, start).jacobian
     for _ in range(MOST_TRACKS):
