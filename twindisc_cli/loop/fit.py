@@ -47,8 +47,8 @@ FTOL, TRACK_FTOL = 1e-5, 1e-4
 nat, and a tenth, where a thousand samples are fitted. A step that changes less may as well be one to the worse: slopes
 of tracks are no better than that."""
 SETTLED, TRACK_SETTLED = 0.001, 0.01
-"""Falls of chi2 that another step promises to first order, below which a fit has ended: a thirtieth of a standard error,
-on tracks that are integrated each time a tenth."""
+"""Falls of chi2 that another step promises to first order, below which a fit has ended: a thirtieth of a standard
+error, on tracks that are integrated each time a tenth."""
 
 
 @dataclass(frozen=True)
@@ -219,7 +219,7 @@ def fit(problem: Problem, start: Floats | None = None, most_steps: int = MOST_ST
     return (_on_its_tracks if own else _fit)(problem, theta, most_steps)
 
 
-class _Settled(Exception):
+class _SettledError(Exception):
     """Another step would gain nothing that counts."""
 
 
@@ -259,30 +259,36 @@ def _fit(
                 best, least = inner.copy(), misfit
                 ended |= float(triangle[:-1, -1] @ triangle[:-1, -1]) < settled
             if ended:
-                raise _Settled
+                raise _SettledError
         return memory[key]
 
-    def residual(inner: Floats) -> Floats:
-        return evaluated(inner)[2][:, -1]
+    def at_free(part: Floats) -> Floats:
+        inner = theta.copy()
+        inner[free] = part
+        return evaluated(inner)[2]
 
-    def slope(inner: Floats) -> Floats:
-        return evaluated(inner)[2][:, :-1]
+    def residual(part: Floats) -> Floats:
+        return at_free(part)[:, -1]
 
-    # A triangle has the lengths and the angles of residual and slopes, in as few rows as there are parameters: above its
+    def slope(part: Floats) -> Floats:
+        return at_free(part)[:, :-1][:, free]
+
+    # A triangle has the lengths and the angles of residual and slopes, in as few rows as there are parameters. Above its
     # diagonal the last column is what the slopes can take of the residual.
-    with suppress(_Settled):
-        result = least_squares(
+    with suppress(_SettledError):
+        inside = np.minimum(theta - lower, upper - theta) > EDGE * (upper - lower)
+        free = evaluated(theta)[1].any(axis=0) | inside  # what changes nothing at its bound would end each step there
+        least_squares(
             residual,
-            theta,
+            theta[free],
             jac=slope,
-            bounds=(lower, upper),
+            bounds=(lower[free], upper[free]),
             x_scale="jac",
             ftol=None,
             xtol=1e-7,
             gtol=1e-8,
             max_nfev=most_steps,
         )
-        best = np.asarray(result.x)
     left, columns, _ = evaluated(best)
     return _summarised(problem.begun_at(near), best, left, columns)
 
