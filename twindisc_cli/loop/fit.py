@@ -273,8 +273,8 @@ def _fit(
     def slope(part: Floats) -> Floats:
         return at_free(part)[:, :-1][:, free]
 
-    # A triangle has the lengths and the angles of residual and slopes, in as few rows as there are parameters. Above its
-    # diagonal the last column is what the slopes can take of the residual.
+    # A triangle has the lengths and the angles of residual and slopes, in as few rows as there are parameters. Above
+    # its diagonal the last column is what the slopes can take of the residual.
     with suppress(_SettledError):
         inside = np.minimum(theta - lower, upper - theta) > EDGE * (upper - lower)
         free = evaluated(theta)[1].any(axis=0) | inside  # what changes nothing at its bound would end each step there
