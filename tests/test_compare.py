@@ -66,7 +66,7 @@ def test_tests_are_overlaid_with_what_differs(results: Path, capsys: pytest.Capt
         mine = table[table["test"] == name]
         assert mine["creepage [%]"].to_numpy() == pytest.approx([1.0, 2.0, 5.0])
         assert mine["coefficient of friction [1]"].to_numpy() == pytest.approx(mu, abs=1e-9)
-        assert mine["what differs"].iloc[0] == f"{name}: normal_load_N {MU[name][0]:g}"
+        assert mine["what differs"].iloc[0] == f"{name}: normal load {MU[name][0]:g} N"
     sheet = pandas.read_excel(results / "compare/compare.xlsx", sheet_name="friction", engine="openpyxl")
     assert sheet.shape == table.shape
     assert (results / "compare/depth.png").stat().st_size > 10_000
@@ -107,8 +107,8 @@ def test_tests_of_one_name_are_called_after_their_folders(tmp_path: Path, capsys
     assert said["differs"] == {"history.steps[2].iterations": ["1", "7"]}
     depth = pandas.read_csv(tmp_path / "both/compare/depth.csv")
     assert depth.groupby("test")["what differs"].unique().map(list).to_dict() == {
-        "a/results/one": ["a/results/one: steps[2].iterations 1"],
-        "b/results/one": ["b/results/one: steps[2].iterations 7"],
+        "a/results/one": ["a/results/one: iterations 1 in step 2"],
+        "b/results/one": ["b/results/one: iterations 7 in step 2"],
     }
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import json
 import os
+import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -21,7 +22,7 @@ import numpy as np
 from twindisc_cli.campaign.table import Table
 from twindisc_cli.errors import DefinitionError, Problem
 from twindisc_cli.identify.least_squares import NINETY
-from twindisc_cli.quantities import UNITS, Floats
+from twindisc_cli.quantities import UNITS, Floats, for_reading, split_key
 from twindisc_cli.results.recorded import Recorded, recorded
 from twindisc_cli.time_axes import TIME_AXES
 
@@ -30,6 +31,7 @@ UNSAID = ("test", "measured", "reported", "loop")
 """Tables of a definition that no legend names: what a test is called, and where its data lie."""
 MOST_LISTED = 3
 """Keys that a legend names of a test."""
+UNKNOWN = "–"
 _STEPS = "history.steps"
 
 
@@ -135,13 +137,13 @@ def _shown(number: int, folder: Path, results: Mapping[str, Recorded]) -> Shown:
 
 
 def differing(tests: Sequence[Shown]) -> dict[str, list[str]]:
-    """The keys at which the definitions differ, with the value of each test ("–" where it has none).
+    """The keys at which the definitions differ, with the value of each test (UNKNOWN where it has none).
 
     Steps stand there one by one where their number and their first and last creepage are the same.
     """
     flat = [dict(_flat(test.definition, "")) for test in tests]
     keys = dict.fromkeys(key for values in flat for key in values)
-    results = {key: [values.get(key, "–") for values in flat] for key in keys}
+    results = {key: [values.get(key, UNKNOWN) for values in flat] for key in keys}
     differ = {key: values for key, values in results.items() if len(set(values)) > 1}
     return {key: v for key, v in differ.items() if not (_STEPS in differ and key.startswith(f"{_STEPS}["))}
 
@@ -149,13 +151,18 @@ def differing(tests: Sequence[Shown]) -> dict[str, list[str]]:
 def labels(tests: Sequence[Shown]) -> list[str]:
     """What a legend calls each test: its name, and the keys in which it differs from the others."""
     differ = list(differing(tests).items())
-    texts = [", ".join(f"{_short(key)} {values[i]}" for key, values in differ[:MOST_LISTED]) for i in range(len(tests))]
+    texts = [", ".join(_said(key, values[i]) for key, values in differ[:MOST_LISTED]) for i in range(len(tests))]
     return [f"{test.name}: {what}" if what else test.name for test, what in zip(tests, texts, strict=True)]
 
 
-def _short(key: str) -> str:
-    """A key without its tables, but with its step."""
-    return key.removeprefix("history.") if key.startswith(f"{_STEPS}[") else key.rpartition(".")[2]
+def _said(key: str, value: str) -> str:
+    """What a definition says at a key: `environment temperature 20 °C`, `iterations 7 in step 11`."""
+    _, *tables, last = key.split(".")
+    name, unit = split_key(last)
+    step = re.fullmatch(r"steps\[(\d+)\]", tables[0]) if tables else None
+    words = " ".join([*(tables if step is None else ()), *name.split("_")])
+    said = f"no {words}" if value == UNKNOWN else f"{words} {value} {for_reading(unit.name)}".rstrip()
+    return f"{said} in step {step[1]}" if step else said
 
 
 def _flat(table: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, str]]:
@@ -342,7 +349,7 @@ _OVER_TIME, _OVER_TESTS = "", "test [1]"
 _MAKERS: tuple[tuple[str, str, str, str, Callable[[Shown, str], Iterator[Series]], bool], ...] = (
     ("creep_curve", "T/N over creepage", "creepage [%]", "traction ratio [1]", _creep_curve, True),
     ("friction", "identified coefficient of friction", "creepage [%]", "coefficient of friction [1]", _friction, True),
-    ("traction", "measured T/N", _OVER_TIME, "traction ratio [1]", _traction, False),
+    ("traction", "T/N", _OVER_TIME, "traction ratio [1]", _traction, False),
     ("profile", "final profile", "y [mm]", "height change [um]", _profile, False),
     ("depth", "simulated depth of the track", _OVER_TIME, "depth [um]", _depth, False),
     ("wear_rate", "weighed wear rate over the wear index", "Tgamma/A [N/mm2]", "wear rate [ug/m/mm2]", _wear, True),

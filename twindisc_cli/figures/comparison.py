@@ -34,7 +34,7 @@ WIDE = 10.0
 """From this ratio of largest to smallest on an axis is logarithmic."""
 SHOWN = {"um": "µm", "ug/m/mm2": "µg/m/mm²", "mm3": "mm³", "degC": "°C", "N/mm2": "N/mm²"}
 """Units as an axis has them."""
-LABEL = 90
+LABEL = 105
 """Characters of a label in the legend."""
 
 
@@ -52,6 +52,7 @@ def overlaid(quantity: Quantity, tests: Sequence[str], labels: Sequence[str], pr
         axes.set_xticks(np.arange(1, len(tests) + 1), tests, rotation=20 if len(tests) > 4 else 0, ha="right")
         axes.set_xlabel("")
         axes.set_xlim(0.5, len(tests) + 0.5)
+        axes.ticklabel_format(axis="y", scilimits=(-3, 5))
     elif quantity.logarithmic:
         values = np.concatenate([np.abs(series.x) for series in quantity.series])
         if values.min() > 0.0 and values.max() > WIDE * values.min():
