@@ -34,8 +34,9 @@ def volume(axes: Axes, fit: MassFit, *, provenance: str) -> None:
     """Volume as weighed and at K, over the dissipated energy."""
     half = NINETY * fit.error * 1e9
     measured_points(axes, fit.energy * 1e-3, fit.volume * 1e9, half, label=f"{provenance}, 90 % interval")
+    misses = "" if fit.is_one_k else ", does not describe all"
     axes.plot(np.insert(fit.energy * 1e-3, 0, 0.0), np.insert(fit.predicted * 1e9, 0, 0.0), color=BLUE, marker=".",
-              label=f"$K$ = {fit.wear_coefficient:.3g}")  # fmt: skip
+              label=f"$K$ = {fit.wear_coefficient:.3g}{misses}")  # fmt: skip
     axes.set_xlim(0.0, None)
     axes.set_ylim(0.0, None)
     legend(axes, 2)
