@@ -46,9 +46,9 @@ FTOL, TRACK_FTOL = 1e-5, 1e-4
 """Relative changes of chi2 at which a fit ends, on tracks that are integrated each time the second: a hundredth of a
 nat, and a tenth, where a thousand samples are fitted. A step that changes less may as well be one to the worse: slopes
 of tracks are no better than that."""
-SETTLED, TRACK_SETTLED = 0.001, 0.01
-"""Falls of chi2 that another step promises to first order, below which a fit has ended: a thirtieth of a standard
-error, on tracks that are integrated each time a tenth."""
+SETTLED = 1e-3
+"""Fall of chi2 that another step promises to first order, below which a fit whose tracks are integrated has ended: a
+thirtieth of a standard error."""
 
 
 @dataclass(frozen=True)
@@ -229,7 +229,6 @@ def _fit(
     most_steps: int,
     *,
     ftol: float = FTOL,
-    settled: float = SETTLED,
     moved: Floats | None = None,
 ) -> Fit:
     """Fit all parameters from inner start values (parameter,) within the bounds.
@@ -241,7 +240,7 @@ def _fit(
     prior = np.eye(len(theta))[problem.normal]
     memory: dict[bytes, tuple[Floats, Floats, Floats]] = {}
     near: Sequence[State | None] = ()
-    best, least = theta, np.inf
+    best, least, settled = theta, np.inf, SETTLED if problem.is_integrated else 0.0
 
     def evaluated(inner: Floats) -> tuple[Floats, Floats, Floats]:
         nonlocal near, best, least
@@ -301,7 +300,7 @@ def _on_its_tracks(problem: Problem, start: Floats, most_steps: int) -> Fit:
     """
     every = replace(problem, tracks=["each"] * len(problem.cases))
     if problem.is_local:
-        return replace(_fit(every, start, most_steps, ftol=TRACK_FTOL, settled=TRACK_SETTLED), problem=problem)
+        return replace(_fit(every, start, most_steps, ftol=TRACK_FTOL), problem=problem)
     best = at(every, start)
     moved = best.jacobian - at(best.followed, start).jacobian
     for _ in range(MOST_TRACKS):
