@@ -118,6 +118,16 @@ def test_evidence_of_a_curve_is_its_marginal_likelihood(seed: int) -> None:
     assert fit(problem).evidence == pytest.approx(exact, abs=1e-3)
 
 
+def test_what_changes_nothing_at_its_bound_does_not_hold_up_the_others() -> None:
+    """Discs that do not wear: the patch is Hertz's, whichever share of the half-space's is asked for."""
+    alone = linear_problem(4, ("torque_offset", "sensor_drift"))
+    beside = linear_problem(4, ("torque_offset", "sensor_drift", "half_space_contact"))
+    expected, found = fit(alone), fit(beside)
+    assert beside.parameters[-1].upper == beside.start()[-1] and not found.jacobian[:, -1].any()
+    assert found.theta[:-1] == pytest.approx(expected.theta, rel=1e-6)
+    assert beside.effort.spent <= 4.0 / 3.0 * alone.effort.spent, "as many steps, of one more parameter"
+
+
 def test_a_linear_fit_is_the_normal_equations() -> None:
     problem = linear_problem(4, ("torque_offset", "sensor_drift"))
     found = fit(problem)

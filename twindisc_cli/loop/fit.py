@@ -223,14 +223,7 @@ class _SettledError(Exception):
     """Another step would gain nothing that counts."""
 
 
-def _fit(
-    problem: Problem,
-    theta: Floats,
-    most_steps: int,
-    *,
-    ftol: float = FTOL,
-    moved: Floats | None = None,
-) -> Fit:
+def _fit(problem: Problem, theta: Floats, most_steps: int, *, ftol: float = FTOL, moved: Floats | None = None) -> Fit:
     """Fit all parameters from inner start values (parameter,) within the bounds.
 
     moved: derivatives of the residual (sample, parameter) that the problem does not see, by what moves its tracks.
@@ -277,17 +270,18 @@ def _fit(
     with suppress(_SettledError):
         inside = np.minimum(theta - lower, upper - theta) > EDGE * (upper - lower)
         free = evaluated(theta)[1].any(axis=0) | inside  # what changes nothing at its bound would end each step there
-        least_squares(
-            residual,
-            theta[free],
-            jac=slope,
-            bounds=(lower[free], upper[free]),
-            x_scale="jac",
-            ftol=None,
-            xtol=1e-7,
-            gtol=1e-8,
-            max_nfev=most_steps,
-        )
+        if free.any():
+            least_squares(
+                residual,
+                theta[free],
+                jac=slope,
+                bounds=(lower[free], upper[free]),
+                x_scale="jac",
+                ftol=None,
+                xtol=1e-7,
+                gtol=1e-8,
+                max_nfev=most_steps,
+            )
     left, columns, _ = evaluated(best)
     return _summarised(problem.begun_at(near), best, left, columns)
 
