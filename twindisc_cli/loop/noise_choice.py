@@ -65,7 +65,8 @@ def searched(problem: Problem, validate: Case | None, progress: _Progress, missi
         again = again_under(other)
         found = again.search.answer
         # that levels say nothing of another test does not speak for them
-        gain = min(_likelihood(found) - _likelihood(answer), _here(found) - _here(answer)) / answer.evidence_scale
+        gain = min(_likelihood(found) - _likelihood(answer), _here(found) - _here(answer))
+        gain = min(gain, gain / answer.evidence_scale)  # an answer that explains much errs by its formulas
         if (instead := _instead(answer, again, gain, SEARCH.equivalent)) is not None:
             return instead
         or_scatter = gain > -SEARCH.equivalent
@@ -134,14 +135,13 @@ def _scattering(answer: Explanation, problem: Problem) -> Problem | None:
     if not terms:
         return None
     now, best, most = _here(answer), None, -np.inf
-    least = SEARCH.equivalent * answer.evidence_scale
     for left_out in dict.fromkeys([(), tuple(terms), *((term,) for term in terms)]):
         part = without(answer, *left_out) if left_out else answer
         sizes = likeliest_scatter(part.fit)
         if any(sizes):
             other = with_scatter(problem, sizes)
             gain = _here(_again(part, other)) - now
-            if gain > max(most, -least if left_out else least):
+            if gain > max(most, -SEARCH.equivalent if left_out else SEARCH.equivalent * answer.evidence_scale):
                 best, most = other, gain
     return best
 
