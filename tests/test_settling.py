@@ -7,6 +7,7 @@ import pytest
 from rigs import ROOM, experiment, history
 
 from twindisc_cli.laws.law import Law
+from twindisc_cli.model.chain import SETTLED
 from twindisc_cli.model.experiment import Options, Thermal
 from twindisc_cli.model.forward import ForwardModel
 from twindisc_cli.model.settling import MEMORY, SHORT, Passes
@@ -82,3 +83,28 @@ def test_where_nothing_wears_the_passes_end_where_another_changes_nothing(
     again = model.predict(base, near=first.state, within=1e-12)
     for name in ("traction_ratio", "power", "energy", "wear_index", "temperature"):
         np.testing.assert_allclose(getattr(again.state, name), getattr(first.state, name), rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [
+        {},
+        {"temperature_dependent_friction": {"per_kelvin": -0.01}},
+        {"temperature_dependent_wear": {"per_kelvin": 0.02}, "falling_friction": {"ratio": 0.6, "decay_s_m": 2.0}},
+        {"nonlinear_convection": {"exponent": 2.0, "onset_K": 5.0}},
+    ],
+    ids=["wear", "friction that falls with temperature", "wear that grows with it", "convection"],
+)
+def test_the_pass_that_is_left_out_would_have_changed_nothing(effects: dict[str, dict[str, float]]) -> None:
+    """The worn patch, the friction and the temperature feed each other: passes to the last digit change no channel."""
+    test = experiment(
+        history((0.002, 0.01, 0.03), 4),
+        options=Options(friction_coefficient=0.5),
+        thermal=HEATED,
+        effects=effects,
+    )
+    base = {"mu": np.array([0.5]), "convection_W_K": np.array([1.0]), "K": np.array([2e-4])}
+    usual, last = (ForwardModel(test).predict(base, within=within) for within in (SETTLED, 1e-13))
+    for name in ("traction_ratio", "power", "energy", "wear_index", "temperature"):
+        np.testing.assert_allclose(getattr(usual.state, name), getattr(last.state, name), rtol=3e-7)
+    np.testing.assert_allclose(usual.section, last.section, rtol=3e-7)

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 SURE_PASSES, MOST_PASSES = 20, 200
 """Passes that are made in any case, and at the most: between them they end where nothing more is gained, as where a
 step in the temperature has no fixed point."""
-FEW_PASSES = 12
+FEW_PASSES = 8
 """Passes of a first look, at the most: what has not settled by then seldom does."""
 CARRIED = ("temperature", "energy", "wear_index", "normalised_creepage", "flash_before")
 """What a pass begins with as the one before it left it; the power left becomes `power_before`."""
@@ -65,6 +65,8 @@ MOST_WARMING = 10.0
 """Largest of these logarithms: 11,000 K."""
 SAME_WEAR = 1e-9
 """Relative difference of histories of wear that is none: what changes no wear leaves them the same to rounding."""
+LITTLE = 0.1
+"""Change in a pass over that in the one before it, below which the next is taken to change less by as much again."""
 MOST_PASSES_OF_PATHS, PATH_SETTLED = 4, 1e-3
 """How often a history of loads is integrated, and the relative change of the sections at which that ends."""
 _STANDING = 1e-9
@@ -95,18 +97,25 @@ class Chain:
         return self._blank.replace(**known, flash_before=near.flash_before)
 
     def settled(self, state: State, within: float = SETTLED) -> State:
-        """Pass through the stages until energy, temperature and wear stand still, or a pass would only be repeated."""
+        """Pass through the stages until energy, temperature and wear stand still, or a pass would only be repeated.
+
+        Where a pass changed much less than the one before it, so would the next, which is left out if that is nothing.
+        """
         passes, last, driven = Passes(), state, self.driven(state)
         state = self.run(driven)
         whole = np.maximum(state.energy.max(axis=1, keepdims=True), 1e-30)
+        change = _change(last, state)
         for number in range(1, MOST_PASSES if within < COUNTED else FEW_PASSES):
-            if _standing(last, state, within) or self._repeats(driven, state):
+            if change < within or self._repeats(driven, state):
                 break
             if number >= SURE_PASSES and not passes.progress(_moved(last, state, whole) / within):
                 break
             last = _mixed(passes, last, state, whole)
             driven = self.driven(last)
             state = self.run(driven)
+            before, change = change, _change(last, state)
+            if change < LITTLE * before and change * change < within * before:
+                break
         return state
 
     def _repeats(self, driven: State, state: State) -> bool:
@@ -562,15 +571,12 @@ class Chain:
         )
 
 
-def _standing(last: State, state: State, within: float) -> bool:
-    """Whether energy (relative), temperature [K] and wear, a hundred times as far, change by less than that."""
-    at_end = np.append(np.flatnonzero(state.begins[1:]), -1)
-    now, before = state.energy[:, at_end], last.energy[:, at_end]
-    if not np.max(np.abs(now - before) / np.maximum(now, 1e-30)) < within:
-        return False
+def _change(last: State, state: State) -> float:
+    """What a pass changed of the energy (relative), of temperature [K] and wear (a hundredth of both), at the most."""
     warmth = float(np.fmax.reduce(np.abs(state.temperature - last.temperature), axis=None, initial=0.0))
     wear = float(np.max(np.abs(state.wear_factor - last.wear_factor)))
-    return max(warmth, wear) < 100.0 * within
+    energy = float(np.max(np.abs(state.energy - last.energy) / np.maximum(state.energy, 1e-30)))
+    return max(energy, warmth / 100.0, wear / 100.0) if np.isfinite(energy) else np.inf
 
 
 def _moved(last: State, state: State, whole: Floats) -> Floats:
