@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -47,8 +47,8 @@ FTOL, TRACK_FTOL = 1e-5, 1e-4
 nat, and a tenth, where a thousand samples are fitted. A step that changes less may as well be one to the worse: slopes
 of tracks are no better than that."""
 SETTLED = 1e-3
-"""Fall of chi2 that another step promises to first order, below which a fit whose tracks are integrated has ended: a
-thirtieth of a standard error."""
+"""Fall of chi2 that another step promises to first order, below which a fit whose tracks are integrated has ended: some
+hundredths of a standard error."""
 
 
 @dataclass(frozen=True)
@@ -223,53 +223,86 @@ class _SettledError(Exception):
     """Another step would gain nothing that counts."""
 
 
+@dataclass
+class _Steps:
+    """What a fit has evaluated on its way from inner start values (parameter,), and the best of it.
+
+    moved: derivatives of the residual (sample, parameter) that the problem does not see, by what moves its tracks.
+    best, least: the parameters of the least misfit so far, and that misfit.
+    """
+
+    problem: Problem
+    start: Floats
+    ftol: float
+    moved: Floats | None
+    best: Floats
+    least: float = np.inf
+    near: Sequence[State | None] = ()
+    known: dict[bytes, tuple[Floats, Floats, Floats]] = field(default_factory=dict)
+
+    @cached_property
+    def target(self) -> Floats:
+        """What was measured, as the residual counts it (sample,)."""
+        return self.problem.discount(self.problem.measured)
+
+    def at(self, theta: Floats) -> tuple[Floats, Floats, Floats]:
+        """Residual (sample,), its slopes (sample, parameter), and the triangle of both with the prior's rows.
+
+        A triangle has the lengths and the angles of residual and slopes, in as few rows as there are parameters. Above
+        its diagonal the last column is what the slopes can take of the residual.
+        """
+        key = theta.tobytes()
+        if key not in self.known:
+            left, slopes = self._linearised(theta)
+            normal = self.problem.normal
+            prior = np.column_stack([np.eye(len(theta))[normal], theta[normal]])
+            rows = np.concatenate([np.column_stack([slopes, left]), prior])
+            triangle = np.asarray(np.linalg.qr(rows, mode="r"))
+            self.known[key] = left, slopes, triangle
+            self._compare(theta, triangle)
+        return self.known[key]
+
+    def _linearised(self, theta: Floats) -> tuple[Floats, Floats]:
+        left, slopes, self.near = linearised(self.problem, theta, self.target, self.near)
+        if self.moved is None:
+            return left, slopes
+        return left + self.moved @ (theta - self.start), slopes + self.moved
+
+    def _compare(self, theta: Floats, triangle: Floats) -> None:
+        """Keep the best; _SettledError where this step changed nothing that counts, or another promises nothing."""
+        misfit = float(triangle[:, -1] @ triangle[:, -1])
+        ended = abs(misfit - self.least) < self.ftol * self.least
+        if misfit < self.least:
+            self.best, self.least = theta.copy(), misfit
+            promised = float(triangle[:-1, -1] @ triangle[:-1, -1])
+            ended |= self.problem.is_integrated and promised < SETTLED
+        if ended:
+            raise _SettledError
+
+
 def _fit(problem: Problem, theta: Floats, most_steps: int, *, ftol: float = FTOL, moved: Floats | None = None) -> Fit:
     """Fit all parameters from inner start values (parameter,) within the bounds.
 
-    moved: derivatives of the residual (sample, parameter) that the problem does not see, by what moves its tracks.
+    moved: derivatives of the residual (sample, parameter) that the problem does not see, by what moves its tracks. What
+    changes nothing at its bound takes no part: it would end each step there.
     """
     lower, upper = problem.bounds
-    target = problem.discount(problem.measured)
-    prior = np.eye(len(theta))[problem.normal]
-    memory: dict[bytes, tuple[Floats, Floats, Floats]] = {}
-    near: Sequence[State | None] = ()
-    best, least, settled = theta, np.inf, SETTLED if problem.is_integrated else 0.0
-
-    def evaluated(inner: Floats) -> tuple[Floats, Floats, Floats]:
-        nonlocal near, best, least
-        key = inner.tobytes()
-        if key not in memory:
-            left, columns, near = linearised(problem, inner, target, near)
-            if moved is not None:
-                left, columns = left + moved @ (inner - theta), columns + moved
-            rows = np.column_stack([np.concatenate([columns, prior]), np.concatenate([left, inner[problem.normal]])])
-            triangle = np.asarray(np.linalg.qr(rows, mode="r"))
-            memory[key] = left, columns, triangle
-            misfit = float(triangle[:, -1] @ triangle[:, -1])
-            ended = abs(misfit - least) < ftol * least
-            if misfit < least:
-                best, least = inner.copy(), misfit
-                ended |= float(triangle[:-1, -1] @ triangle[:-1, -1]) < settled
-            if ended:
-                raise _SettledError
-        return memory[key]
-
-    def at_free(part: Floats) -> Floats:
-        inner = theta.copy()
-        inner[free] = part
-        return evaluated(inner)[2]
-
-    def residual(part: Floats) -> Floats:
-        return at_free(part)[:, -1]
-
-    def slope(part: Floats) -> Floats:
-        return at_free(part)[:, :-1][:, free]
-
-    # A triangle has the lengths and the angles of residual and slopes, in as few rows as there are parameters. Above
-    # its diagonal the last column is what the slopes can take of the residual.
+    steps = _Steps(problem, theta, ftol, moved, theta)
     with suppress(_SettledError):
         inside = np.minimum(theta - lower, upper - theta) > EDGE * (upper - lower)
-        free = evaluated(theta)[1].any(axis=0) | inside  # what changes nothing at its bound would end each step there
+        free = steps.at(theta)[1].any(axis=0) | inside
+
+        def triangle(part: Floats) -> Floats:
+            inner = theta.copy()
+            inner[free] = part
+            return steps.at(inner)[2]
+
+        def residual(part: Floats) -> Floats:
+            return triangle(part)[:, -1]
+
+        def slope(part: Floats) -> Floats:
+            return triangle(part)[:, :-1][:, free]
+
         if free.any():
             least_squares(
                 residual,
@@ -282,8 +315,8 @@ def _fit(problem: Problem, theta: Floats, most_steps: int, *, ftol: float = FTOL
                 gtol=1e-8,
                 max_nfev=most_steps,
             )
-    left, columns, _ = evaluated(best)
-    return _summarised(problem.begun_at(near), best, left, columns)
+    left, slopes, _ = steps.at(steps.best)
+    return _summarised(problem.begun_at(steps.near), steps.best, left, slopes)
 
 
 def _on_its_tracks(problem: Problem, start: Floats, most_steps: int) -> Fit:
