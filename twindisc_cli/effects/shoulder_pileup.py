@@ -33,7 +33,7 @@ EFFECT = Effect(
     params=(
         Param("height_ratio", "1", off=0.0, start=0.1, lower=0.0, upper=1.0,
               meaning="height of a shoulder over the worn depth"),
-        Param("width_mm", "mm", start=0.08, lower=0.02, upper=0.5, log=True, meaning="width of a shoulder"),
+        Param("width_mm", "mm", start=0.08, lower=0.005, upper=0.5, log=True, meaning="width of a shoulder"),
     ),
     apply=apply,
     source="K. L. Johnson, Contact Mechanics (1985), section 9.3; A. Kapoor, Wear 175 (1994) 119-127",
