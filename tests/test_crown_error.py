@@ -14,8 +14,12 @@ from score.sensors import CHANNELS, draw_plan, noise, read
 from score.writing import definition, write_tables
 
 from twindisc_cli.definition import load
+from twindisc_cli.laws.trial import curve
 from twindisc_cli.loop.candidates import searched
 from twindisc_cli.loop.explain import explain
+from twindisc_cli.loop.explanation import Explanation
+from twindisc_cli.loop.fit import at
+from twindisc_cli.loop.notes import across_the_track, of_laws_across
 from twindisc_cli.loop.problem import problem_of
 from twindisc_cli.model.experiment import Contact, Experiment, Options
 from twindisc_cli.model.forward import ForwardModel
@@ -76,3 +80,22 @@ def test_it_is_not_tried_where_every_crown_would_have_to_be_integrated() -> None
     changing = replace(test, history=replace(test.history, load_factor=factor))
     assert "crown_error" in searched(problem_of([test]))
     assert "crown_error" not in searched(problem_of([changing]))
+
+
+@pytest.mark.parametrize(("loads", "open_crown"), [((1.0, 1.0), False), ((1.0, 2.0), True)])
+def test_a_law_across_the_track_is_doubtful_where_no_crown_was_tried(
+    loads: tuple[float, float], *, open_crown: bool
+) -> None:
+    """It would change the wear across the track, too; a law over time has nothing to do with it."""
+    test = rigs.Instruments(each=4).record(rigs.Plant(rigs.history((0.01, 0.02), 3)), np.random.default_rng(5))
+    factor = np.where(test.history.step == test.history.step[-1], loads[1], loads[0])
+    base = problem_of([replace(test, history=replace(test.history, load_factor=factor))])
+    laws = {
+        name: curve(*name.split("_over_", 1), at=np.array([0.0, 1.0]), mix=np.eye(2))
+        for name in ("wear_across_over_y_over_edge", "wear_over_time")
+    }
+    problem = base.with_terms(*laws, trial=laws)
+    answer = Explanation(at(problem, problem.start()), {}, 0.0)
+    doubtful = across_the_track(base, answer)
+    assert doubtful == ["wear_across_over_y_over_edge"] * open_crown
+    assert len(of_laws_across(doubtful)) == open_crown

@@ -275,7 +275,7 @@ def searched(problem: Problem) -> list[str]:
     declared = {name for case in problem.cases for name in case.test.effects}
     stops = stops_of_wear(problem.cases)
     timed = any(is_timed(case) for case in problem.cases)
-    crowned = not problem.is_local and all(case.model.knows_crowns for case in problem.cases)
+    crowned = knows_crowns(problem)
     yawed = any(np.any(case.test.history.yaw != 0.0) for case in problem.cases)
     for channel in ("traction", "profile"):
         seen = [{name for name, _, _ in known_sensors(case.test)} for case in problem.cases if channel in case.noise]
@@ -292,6 +292,11 @@ def searched(problem: Problem) -> list[str]:
         and (yawed or not effect.needs_yaw)
         and (crowned or not effect.needs_crowns)
     ]
+
+
+def knows_crowns(problem: Problem) -> bool:
+    """Whether wear with other transverse radii than the declared ones is tabulated, so that they are tried."""
+    return not problem.is_local and all(case.model.knows_crowns for case in problem.cases)
 
 
 def _is_in(problem: Problem, name: str) -> bool:

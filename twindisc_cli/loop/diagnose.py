@@ -42,7 +42,15 @@ from twindisc_cli.loop.intervals import base_parameters
 from twindisc_cli.loop.judge import Judged, Kind
 from twindisc_cli.loop.learn import confounded, passed_together
 from twindisc_cli.loop.levels import levels_of, with_what_differs
-from twindisc_cli.loop.notes import average_errs, crowded, difference, notes_of, of_missed
+from twindisc_cli.loop.notes import (
+    across_the_track,
+    average_errs,
+    crowded,
+    difference,
+    notes_of,
+    of_laws_across,
+    of_missed,
+)
 from twindisc_cli.loop.prediction_errors import (
     contradicted_by,
     missed_by,
@@ -97,6 +105,8 @@ def diagnose(
     strongest = _strongest({*doubtful, *(rest.channel for rest in left)}, missed, many)
     if outcome.or_scatter:
         strongest["traction"] = "possible"
+    across = across_the_track(base.problem, outcome.answer)
+    strongest |= dict.fromkeys(across, "possible")
     effects, laws = _found(outcome, weights, contradicted, strongest)
     elsewhere = [predict_test(case, outcome.judged.after) for case in others] if laws else []
     separating = [*outcome.judged.prediction("after"), *(e.prediction for e in elsewhere[-1:] if unseen)]
@@ -121,6 +131,7 @@ def diagnose(
         notes=[
             *apart,
             *of_missed(missed),
+            *of_laws_across(across),
             *average_errs(outcome.judged, outcome.mixture),
             *single_sample.notes(outcome.judged.estimated, {rest.channel for rest in left}),
             *together,
@@ -218,7 +229,7 @@ def _found(
 
     contradicted: channels that another history shows to be predicted worse than without the answer; strongest:
     strength that nothing in a channel exceeds, for something is left in it, many terms describe it or held-out samples
-    are missed.
+    are missed, or that a term does not.
     """
     effects, laws = [], []
     for name in outcome.answer.terms:
@@ -230,7 +241,8 @@ def _found(
         if channel in contradicted:
             probability = min(probability, RESAMPLING.contradicted)
         strength = _strength(outcome, name, probability, rivals)
-        strength = max(strength, strongest.get(channel, strength), key=STRENGTHS.index)
+        most = [strongest[key] for key in (channel, name) if key in strongest]
+        strength = max([strength, *most], key=STRENGTHS.index)
         if isinstance(effect, Trial):
             on_all = outcome.judged.estimated.problem.effect(name)
             assert isinstance(on_all, Trial)

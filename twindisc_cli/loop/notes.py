@@ -12,7 +12,7 @@ from twindisc_cli.identify.repeats import repeats_of
 from twindisc_cli.laws.law import warnings
 from twindisc_cli.loop import free_zero
 from twindisc_cli.loop.alternatives import Weighed, shared_laws, shorter
-from twindisc_cli.loop.candidates import stops_of_wear
+from twindisc_cli.loop.candidates import knows_crowns, stops_of_wear
 from twindisc_cli.loop.channels import channels, measured_channels
 from twindisc_cli.loop.channels.profile import recorded_stops
 from twindisc_cli.loop.diagnosis import FoundEffect, FoundLaw
@@ -22,7 +22,7 @@ from twindisc_cli.loop.fit import Fit
 from twindisc_cli.loop.judge import Judged
 from twindisc_cli.loop.mixture import Mixture
 from twindisc_cli.loop.noise import Noise
-from twindisc_cli.loop.problem import Case
+from twindisc_cli.loop.problem import Case, Problem
 from twindisc_cli.loop.term_intervals import unfixed
 from twindisc_cli.loop.terms import LawTerm, joined
 from twindisc_cli.loop.thresholds import ACCEPTANCE, SEARCH
@@ -283,6 +283,21 @@ def few_stops(answer: Explanation, stops: int) -> Iterator[str]:
                 f"{stops} profiles or weighings fix K and the parameters of {name} and leave little to refuse it: a "
                 "wear coefficient that changed in another way could look the same"
             )
+
+
+def across_the_track(base: Problem, answer: Explanation) -> list[str]:
+    """Laws of the answer across the track where another transverse radius was not tried, which changes the wear there,
+    too; base: the problem without terms."""
+    return [] if knows_crowns(base) else [n for n, law in answer.laws.items() if law.covariate == "y_over_edge"]
+
+
+def of_laws_across(names: Sequence[str]) -> list[str]:
+    """What follows for laws across the track beside which another transverse radius was not tried."""
+    return [
+        f"{name}: a transverse radius that is not the declared one changes the wear across the track, too, and was not "
+        "tried: how discs of other radii wear in this history is not tabulated"
+        for name in names
+    ]
 
 
 def of_missed(errors: Mapping[str, float]) -> list[str]:
