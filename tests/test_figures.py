@@ -23,7 +23,7 @@ from twindisc_cli.campaign.outcome import outcome_of
 from twindisc_cli.campaign.table import Row, table_of
 from twindisc_cli.commands import fit_k, paper
 from twindisc_cli.definition import load
-from twindisc_cli.figures.campaign import figure_of, map_of
+from twindisc_cli.figures.campaign import figure_of, labelled, map_of
 from twindisc_cli.figures.close_loop import figure as loop_figure
 from twindisc_cli.figures.style import WIDTH, from_zero, house_style, logarithmic, page
 from twindisc_cli.report import sentences
@@ -196,6 +196,15 @@ def test_figures_of_campaigns(tests: int) -> None:
     effects = [{"verdict": "effects_found", "effects": "falling_friction; misalignment",
                 "falling_friction probability [1]": 0.9, "misalignment probability [1]": 0.3}] * tests  # fmt: skip
     check(campaign("close-loop", effects), "synthetic")
+
+
+@pytest.mark.parametrize(
+    ("key", "unit", "shown"),
+    [("decay_s_m", "s m-1", "decay [s m⁻¹]"), ("critical_creepage_percent", "%", "critical creepage [%]"),
+     ("slope_um_mm", "um mm-1", "slope [µm mm⁻¹]"), ("ratio", "1", "ratio")],
+)  # fmt: skip
+def test_parameters_are_labelled_by_name_and_unit(key: str, unit: str, shown: str) -> None:
+    assert labelled(key, unit) == shown
 
 
 @pytest.mark.parametrize(

@@ -32,6 +32,7 @@ UNSAID = ("test", "measured", "reported", "loop")
 MOST_LISTED = 3
 """Keys that a legend names of a test."""
 UNKNOWN = "–"
+"""What stands for a key that a test does not have."""
 _STEPS = "history.steps"
 
 

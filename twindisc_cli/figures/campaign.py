@@ -28,6 +28,7 @@ from twindisc_cli.figures.style import (
     page,
 )
 from twindisc_cli.identify.least_squares import NINETY
+from twindisc_cli.quantities import for_reading, split_key
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -148,7 +149,7 @@ def effects(result: Sequence[Effect], shared: Sequence[Common], *, title: str, p
     axes.set_ylim(max(len(labels), 1) - 0.5, -0.5)
     shown = None
     for panel, (common, term, key) in zip(further, panels, strict=True):
-        name_axes(panel, f"{term.name.replace('_', ' ')}:\n{_labelled(key, term.parameters[key].unit)}", "")
+        name_axes(panel, f"{term.name.replace('_', ' ')}:\n{labelled(key, term.parameters[key].unit)}", "")
         _parameter(panel, term.acts, term.parameters[key])
         named = common.found.tests if common is not shown else [""] * len(common.found.tests)
         panel.set_yticks(range(len(named)), named)
@@ -157,9 +158,10 @@ def effects(result: Sequence[Effect], shared: Sequence[Common], *, title: str, p
     return figure
 
 
-def _labelled(key: str, unit: str) -> str:
-    """`decay [s/m]` of decay_s_m."""
-    return f"{key.removesuffix('_' + unit.replace('%', 'percent').replace('/', '_')).replace('_', ' ')} [{unit}]"
+def labelled(key: str, unit: str) -> str:
+    """`decay [s m⁻¹]` of decay_s_m; a ratio has no unit to show."""
+    shown = for_reading(unit)
+    return f"{split_key(key)[0].replace('_', ' ')}{shown and f' [{shown}]'}"
 
 
 def _parameter(axes: Axes, places: Sequence[int], shared: SharedParameter) -> None:
