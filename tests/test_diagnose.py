@@ -158,6 +158,14 @@ def test_one_channel_is_enough_where_it_shows(plant: str, name: str, key: str, t
     assert any("temperature and profile not measured" in note for note in found.notes)
 
 
+def test_a_running_in_of_few_revolutions_is_named() -> None:
+    """A disc of 43 turns a minute runs in within 180 of them."""
+    slow = replace(COURSE, revolutions=COURSE.revolutions / 70.0)
+    plant = Plant(slow, mu=lambda time, creepage, cycles: 0.6 * (1.0 - 0.2 * np.exp(-time / 250.0)))
+    found = run(Instruments(channels=("traction",)).record(plant, np.random.default_rng(1)))
+    value(named(found)["running_in_friction"], "settling_cycles", 250.0 * 60.0 / 84.0)
+
+
 def test_a_lag_of_the_thermocouple_is_named() -> None:
     found = of("lag", "traction", "temperature")
     assert list(named(found)) == ["thermocouple_lag"]

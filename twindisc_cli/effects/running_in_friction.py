@@ -28,7 +28,7 @@ EFFECT = Effect(
     params=(
         Param("excess", "1", off=0.0, start=-0.2, lower=-0.95, upper=3.0,
               meaning="relative excess of mu at the first revolution"),
-        Param("settling_cycles", "1", start=30000.0, lower=500.0, upper=1e6, log=True,
+        Param("settling_cycles", "1", start=30000.0, lower=20.0, upper=1e6, log=True,
               meaning="revolutions of the settling"),
     ),
     apply=apply,

@@ -33,7 +33,7 @@ EFFECT = Effect(
     params=(
         Param("fast_excess", "1", off=0.0, start=-0.2, lower=-0.45, upper=2.0,
               meaning="relative excess of mu of the fast stage at the first revolution"),
-        Param("fast_cycles", "1", start=8000.0, lower=300.0, upper=1e5, log=True,
+        Param("fast_cycles", "1", start=8000.0, lower=20.0, upper=1e5, log=True,
               meaning="revolutions of the fast stage"),
         Param("slow_excess", "1", off=0.0, start=-0.2, lower=-0.45, upper=2.0,
               meaning="relative excess of mu of the slow stage at the first revolution"),
