@@ -29,7 +29,7 @@ EFFECT = Effect(
     params=(
         Param("film_ratio", "1", off=1.0, start=0.5, lower=0.01, upper=1.0,
               meaning="mu of the film over mu without it"),
-        Param("critical_creepage_percent", "%", start=2.5, lower=0.1, upper=30.0, log=True,
+        Param("critical_creepage_percent", "%", start=2.5, lower=0.1, upper=9.0, log=True,
               meaning="creepage at which half of the film is gone"),
         Param("width_percent", "%", start=0.4, lower=0.03, upper=3.0, log=True, width_of="critical_creepage_percent",
               meaning="width of the transition"),
