@@ -33,7 +33,7 @@ EFFECT = Effect(
     params=(
         Param("ratio", "1", off=1.0, start=3.0, lower=0.1, upper=30.0, log=True,
               meaning="K above the transition over K below"),
-        Param("critical_N_mm2", "N mm-2", start=6.0, lower=0.1, upper=200.0, log=True,
+        Param("critical_N_mm2", "N mm-2", start=6.0, lower=0.1, upper=120.0, log=True,
               meaning="critical wear index of a strip"),
         Param("width", "1", start=0.1, lower=0.02, upper=0.6, log=True, width_of="critical_N_mm2",
               meaning="width of the transition in the logarithm of the wear index"),

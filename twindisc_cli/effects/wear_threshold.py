@@ -28,7 +28,7 @@ def apply(s: State, *, threshold_N_mm2: Floats) -> State:
 EFFECT = Effect(
     stage="wear",
     params=(
-        Param("threshold_N_mm2", "N mm-2", off=0.0, start=2.0, lower=0.0, upper=200.0,
+        Param("threshold_N_mm2", "N mm-2", off=0.0, start=2.0, lower=0.0, upper=120.0,
               meaning="wear index below which a strip does not wear"),
     ),
     apply=apply,
