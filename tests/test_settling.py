@@ -108,3 +108,20 @@ def test_the_pass_that_is_left_out_would_have_changed_nothing(effects: dict[str,
     for name in ("traction_ratio", "power", "energy", "wear_index", "temperature"):
         np.testing.assert_allclose(getattr(usual.state, name), getattr(last.state, name), rtol=3e-7)
     np.testing.assert_allclose(usual.section, last.section, rtol=3e-7)
+
+
+def test_passes_that_begin_from_what_is_not_finite_settle_all_the_same() -> None:
+    """After a pass without a finite change none says anything of the next."""
+    test = experiment(
+        history((0.002, 0.01, 0.03), 4),
+        options=Options(friction_coefficient=0.5),
+        thermal=HEATED,
+        effects={"temperature_dependent_friction": {"per_kelvin": -0.01}},
+    )
+    model, base = ForwardModel(test), {"mu": np.array([0.5]), "convection_W_K": np.array([1.0]), "K": np.array([2e-4])}
+    usual = model.predict(base)
+    hot = usual.state.replace(temperature=np.full_like(usual.state.temperature, np.inf))
+    with np.errstate(invalid="ignore"):  # as fits predict, whose parameters may heat a test without end
+        again = model.predict(base, near=hot)
+    for name in ("traction_ratio", "energy", "temperature"):
+        np.testing.assert_allclose(getattr(again.state, name), getattr(usual.state, name), rtol=1e-6)

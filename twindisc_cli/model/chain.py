@@ -572,11 +572,15 @@ class Chain:
 
 
 def _change(last: State, state: State) -> float:
-    """What a pass changed of the energy (relative), of temperature [K] and wear (a hundredth of both), at the most."""
+    """What a pass changed of the energy (relative), of temperature [K] and wear (a hundredth of both), at the most.
+
+    NaN, below no tolerance and above none, where that is not finite: nothing follows from it.
+    """
     warmth = float(np.fmax.reduce(np.abs(state.temperature - last.temperature), axis=None, initial=0.0))
     wear = float(np.max(np.abs(state.wear_factor - last.wear_factor)))
     energy = float(np.max(np.abs(state.energy - last.energy) / np.maximum(state.energy, 1e-30)))
-    return max(energy, warmth / 100.0, wear / 100.0) if np.isfinite(energy) else np.inf
+    most = max(energy, warmth / 100.0, wear / 100.0)
+    return most if np.isfinite(most) else np.nan
 
 
 def _moved(last: State, state: State, whole: Floats) -> Floats:
