@@ -235,10 +235,14 @@ class _Steps:
     start: Floats
     ftol: float
     moved: Floats | None
-    best: Floats
+    best: Floats = field(init=False)
     least: float = np.inf
     near: Sequence[State | None] = ()
     known: dict[bytes, tuple[Floats, Floats, Floats]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """The start is the best at first."""
+        self.best = self.start
 
     @cached_property
     def target(self) -> Floats:
@@ -287,7 +291,7 @@ def _fit(problem: Problem, theta: Floats, most_steps: int, *, ftol: float = FTOL
     changes nothing at its bound takes no part: it would end each step there.
     """
     lower, upper = problem.bounds
-    steps = _Steps(problem, theta, ftol, moved, theta)
+    steps = _Steps(problem, theta, ftol, moved)
     with suppress(_SettledError):
         inside = np.minimum(theta - lower, upper - theta) > EDGE * (upper - lower)
         free = steps.at(theta)[1].any(axis=0) | inside
