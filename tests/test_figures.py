@@ -201,7 +201,7 @@ def test_figures_of_campaigns(tests: int) -> None:
 @pytest.mark.parametrize(
     ("key", "unit", "shown"),
     [("decay_s_m", "s m-1", "decay [s m⁻¹]"), ("critical_creepage_percent", "%", "critical creepage [%]"),
-     ("slope_um_mm", "um mm-1", "slope [µm mm⁻¹]"), ("ratio", "1", "ratio")],
+     ("slope_um_mm", "um mm-1", "slope [µm mm⁻¹]"), ("ratio", "1", "ratio [1]")],
 )  # fmt: skip
 def test_parameters_are_labelled_by_name_and_unit(key: str, unit: str, shown: str) -> None:
     assert labelled(key, unit) == shown

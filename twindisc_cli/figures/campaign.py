@@ -159,9 +159,8 @@ def effects(result: Sequence[Effect], shared: Sequence[Common], *, title: str, p
 
 
 def labelled(key: str, unit: str) -> str:
-    """`decay [s m⁻¹]` of decay_s_m; a ratio has no unit to show."""
-    shown = for_reading(unit)
-    return f"{split_key(key)[0].replace('_', ' ')}{shown and f' [{shown}]'}"
+    """`decay [s m⁻¹]` of decay_s_m."""
+    return f"{split_key(key)[0].replace('_', ' ')} [{for_reading(unit) or '1'}]"
 
 
 def _parameter(axes: Axes, places: Sequence[int], shared: SharedParameter) -> None:
